@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from plain_textbook import DIGITS, Array, textbooks
 
-from symdyn.build import build, run_python
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
+from symdyn.runtime import build, run_python
 from symdyn.scene import Quantity, Scene, dh_table, read, scene
 from symdyn.scene.values import Body
 

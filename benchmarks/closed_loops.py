@@ -21,9 +21,9 @@ from native import NATIVE, address, compiled, loops
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from closed_mechanisms import crank_rocker
 
-from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
+from symdyn.runtime.dialects import FLAGS
 
 BY_HAND = r"""
 #include <math.h>

@@ -23,7 +23,7 @@ HERE = Path(__file__).parent.parent
 RUN = """
 import resource, sys, time
 import numpy as np
-import symdyn, symdyn.build.backends.door, symdyn.dynamics
+import symdyn, symdyn.runtime.backends.load_functions, symdyn.dynamics
 def spent():
     there = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + there.ru_utime + there.ru_stime

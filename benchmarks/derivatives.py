@@ -150,8 +150,8 @@ def main(arguments: list[str] | None = None) -> int:
     about |= {"rounds": rounds, "command": "".join(words)}
     found = report.collect(about, known, measured, [], list(notes))
     for row, error in zip(found["times"], errors, strict=True):
-        road = function_of(known[row["robot"]], row["output"]).formulation
-        row |= {"relative": error.relative, "share": error.share, "road": road}
+        formulation = function_of(known[row["robot"]], row["output"]).formulation
+        row |= {"relative": error.relative, "share": error.share, "formulation": formulation}
     write(found, Path(options.output), Path(options.docs) if options.docs else None)
     say("done", start)
     return 0

@@ -136,8 +136,8 @@ def _table(found: Found, output: str) -> str:
     cells = {(row["peer"], row["way"], row["robot"]): row for row in rows}
     ours = {robot: cells["symdyn", "state", robot] for robot in robots if ("symdyn", "state", robot) in cells}
     lines = ["| | " + " | ".join(robots) + " |", "|---|" + "--:|" * len(robots)]
-    counted = [f"{ours[r]['operations']}, {ours[r]['road']}" if r in ours else "" for r in robots]
-    lines.append(f"| *operations of ours, road* | {' | '.join(counted)} |")
+    counted = [f"{ours[r]['operations']}, {ours[r]['formulation']}" if r in ours else "" for r in robots]
+    lines.append(f"| *operations of ours, formulation* | {' | '.join(counted)} |")
     for peer, way in kinds:
         here = [(cells.get((peer, way, robot)), ours.get(robot)) for robot in robots]
         lines.append(f"| {peer}: {WAYS[way]}, ns a state (times ours) | {' | '.join(_time(*pair) for pair in here)} |")

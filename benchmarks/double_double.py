@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 import symdyn
 from symdyn.algebra import BigFloats
-from symdyn.build import build
 from symdyn.dynamics import Function
 from symdyn.emit.code import stem
 from symdyn.graph import evaluate
+from symdyn.runtime import build
 from symdyn.scene import read_text
 
 CASES = (

@@ -83,12 +83,13 @@ def once(what: str, robot: str) -> float:
 def ours(case: Case, what: str) -> float:
     """Return the seconds from scene to C, or to a library without what is derived and printed before.
 
-    It is what `symdyn generate` and `symdyn.build` do: roads chosen by counting, the package's flags for this machine.
+    It is what `symdyn generate` and `symdyn.runtime` do: formulations chosen by counting, the package's flags for this
+    machine.
     """
-    from symdyn.build import find_compiler
-    from symdyn.build.compiler import compile_library
     from symdyn.emit import emit
     from symdyn.program import formulate, lower
+    from symdyn.runtime import find_compiler
+    from symdyn.runtime.compiler import compile_library
 
     outputs = ("inverse_dynamics",) if what.startswith("inverse dynamics") else OUTPUTS
     option = "" if "plain" in what else "batch"

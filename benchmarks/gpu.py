@@ -32,9 +32,9 @@ from gpu_peers import FD, ID, TIMED, Said, checked, compared, given, ran  # noqa
 from native import HERE, MissingError  # noqa: E402
 
 import symdyn  # noqa: E402
-from symdyn.emit import emit, rooms  # noqa: E402
+from symdyn.emit import budgets, emit  # noqa: E402
 from symdyn.emit.code import REALS, SINGLE  # noqa: E402
-from symdyn.emit.targets.gpu.room import SIZES, Room  # noqa: E402
+from symdyn.emit.targets.gpu.resource_budget import SIZES, Budget  # noqa: E402
 from symdyn.program import Program, formulate, lower  # noqa: E402
 from symdyn.scene import with_symbols  # noqa: E402
 
@@ -60,7 +60,7 @@ class Compiled:
     kernel: str
     registers: int
     spilled: int
-    room: Room
+    room: Budget
 
 
 def main() -> int:
@@ -115,7 +115,7 @@ def compiled(nvcc: str, robot: str, real: str, arch: str, free: bool = False) ->
     """Return what ptxas says of the kernels of an example."""
     program = program_of(robot, free)
     sources = emit(program, "gpu", real)
-    runs = dict(zip(sources.functions, rooms(program, REALS[real]), strict=True))
+    runs = dict(zip(sources.functions, budgets(program, REALS[real]), strict=True))
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "kernels.cu").write_text(sources.texts[f"{robot}.cu"], "utf-8")
         command = [nvcc, f"-arch={arch}", "-Xptxas", "-v", "-cubin", "kernels.cu", "-o", "made"]
@@ -161,7 +161,7 @@ def times(case: Case, nvcc: str, real: str, arch: str) -> Said:
     """Return what a card takes for the kernels of one arm; MissingError where there is no card."""
     program = program_of(TIMED)
     sources = emit(program, "gpu", real)
-    runs = rooms(program, REALS[real])
+    runs = budgets(program, REALS[real])
     listed = []
     for name, routine, run in zip(sources.functions, program.routines, runs, strict=True):
         places = ", ".join(f"a[{NUMBERS.index(one.name)}]" for one in routine.function.arguments)

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from bars import Bar
 from native import address, loops as clock
 
-from symdyn.build import bind_rows, build
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
+from symdyn.runtime import bind_rows, build
 from symdyn.scene import read
 
 ID, FD, STATES, ROUNDS = "inverse_dynamics", "forward_dynamics", 264, 9
@@ -27,7 +27,7 @@ SINGLE = 64
 
 Array = npt.NDArray[np.float64]
 
-ROADS = {ID: {"loop": "rnea_loop", "lines": "rnea"}, FD: {"loop": "aba_loop", "lines": "aba"}}
+FORMULATIONS = {ID: {"loop": "rnea_loop", "lines": "rnea"}, FD: {"loop": "aba_loop", "lines": "aba"}}
 
 LONGEST_LINES = 1024
 """Joints up to which lines are compiled too."""
@@ -52,8 +52,12 @@ def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
     print("processor time; of three arrays, a joint and state; medians of interleaved rounds")
     found: list[Bar] = []
     for joints, path in paths.items():
-        kept = {way: road for way, road in ROADS[output].items() if way == "loop" or joints <= LONGEST_LINES}
-        made = {way: _built(path, output, road, joints) for way, road in kept.items()}
+        kept = {
+            way: formulation
+            for way, formulation in FORMULATIONS[output].items()
+            if way == "loop" or joints <= LONGEST_LINES
+        }
+        made = {way: _built(path, output, formulation, joints) for way, formulation in kept.items()}
         times: dict[tuple[str, str], list[float]] = {}
         for _ in range(ROUNDS):
             for way, (_, calls) in made.items():
@@ -79,12 +83,12 @@ def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
 
 
 def _built(
-    path: Path, output: str, road: str, joints: int
+    path: Path, output: str, formulation: str, joints: int
 ) -> tuple[float, dict[str, tuple[Callable[[], object], int]]]:
     """Return processor seconds from a file to the first result, and calls by name with the states of each."""
     before = _seconds()
     scene = read(path)
-    program = lower(formulate(scene, [output], road, lines=False))
+    program = lower(formulate(scene, [output], formulation, lines=False))
     module = build(emit(program, "c", option="batch"))
     rng = np.random.default_rng(joints)
     getattr(module, output)(*rng.uniform(-1, 1, (3, joints)))

@@ -17,7 +17,7 @@ from cases import chain
 from robots_dh import ROBOTS, Robot, robot_scene
 
 from symdyn.dynamics import Equations, Workspace, derive_one
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene, read, with_symbols
 
@@ -34,14 +34,14 @@ OUTPUTS: tuple[tuple[str, str | None], ...] = (
     ("mass_matrix", None),
     ("forward_dynamics", "crba"),
 )
-"""What is counted, and the road where another one is longer."""
+"""What is counted, and the formulation where another one is longer."""
 
 DERIVATIVES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("inverse_dynamics_derivatives", ("recursive", "reverse")),
     ("forward_dynamics_derivatives", ("recursive",)),
     ("coriolis_matrix", ("derivatives", "crba")),
 )
-"""What is counted by the road that costs least, and the roads that may."""
+"""What is counted by the formulation that costs least, and the formulations that may."""
 
 PEERS = (
     ("OpenSYMORO", "inverse dynamics", "panda", "414/354"),
@@ -104,8 +104,8 @@ parameters alone to one call of `prepare`. Here twice a number is a multiplicati
 EMITTED = (
     "## What is emitted",
     "",
-    "The same for generated programs: roads chosen by counting, after all passes, which trade operations by their",
-    "cost.",
+    "The same for generated programs: formulations chosen by counting, after all passes, which trade operations",
+    "by their cost.",
     "",
 )
 
@@ -118,9 +118,9 @@ WANTED = (
 DERIVED = """
 ## Derivatives
 
-By the road of fewest operations, before any pass: ∂τ/∂q, ∂τ/∂q̇ and M together; ∂q̈/∂q, ∂q̈/∂q̇ and M⁻¹ together,
-q̈ worked out on the way; C(q, q̇) of Christoffel's symbols. *Sweeps* is reverse differentiation of inverse dynamics on
-the graph, row by row.
+By the formulation of fewest operations, before any pass: ∂τ/∂q, ∂τ/∂q̇ and M together; ∂q̈/∂q, ∂q̈/∂q̇ and M⁻¹
+together, q̈ worked out on the way; C(q, q̇) of Christoffel's symbols. *Sweeps* is reverse differentiation of inverse
+dynamics on the graph, row by row.
 
 | robot | inertia | inverse dynamics | sweeps | forward dynamics | C(q, q̇) |
 |---|---|--:|--:|--:|--:|"""
@@ -166,11 +166,11 @@ def cases() -> list[tuple[str, str, str, Scene]]:
 def measured(scene: Scene) -> list[Counts]:
     """Return the counts of `OUTPUTS`."""
     workspace = Workspace(scene)
-    return [state_dependent_counts(derive_one(workspace, name, road)) for name, road in OUTPUTS]
+    return [state_dependent_counts(derive_one(workspace, name, formulation)) for name, formulation in OUTPUTS]
 
 
 def emitted(scene: Scene) -> list[Counts]:
-    """Return the counts of `OUTPUTS` in the programs that are generated: roads chosen by counting, after all passes."""
+    """Return the counts of `OUTPUTS` in generated programs: formulations chosen by counting, after all passes."""
     program = lower(formulate(scene, [name for name, _ in OUTPUTS]))
     return [state_dependent_counts(routine.function) for routine in program.routines]
 
@@ -178,7 +178,7 @@ def emitted(scene: Scene) -> list[Counts]:
 def prepared(scene: Scene) -> tuple[list[tuple[Counts, Counts]], Counts, int]:
     """Return what one call of each of `OUTPUTS` costs without and with `prepare`, what that costs, and its values."""
     workspace = Workspace(scene)
-    functions = tuple(derive_one(workspace, name, road) for name, road in OUTPUTS)
+    functions = tuple(derive_one(workspace, name, formulation) for name, formulation in OUTPUTS)
     program = lower(Equations(scene, workspace.graph, functions))
     first, *rest = prepare(program).routines
     pairs = [(before.counts, after.counts) for before, after in zip(program.routines, rest, strict=True)]
@@ -189,10 +189,13 @@ def derived(scene: Scene) -> list[Counts]:
     """Return the counts of `DERIVATIVES`, and of the first by reverse sweeps."""
     workspace = Workspace(scene)
     counted = {
-        name: {road: state_dependent_counts(derive_one(workspace, name, road)) for road in roads}
-        for name, roads in DERIVATIVES
+        name: {
+            formulation: state_dependent_counts(derive_one(workspace, name, formulation))
+            for formulation in formulations
+        }
+        for name, formulations in DERIVATIVES
     }
-    cheapest = [min(by_road.values(), key=lambda counts: counts.cost) for by_road in counted.values()]
+    cheapest = [min(by_formulation.values(), key=lambda counts: counts.cost) for by_formulation in counted.values()]
     return [*cheapest, counted[DERIVATIVES[0][0]]["reverse"]]
 
 

@@ -21,9 +21,9 @@ import numpy as np
 from bars import Bar
 
 import symdyn
-from symdyn.build import build, build_extension, run_python
 from symdyn.emit import emit
 from symdyn.program import formulate
+from symdyn.runtime import build, build_extension, run_python
 from symdyn.scene import Scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

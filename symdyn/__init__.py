@@ -19,7 +19,7 @@
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
-    from symdyn.build import build                          the same, compiled and loaded
+    from symdyn.runtime import build                        the same, compiled and loaded
 
 Everything is imported when it is first used: `dir(symdyn)` lists these functions and the packages behind them.
 """

@@ -2,7 +2,6 @@
 
 from . import (
     bench as bench,
-    build as build,
     draw as draw,
     dynamics as dynamics,
     emit as emit,
@@ -11,6 +10,7 @@ from . import (
     identification as identification,
     linear as linear,
     program as program,
+    runtime as runtime,
     scene as scene,
     simulation as simulation,
     study as study,
@@ -18,7 +18,6 @@ from . import (
     transcription as transcription,
     verify as verify,
 )
-from .build import lambdify as lambdify, load as load
 from .draw import animation as animation, film as film, picture as picture
 from .dynamics import closed_form as closed_form, derive as derive
 from .emit.print import equations as equations
@@ -26,6 +25,7 @@ from .errors import SymdynError as SymdynError
 from .identification import identify as identify
 from .linear import linearize as linearize
 from .program import lower as lower
+from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read
 from .simulation import ensemble as ensemble, inverse as inverse, sensitivity as sensitivity, simulate as simulate
 from .study import sweep as sweep, uncertainty as uncertainty

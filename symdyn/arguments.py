@@ -1,7 +1,7 @@
-"""Whether a door can take what it is called with, by the words of its own annotations.
+"""Whether an entry point can take what it is called with, by the words of its own annotations.
 
-A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the door's file knows. What an annotation calls by another
-name, such as `Entries`, is left to the door, which reads it anyway.
+A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the entry point's file knows. What an annotation calls by
+another name, such as `Entries`, is left to the entry point, which reads it anyway.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from symdyn.errors import ArgumentError, SymdynError, quoted
 
 
 @dataclass(frozen=True)
-class Kind:
+class ArgumentKind:
     """What an annotation stands for.
 
     Attributes:
@@ -79,22 +79,22 @@ def _path(value: Any) -> bool:
 
 
 KINDS = {
-    "float": Kind(("a number", "numbers"), _number),
-    "int": Kind(("a whole number", "whole numbers"), _whole),
-    "bool": Kind(("True or False", "True or False"), _flag),
-    "str": Kind(("text", "texts"), lambda value: isinstance(value, str)),
-    "None": Kind(("None", "None"), lambda value: value is None),
-    "Callable": Kind(("a function", "functions"), callable),
-    "Mapping": Kind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
-    "Array": Kind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
-    "PathLike": Kind(("a path", "paths"), _path),
-    "Path": Kind(("a path", "paths"), _path),
+    "float": ArgumentKind(("a number", "numbers"), _number),
+    "int": ArgumentKind(("a whole number", "whole numbers"), _whole),
+    "bool": ArgumentKind(("True or False", "True or False"), _flag),
+    "str": ArgumentKind(("text", "texts"), lambda value: isinstance(value, str)),
+    "None": ArgumentKind(("None", "None"), lambda value: value is None),
+    "Callable": ArgumentKind(("a function", "functions"), callable),
+    "Mapping": ArgumentKind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
+    "Array": ArgumentKind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
+    "PathLike": ArgumentKind(("a path", "paths"), _path),
+    "Path": ArgumentKind(("a path", "paths"), _path),
 }
 """What stands by itself; a series of pandas has items, too."""
 
 
-def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
-    """Return a list of what brackets hold; what can be walked but once is walked by the door."""
+def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
+    """Return a list of what brackets hold; what can be walked but once is walked by the entry point."""
     one = _kind(inside[0], known) if inside else None
 
     def takes(value: Any) -> bool:
@@ -108,10 +108,10 @@ def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
             entries = value if kind == "O" else value[:1]  # entries of all but objects are of one kind
         return one is None or all(map(one.takes, entries))
 
-    return Kind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
+    return ArgumentKind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
 
 
-def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
     """Return so many values, each of its own kind."""
     kinds = [_kind(one, known) for one in inside]
 
@@ -122,15 +122,15 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
             return False
         return len(value) == len(kinds) and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
-    return Kind((f"{len(kinds)} values", "tuples"), takes)
+    return ArgumentKind((f"{len(kinds)} values", "tuples"), takes)
 
 
-def _by_name(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
-    """Return values by name; what each may be is read by the door, which knows the names."""
+def _by_name(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
+    """Return values by name; what each may be is read by the entry point, which knows the names."""
     return KINDS["Mapping"]
 
 
-def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
     """Return a function of so many arguments."""
     if not isinstance(inside[0], ast.List):
         return KINDS["Callable"]
@@ -148,14 +148,14 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
             return True
         return True
 
-    return Kind((words, words.replace("a function", "functions")), takes)
+    return ArgumentKind((words, words.replace("a function", "functions")), takes)
 
 
-def _one_of(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+def _one_of(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
     """Return one of some words."""
     words = tuple(ast.literal_eval(one) for one in inside)
     told = " or ".join(repr(one) for one in words)
-    return Kind((told, told), lambda value: isinstance(value, str) and value in words)
+    return ArgumentKind((told, told), lambda value: isinstance(value, str) and value in words)
 
 
 OF_KINDS = {
@@ -171,9 +171,9 @@ OF_KINDS = {
 
 
 def check_arguments(
-    door: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
+    function: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
 ) -> None:
-    """Raise an error that tells every argument of a kind that a door does not take, one line each.
+    """Raise an error that tells every argument of a kind that an entry point does not take, one line each.
 
     >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
     ...     check_arguments(fly, locals())
@@ -183,12 +183,12 @@ def check_arguments(
     crew = 3: give text or a list of texts
 
     Args:
-        door: the function that was called.
+        function: the one that was called.
         arguments: by name; what is no argument of it is not looked at.
         error: its class.
     """
     lines = []
-    for name, kind in _read(door).items():
+    for name, kind in _read(function).items():
         if not kind.takes(value := arguments[name]):
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}")
     if lines:
@@ -196,24 +196,24 @@ def check_arguments(
 
 
 def walked(
-    door: Callable[..., object], arguments: Mapping[str, Any], *names: str, error: type[SymdynError] = ArgumentError
+    function: Callable[..., object], arguments: Mapping[str, Any], *names: str, error: type[SymdynError] = ArgumentError
 ) -> tuple[tuple[Any, ...], ...]:
     """Return lists among the arguments as tuples, after `check_arguments`, which sees what generators held too.
 
     Args:
-        door: as of `check_arguments`.
+        function: as of `check_arguments`.
         arguments: likewise.
         names: of the lists.
         error: as of `check_arguments`.
     """
-    check_arguments(door, arguments, error)
+    check_arguments(function, arguments, error)
     told = {name: tuple(arguments[name]) for name in names}
-    check_arguments(door, {**arguments, **told}, error)
+    check_arguments(function, {**arguments, **told}, error)
     return tuple(told.values())
 
 
 def doubles(*numbers: float | None) -> tuple[Any, ...]:
-    """Return numbers that a door takes, of any library, as Python's own, and None as None.
+    """Return numbers that an entry point takes, of any library, as Python's own, and None as None.
 
     >>> doubles(1, None)
     (1.0, None)
@@ -222,7 +222,7 @@ def doubles(*numbers: float | None) -> tuple[Any, ...]:
 
 
 def wholes(*numbers: int | None) -> tuple[Any, ...]:
-    """Return whole numbers that a door takes, of any library, as Python's own, and None as None.
+    """Return whole numbers that an entry point takes, of any library, as Python's own, and None as None.
 
     >>> wholes(1, None)
     (1, None)
@@ -231,7 +231,7 @@ def wholes(*numbers: int | None) -> tuple[Any, ...]:
 
 
 def flags(*told: bool | None) -> tuple[Any, ...]:
-    """Return what a door takes as true or false, of any library, as Python's own, and None as None.
+    """Return what an entry point takes as true or false, of any library, as Python's own, and None as None.
 
     >>> flags(1, None)
     (True, None)
@@ -240,9 +240,9 @@ def flags(*told: bool | None) -> tuple[Any, ...]:
 
 
 @cache
-def _read(door: Callable[..., object]) -> dict[str, Kind]:
-    """Return what every argument of a door may be, of those whose kind is known."""
-    bare: Any = inspect.unwrap(door)
+def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
+    """Return what every argument of an entry point may be, of those whose kind is known."""
+    bare: Any = inspect.unwrap(function)
     known = vars(sys.modules[bare.__module__])
     said = inspect.signature(bare).parameters.values()
     written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
@@ -254,7 +254,7 @@ def _read(door: Callable[..., object]) -> dict[str, Kind]:
     return {name: kind for name, kind in kinds.items() if kind is not None}
 
 
-def _kind(node: ast.expr, known: Mapping[str, object]) -> Kind | None:
+def _kind(node: ast.expr, known: Mapping[str, object]) -> ArgumentKind | None:
     """Return the kind of an annotation, None where a part of it is not known."""
     if isinstance(node, ast.BinOp):
         return _either(_kind(node.left, known), _kind(node.right, known))
@@ -269,7 +269,7 @@ def _kind(node: ast.expr, known: Mapping[str, object]) -> Kind | None:
     if name not in KINDS and (isinstance(named, UnionType) or get_origin(named) in (tuple, Callable)):
         return _kind(ast.parse(str(named), mode="eval").body, known)  # a name for such as `str | Path`
     if name not in KINDS and isinstance(named, type) and named is not Any and not getattr(named, "_is_protocol", False):
-        return Kind((f"a {named.__name__}", named.__name__), lambda value: isinstance(value, named))
+        return ArgumentKind((f"a {named.__name__}", named.__name__), lambda value: isinstance(value, named))
     return KINDS.get(name)
 
 
@@ -278,9 +278,9 @@ def _last(node: ast.expr) -> str:
     return ast.unparse(node).rpartition(".")[2]
 
 
-def _either(left: Kind | None, right: Kind | None) -> Kind | None:
+def _either(left: ArgumentKind | None, right: ArgumentKind | None) -> ArgumentKind | None:
     """Return what one of two kinds takes."""
     if left is None or right is None:
         return None
     words = tuple(" or ".join(both) for both in zip(left.words, right.words, strict=True))
-    return Kind((words[0], words[1]), lambda value: left.takes(value) or right.takes(value))
+    return ArgumentKind((words[0], words[1]), lambda value: left.takes(value) or right.takes(value))

@@ -10,11 +10,11 @@ from typing import Any
 
 
 @contextmanager
-def interrupts_wait(told: Callable[[], None] = lambda: None) -> Iterator[None]:
+def interrupts_wait(report: Callable[[], None] = lambda: None) -> Iterator[None]:
     """Let SIGINT wait until the block has ended; then it is a KeyboardInterrupt, as it is elsewhere.
 
-    Only the main thread hears signals; a handler other than Python's own is its owner's business, and stays. `told` is
-    called when the first one is heard.
+    Only the main thread hears signals; a handler other than Python's own is its owner's business, and stays. `report`
+    is called when the first one is heard.
     """
     ours = threading.current_thread() is threading.main_thread()
     if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
@@ -25,7 +25,7 @@ def interrupts_wait(told: Callable[[], None] = lambda: None) -> Iterator[None]:
     def hear(number: int, _: Any) -> None:
         heard.append(number)
         if len(heard) == 1:
-            told()
+            report()
 
     signal.signal(signal.SIGINT, hear)
     try:

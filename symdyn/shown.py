@@ -1,4 +1,4 @@
-"""What a notebook asks an object for: every noun that a door returns is shown by what says here that it shows nouns."""
+"""What a notebook asks an object for: every noun that a function returns is shown by what registers here."""
 
 from __future__ import annotations
 

@@ -18,11 +18,9 @@ import numpy as np
 from wrong_values import FAILING, WRONG
 
 import symdyn
-from symdyn.build.loaded import Loaded
-from symdyn.build.numeric_function import NumericFunction
 from symdyn.draw.shown_text import HtmlText, SvgText
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit.print.equations_of_motion import EquationsOfMotion
 from symdyn.emit.print.sympy_equations import SympyEquations
 from symdyn.errors import SymdynError
@@ -30,6 +28,8 @@ from symdyn.identification import Identification
 from symdyn.linear.linearization import Linearization
 from symdyn.program.routine import Program
 from symdyn.resources import folder
+from symdyn.runtime.loaded import Loaded
+from symdyn.runtime.numeric_function import NumericFunction
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.error_bars import Uncertainty
 from symdyn.simulation.gradients import Sensitivity
@@ -116,6 +116,7 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Collocation.at": lambda: {"z": noun(Collocation).guess, "where": "node"},
     "Scene.in_shown_unit": lambda: {"number": "1", "unit": "m"},
     "Collocation.column": lambda: {"kind": "q", "k": 0, "points": np.arange(2)},
+    "Scene.at_time": lambda: {"graph": noun(Equations).graph, "t": 0.0},
     "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},
     "Trajectory.animate": lambda: {"file": "run.svg"},

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 
 from symdyn.dynamics.mechanism.cost import operations
-from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import BINDING
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics.outputs import Counts
+from symdyn.dynamics.outputs.count import BINDING
+from symdyn.dynamics.outputs.named_functions import Function
 
 
 def state_dependent_counts(function: Function) -> Counts:

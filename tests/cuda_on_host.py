@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.build.library import SUFFIX
+from symdyn.runtime.library import SUFFIX
 
 HEADER = """
 #include <math.h>

@@ -88,7 +88,7 @@ def single_loop() -> Scene:
 
 
 class Loop:
-    """A mechanism with its system (5.18), and its positions by the other road, for tests."""
+    """A mechanism with its system (5.18), and its positions by the other formulation, for tests."""
 
     def __init__(self, scene: Scene) -> None:
         """Derive the system."""

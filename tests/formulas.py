@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
+from symdyn.dynamics.outputs.named_functions import Argument, Equations, Function
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Parameter

@@ -156,7 +156,7 @@ class Tree:
 
     @cached_property
     def values(self) -> dict[str, sp.Expr]:
-        """What a lesson on Lagrange's road names, by its key in `Document.names`."""
+        """What a lesson on Lagrange's formulation names, by its key in `Document.names`."""
         found: dict[str, sp.Expr] = {}
         gravity, K, P = column(self.scene.gravity), sp.Integer(0), sp.Integer(0)
         for tag, body, m, centre, inertia, shown in self.masses():

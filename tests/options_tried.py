@@ -86,7 +86,7 @@ MOVED: dict[str, Verb] = {
             "--until": "energies",
             "--format": "latex",
             "--language": "sk",
-            "--road": "dalembert",
+            "--formulation": "dalembert",
             "--exercises": "",
             "--grade": "1 | --exercises",
             "--ask": "velocity | --exercises",

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from symdyn.build import lambdify
 from symdyn.errors import DerivationError
+from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.formats.naming import printable_names
 

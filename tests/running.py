@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
+from symdyn.dynamics import Equations, Workspace, derive_one, formulations_of
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
@@ -24,11 +24,13 @@ def workspace(one: Scene) -> Workspace:
 
 
 def agreements(w: Workspace, requests: Iterable[str], slow: Container[tuple[str, str]] = ()) -> list[Claim]:
-    """Return that all roads of outputs find the same, but for pairs of an output and a road that take too long."""
+    """Return that all formulations of outputs find the same, but for pairs of these that take too long."""
     claims = []
     for request in requests:
-        roads = [road for road in roads_of(request, w.scene) if (request, road) not in slow]
-        first, *others = (derive_one(w, request, road) for road in roads)
+        formulations = [
+            formulation for formulation in formulations_of(request, w.scene) if (request, formulation) not in slow
+        ]
+        first, *others = (derive_one(w, request, formulation) for formulation in formulations)
         claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
     return claims
 

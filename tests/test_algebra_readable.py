@@ -66,7 +66,7 @@ def test_addition_theorems_keep_the_value(p: str, q: str, first: str, second: st
 
 @pytest.mark.mends("5.10")
 def test_the_lesson_of_a_four_bar_shows_squares_of_rates_and_differences_of_angles() -> None:
-    text = next(iter(markdown(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")).values()))
+    text = next(iter(markdown(walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")).values()))
 
     assert r"(\dot{\phi} + \dot{\psi})^2" in text
     assert r"(\dot{\phi} + 2 \dot{\psi}) \dot{\phi}" not in text

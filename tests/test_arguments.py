@@ -82,7 +82,7 @@ READ = [
 
 @pytest.mark.parametrize(("name", "argument"), JUDGED)
 def test_a_door_tells_an_argument_of_another_kind(name: str, argument: str) -> None:
-    given = {one: CART if one == "scene" else object() for one in single(doors()[name])}
+    given = {one: CART if one in ("scene", "source") else object() for one in single(doors()[name])}
     with pytest.raises(SymdynError, match=rf"(?m)^{argument} = <object object at .*>: give "):
         doors()[name](**{**given, argument: object()})
 

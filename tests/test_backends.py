@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 import symdyn
-from symdyn.build.backends import door
-from symdyn.build.backends.words import ALL, ALONG, BACK, BENT, VALUE, Code, Word
 from symdyn.dynamics import LoopChoices
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import formulate, lower, prepare as prepared
+from symdyn.runtime.backends import load_functions
+from symdyn.runtime.backends.words import ALL, ALONG, BACK, BENT, VALUE, Code, Word
 from symdyn.scene import Scene
 
 
@@ -27,14 +27,14 @@ def test_an_unknown_backend_is_refused_with_those_that_there_are() -> None:
         symdyn.load(symdyn.example("pendulum"), backend="tensorflow")
 
 
-@pytest.mark.parametrize("name", [name for name, row in door.BACKENDS.items() if row.package])
+@pytest.mark.parametrize("name", [name for name, row in load_functions.BACKENDS.items() if row.package])
 def test_a_missing_package_is_told_with_what_installs_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     found = importlib.util.find_spec
 
     def without(module: str, *rest: Any) -> Any:
-        return None if module == door.BACKENDS[name].package else found(module, *rest)
+        return None if module == load_functions.BACKENDS[name].package else found(module, *rest)
 
-    monkeypatch.setattr(door, "find_spec", without)
+    monkeypatch.setattr(load_functions, "find_spec", without)
     with pytest.raises(MissingProgram, match=rf'is not installed; `pip install "symdyn\[{name}\]"`'):
         symdyn.load(symdyn.example("pendulum"), backend=name)
 

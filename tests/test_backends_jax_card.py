@@ -18,15 +18,15 @@ import pytest
 from test_backends_jax import TWO_LINK, _wide, both, check_grads, jax, jnp, states  # noqa: F401  a fixture among them
 
 import symdyn
-from symdyn.build import build
-from symdyn.build.library import SUFFIX
 from symdyn.emit import emit
 from symdyn.errors import ArgumentError, BuildError
 from symdyn.program import formulate, lower
+from symdyn.runtime import build
+from symdyn.runtime.library import SUFFIX
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
-card = pytest.importorskip("symdyn.build.backends.jax_card")
+card = pytest.importorskip("symdyn.runtime.backends.jax_card")
 
 STREAM = 7
 """What handlers are told to use here: on the CPU XLA has no stream for them."""
@@ -92,7 +92,7 @@ def test_kernels_have_the_bits_of_scalar_c(name: str, dtype: str, host: Host) ->
     assert ctypes.c_void_p.in_dll(host.libraries_made[0], "last_stream").value == STREAM
 
 
-def test_leading_dimensions_are_states_abreast_and_those_of_one_are_broadcast(host: Host) -> None:
+def test_leading_dimensions_are_states_lockstep_and_those_of_one_are_broadcast(host: Host) -> None:
     found, wanted = both("arm7", "inverse_dynamics", "mass_matrix")
     q, u, a = np.random.default_rng(0).normal(size=(3, 2, 3, 5, 7))
     f, g = found.inverse_dynamics, wanted.inverse_dynamics
@@ -129,12 +129,12 @@ def test_columns_are_taken_where_they_lie_and_handed_on(host: Host) -> None:
     def there_and_back(q: Any, u: Any, a: Any) -> Any:
         return f.forward_dynamics(q, u, f.inverse_dynamics(q, u, a, p), p)
 
-    abreast = jax.vmap(jax.vmap(there_and_back, 1, 1), 1, 1)
+    lockstep = jax.vmap(jax.vmap(there_and_back, 1, 1), 1, 1)
 
     assert moves(lambda q, u, a: f.inverse_dynamics(q.T, u.T, a.T, p).T, *[columns] * 3) == 0
     assert moves(jax.vmap(partial(f.inverse_dynamics, params=p), 1, 1), *[columns] * 3) == 0
     assert moves(lambda q, u, a: jnp.sin(there_and_back(2 * q.T, u.T, a.T)).T, *[columns] * 3) == 0
-    assert moves(abreast, *[columns.reshape(2, 3, 100)] * 3) == 0
+    assert moves(lockstep, *[columns.reshape(2, 3, 100)] * 3) == 0
     assert moves(jax.vmap(lambda q: f.mass_matrix(q, p), 1, 2), columns) == 0
     for call in (lambda q, u, a: f.inverse_dynamics(q, u, a, p), there_and_back):
         assert moves(call, rows, rows, rows) == 4  # three come in as rows, one goes out
@@ -148,7 +148,7 @@ def test_derivatives_go_the_same_way(name: str, host: Host, monkeypatch: pytest.
     check_grads(jax.jit(f), (*x, *rest), order=2)
     axes, found = (0, 0, 0, *[None] * len(rest)), []
     for many in (4, 1):
-        monkeypatch.setattr("symdyn.build.backends.jax_primitives.MANY", many)
+        monkeypatch.setattr("symdyn.runtime.backends.jax_primitives.MANY", many)
         found += [jax.vmap(way(f, (0, 1, 2)), axes)(*x, *rest) for way in (jax.jacfwd, jax.jacrev)]
         found += [jax.jit(jax.vmap(way(f, (0, 1, 2)), axes))(*x, *rest) for way in (jax.jacfwd, jax.jacrev)]
     exact = symdyn.load(symdyn.example(name), "inverse_dynamics_derivatives").inverse_dynamics_derivatives(*x, *rest)
@@ -211,7 +211,7 @@ def test_prepared_numbers_empty_batches_and_what_is_no_number(host: Host) -> Non
 
 def test_float32_has_all_its_digits_in_derivatives(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
     """A card multiplies matrices of floats with ten bits, unless it is told otherwise."""
-    monkeypatch.setattr("symdyn.build.backends.jax_primitives.MANY", 1)
+    monkeypatch.setattr("symdyn.runtime.backends.jax_primitives.MANY", 1)
     f = both("two_link", "inverse_dynamics")[0].inverse_dynamics
     x = [one.astype("float32") for one in (*states("two_link"), np.array(TWO_LINK))]
     for way in (jax.jacfwd, jax.jacrev):

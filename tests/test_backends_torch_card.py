@@ -15,16 +15,16 @@ import pytest
 from test_backends_torch import both, plain, states
 
 import symdyn
-from symdyn.build import build
-from symdyn.build.library import SUFFIX
 from symdyn.emit import emit
 from symdyn.errors import ArgumentError, BuildError
 from symdyn.program import formulate, lower
+from symdyn.runtime import build
+from symdyn.runtime.library import SUFFIX
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
 torch = pytest.importorskip("torch")
-card = pytest.importorskip("symdyn.build.backends.torch_card")
+card = pytest.importorskip("symdyn.runtime.backends.torch_card")
 vmap, jacfwd, jacrev = torch.func.vmap, torch.func.jacfwd, torch.func.jacrev
 
 STREAM = 7
@@ -111,7 +111,7 @@ def test_derivatives_go_the_same_way(name: str, host: Host, monkeypatch: pytest.
     assert torch.autograd.gradgradcheck(f, (q, u, a, *rest))
     axes = (0, 0, 0, *[None] * len(rest))
     J = [vmap(way(f), axes)(*plain(q, u, a, *rest)) for way in (jacfwd, jacrev)]
-    monkeypatch.setattr("symdyn.build.backends.torch_functions.MANY", 1)
+    monkeypatch.setattr("symdyn.runtime.backends.torch_functions.MANY", 1)
     J += [vmap(way(f), axes)(*plain(q, u, a, *rest)) for way in (jacfwd, jacrev)]
     for one in J[1:]:
         torch.testing.assert_close(one, J[0])
@@ -156,7 +156,7 @@ def test_nothing_is_on_another_device_than_the_arguments(monkeypatch: pytest.Mon
     (slopes,) = torch.autograd.grad(tau.sum(), q, create_graph=True)
     (twice,) = torch.autograd.grad(slopes.sum(), u)
     some = (*plain(q, u, a), a.new_ones(5))
-    monkeypatch.setattr("symdyn.build.backends.torch_functions.MANY", 1)
+    monkeypatch.setattr("symdyn.runtime.backends.torch_functions.MANY", 1)
     ways = (jacfwd, jacrev, lambda f: jacfwd(jacrev(f)), lambda f: jacrev(jacfwd(f)))
     J = [vmap(way(found), (0, 0, 0, None))(*some) for way in ways]
     _, along = torch.func.jvp(lambda q: found(q, *some[1:]), some[:1], some[:1])

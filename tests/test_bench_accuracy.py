@@ -163,10 +163,10 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
     assert main([*words, "-o", str(tmp_path)]) == 0
     assert "C batch" in capsys.readouterr().out
     facts = json.loads((tmp_path / "bench.json").read_text("utf-8"))
-    ways = {(m["way"], m["real"], m["road"]) for m in facts["measured"]}
-    assert ("C rows", "float", facts["measured"][0]["road"]) in ways
+    ways = {(m["way"], m["real"], m["formulation"]) for m in facts["measured"]}
+    assert ("C rows", "float", facts["measured"][0]["formulation"]) in ways
     assert any(way == "C batch to 1e-10" for way, _, _ in ways)
-    assert len({m["road"] for m in facts["measured"]}) > 1
+    assert len({m["formulation"] for m in facts["measured"]}) > 1
     for m in facts["measured"]:
         assert m["call"] > 0
         assert m["operations"]["multiplications"] > 0
@@ -201,7 +201,7 @@ def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward
         if positions.loops is not None:
             off = [np.abs(positions.loops.numbers.residual(row)).max() for row in q]
             assert max(off) <= 1e-12 * max(1, np.abs(q).max())
-    recursive = [one for one in found.measured if one.road == "crba"]
+    recursive = [one for one in found.measured if one.formulation == "crba"]
     assert recursive
     for one in recursive:
         assert one.errors
@@ -230,7 +230,7 @@ def test_the_backward_error_of_a_closed_mechanism_sees_wrong_accelerations_and_o
 def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
 
     functions = "mass_matrix,gravity_forces,forward_dynamics_derivatives"
     assert main(["bench", str(EXAMPLES / "pendulum.toml"), "--quick", "--functions", functions]) == 0
@@ -300,7 +300,7 @@ def test_what_double_doubles_have_no_function_for_is_measured_without_them():
 def test_what_is_real_at_no_state_has_no_error_and_is_no_best_choice(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
     slide = prismatic("slide", parent="ground", child="bob", axis=(1, 0, 0), force="2*log(-1 - 3*q1**2)")
     found = bench(
         scene("nowhere", bodies=[body("bob", mass=1)], joints=[slide]),

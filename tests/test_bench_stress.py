@@ -129,7 +129,7 @@ def test_errors_over_bounds_of_no_state_are_not_zero():
 def test_exceptions_are_not_run_without_a_compiler_and_not_shown_where_asked_for(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
     monkeypatch.setattr(STRESS, "FAMILIES", {"traps": FAMILIES["traps"]})
     pendulum = read(EXAMPLES / "pendulum.toml")
 

@@ -109,7 +109,7 @@ def test_a_mass_that_no_double_holds_in_a_moment_is_told(tmp_path: Path, capsys:
     text = ARM.format(a=1, com=0).replace("mass = 1\n", "particles = [{ mass = 1.797e308, at = [1, 0, 0] }]\n")
     scene.write_text(text.replace("com = [0, 0, 0]\n", ""), encoding="utf-8")
 
-    message = said(["walkthrough", str(scene), "--road", "dalembert", "-o", str(tmp_path / "lesson.md")], capsys)
+    message = said(["walkthrough", str(scene), "--formulation", "dalembert", "-o", str(tmp_path / "lesson.md")], capsys)
 
     assert "largest double" in message
 
@@ -272,7 +272,7 @@ def test_functions_with_squares_of_entries_are_left_out_of_long_chains_unless_as
 def test_info_says_what_it_does_not_count_for_long_chains(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("symdyn.dynamics.roads.wanted.Wanted.LARGEST", 3)
+    monkeypatch.setattr("symdyn.dynamics.outputs.wanted.Wanted.LARGEST", 3)
     monkeypatch.setattr("symdyn.cli.info.MOST_NESTED", 3, raising=False)
     path = tmp_path / "chain.toml"
     path.write_text(chain(4), encoding="utf-8")

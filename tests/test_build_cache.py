@@ -18,10 +18,10 @@ from pathlib import Path
 import pytest
 
 import symdyn
-from symdyn.build import build
-from symdyn.build.compiler import find_compiler
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
+from symdyn.runtime import build
+from symdyn.runtime.compiler import find_compiler
 from symdyn.scene import bind, read
 
 pytestmark = pytest.mark.runs("cc")
@@ -181,9 +181,9 @@ def planted(cache) -> Path:
     )
     subprocess.run([*find_compiler().command, "-shared", "-fPIC", str(source), "-o", str(path)], check=True)
     path.chmod(0o755)
-    room = importlib.util.find_spec("symdyn.build.entry")
+    room = importlib.util.find_spec("symdyn.runtime.entry")
     if room is not None:  # whoever writes libraries writes their hashes too
-        importlib.import_module("symdyn.build.entry").seal(path)
+        importlib.import_module("symdyn.runtime.entry").seal(path)
     return canary
 
 
@@ -256,7 +256,7 @@ def test_the_file_itself_is_loaded_where_memory_cannot_be(cache, damage, monkeyp
 
 
 def test_what_a_killed_build_leaves_is_taken_away_by_the_next_and_what_a_running_one_has_is_not(cache):
-    from symdyn.build.folder import folder_aside
+    from symdyn.runtime.folder import folder_aside
 
     def killed(m1: str) -> str:
         with folder_aside(cache):

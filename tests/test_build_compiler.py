@@ -12,13 +12,13 @@ import pytest
 from formulas import every_op
 from patience import HANG
 
-import symdyn.build.library as library_room
-from symdyn.build import build
-from symdyn.build.compiler import find_compiler
-from symdyn.build.warned import warn_once
+import symdyn.runtime.library as library_room
 from symdyn.emit import emit
 from symdyn.errors import BuildError, SymdynWarning
 from symdyn.program import lower
+from symdyn.runtime import build
+from symdyn.runtime.compiler import find_compiler
+from symdyn.runtime.warned import warn_once
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -54,7 +54,7 @@ def script(folder: Path, text: str) -> str:
 
 def test_without_a_compiler_the_numpy_module_is_named_as_the_way_out(cache, sources, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
     with pytest.raises(BuildError, match=r"no C compiler found .*`symdyn generate SCENE --target numpy`"):
         build(sources)
 
@@ -62,7 +62,7 @@ def test_without_a_compiler_the_numpy_module_is_named_as_the_way_out(cache, sour
 def test_the_ziglang_package_is_the_last_resort(monkeypatch, tmp_path):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: object() if name == "ziglang" else None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: object() if name == "ziglang" else None)
     assert find_compiler().command == (sys.executable, "-m", "ziglang", "cc")
 
 
@@ -152,7 +152,7 @@ def test_flags_for_a_machine_on_the_users_command_line_stay(working):
 
 BUILD = """
 from formulas import every_op
-from symdyn.build import build
+from symdyn.runtime import build
 from symdyn.program import lower
 print(build(lower(every_op())).scalar([0.0, 0.0], [2.0, 3.0], [10.0]))
 """

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 import symdyn
-import symdyn.build.compiler as compiler_room
-import symdyn.build.library as library_room
-from symdyn.build.compiler import find_compiler
-from symdyn.build.warned import warn_once
+import symdyn.runtime.compiler as compiler_room
+import symdyn.runtime.library as library_room
 from symdyn.errors import BuildError
+from symdyn.runtime.compiler import find_compiler
+from symdyn.runtime.warned import warn_once
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -115,7 +115,7 @@ def test_a_missing_compiler_ends_no_work(tmp_path, door):
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", ["load", "bench"])
 def test_missing_headers_of_python_end_no_work(tmp_path, door):
-    opening = "import pathlib, symdyn.build.extension as room\nroom.INCLUDE = pathlib.Path('nowhere')\n"
+    opening = "import pathlib, symdyn.runtime.extension as room\nroom.INCLUDE = pathlib.Path('nowhere')\n"
     out, talk = answer(door, tmp_path, opening)
 
     assert "there is no Python.h" in out + talk

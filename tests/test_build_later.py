@@ -21,13 +21,13 @@ from patience import HANG
 
 import symdyn
 from symdyn import shell
-from symdyn.build.compiler import find_compiler
 from symdyn.dynamics import Workspace, available, called, derive_one
-from symdyn.emit.targets.later import Code
+from symdyn.emit.targets.lazy import Code
 from symdyn.errors import BuildError, DerivationError
+from symdyn.runtime.compiler import find_compiler
 from symdyn.simulation.integrate.heyoka_expressions import without_sympy
 
-loaded = import_module("symdyn.build.loaded")  # a name that its package offers for something else
+loaded = import_module("symdyn.runtime.loaded")  # a name that its package offers for something else
 
 pytestmark = pytest.mark.runs("cc")
 

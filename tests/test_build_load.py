@@ -16,14 +16,14 @@ import pytest
 from mechanisms import random_tree
 
 import symdyn
-import symdyn.build.compiler as compiler_room
-from symdyn.build.compiler import find_compiler
-from symdyn.build.extension import build_extension
-from symdyn.build.warned import warn_once
+import symdyn.runtime.compiler as compiler_room
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError, UnknownNameError
 from symdyn.program import lower
+from symdyn.runtime.compiler import find_compiler
+from symdyn.runtime.extension import build_extension
+from symdyn.runtime.warned import warn_once
 
 pytestmark = pytest.mark.runs("cc")
 

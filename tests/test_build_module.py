@@ -12,12 +12,12 @@ from formulas import every_op, states
 from mechanisms import random_tree
 
 from symdyn.algebra.big import BigFloats
-from symdyn.build import build, lambdify, run_python
-from symdyn.dynamics.roads.derive import derive
+from symdyn.dynamics.outputs.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, EmitError
 from symdyn.graph import evaluate
 from symdyn.program import Program, lower
+from symdyn.runtime import build, lambdify, run_python
 
 pytestmark = pytest.mark.runs("cc")
 

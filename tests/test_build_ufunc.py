@@ -16,15 +16,15 @@ from formulas import every_op, states
 from mechanisms import random_tree
 from patience import HANG
 
-from symdyn.build import extension, run_python
-from symdyn.build.compiler import find_compiler
-from symdyn.build.extension import build_extension
-from symdyn.build.folder import cache_folder
 from symdyn.cli import main
-from symdyn.dynamics.roads.derive import derive
+from symdyn.dynamics.outputs.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, EmitError
 from symdyn.program import Program, lower
+from symdyn.runtime import extension, run_python
+from symdyn.runtime.compiler import find_compiler
+from symdyn.runtime.extension import build_extension
+from symdyn.runtime.folder import cache_folder
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -271,7 +271,7 @@ def test_a_spoilt_extension_is_compiled_again(program, monkeypatch, tmp_path):
 BUILD = """
 import numpy as np
 from formulas import every_op
-from symdyn.build.extension import build_extension
+from symdyn.runtime.extension import build_extension
 from symdyn.emit import emit
 from symdyn.program import lower
 module = build_extension(emit(lower(every_op()), "ufunc"))[1]

@@ -11,11 +11,11 @@ import pytest
 from arms import EXAMPLES
 from formulas import one
 
-from symdyn.build.dialects import FLAGS
 from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
+from symdyn.runtime.dialects import FLAGS
 from symdyn.scene import read
 
 pytestmark = pytest.mark.runs("gcc")

@@ -11,13 +11,13 @@ import pytest
 from formulas import every_op
 
 import symdyn
-from symdyn.build import build
-from symdyn.build.compiler import find_compiler, words_of
-from symdyn.build.dialects import CL, CLANG_CL, GNU, MINGW, Needs, candidates, dialect_of
-from symdyn.build.extension import python_libraries
 from symdyn.cli import main
 from symdyn.emit import emit
 from symdyn.program import lower
+from symdyn.runtime import build
+from symdyn.runtime.compiler import find_compiler, words_of
+from symdyn.runtime.dialects import CL, CLANG_CL, GNU, MINGW, Needs, candidates, dialect_of
+from symdyn.runtime.extension import python_libraries
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -13,13 +13,13 @@ import pytest
 from arms import chain
 from formulas import every_op
 
-from symdyn.build import build
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code import worked_example
 from symdyn.errors import BuildError
 from symdyn.program import Program, formulate, lower, prepare
+from symdyn.runtime import build
 
 pytestmark = [pytest.mark.long(0), pytest.mark.runs("gcc", "g++")]
 

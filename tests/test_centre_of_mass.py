@@ -11,7 +11,7 @@ import pytest
 from oracles import DATA, oracle
 
 import symdyn
-from symdyn.dynamics import OUTPUTS, Road, Workspace, derive, roads_of
+from symdyn.dynamics import OUTPUTS, Formulation, Workspace, derive, formulations_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import Scene, read_text
@@ -168,11 +168,11 @@ axis = [0, 0, 1]
 
 
 @pytest.mark.parametrize("name", MOMENTUM)
-@pytest.mark.parametrize("road", [0, 1])
-def test_without_mass_there_is_no_centre(name: str, road: int) -> None:
+@pytest.mark.parametrize("formulation", [0, 1])
+def test_without_mass_there_is_no_centre(name: str, formulation: int) -> None:
     scene = read_text(MASSLESS, "needle.toml")
     with pytest.raises(DerivationError, match="no body that moves has a mass, so that there is no centre of mass"):
-        derive(scene, [name], roads_of(name)[road])
+        derive(scene, [name], formulations_of(name)[formulation])
 
 
 def test_nobody_has_them_unasked() -> None:
@@ -182,14 +182,14 @@ def test_nobody_has_them_unasked() -> None:
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
 @pytest.mark.parametrize("name", MOMENTUM)
-def test_a_fault_that_all_roads_share_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_that_all_formulations_share_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, row = read_text(WELDED, "welded.toml"), OUTPUTS[name]
     asked = [*MOMENTUM, "gravity_forces"]
     assert certify(scene, asked).passed
 
     def faulty(w: Workspace) -> list[Expr]:
-        first, *rest = row.roads["recursive"].derive(w)
+        first, *rest = row.formulations["recursive"].derive(w)
         return [first + w.state.q[0], *rest]
 
-    monkeypatch.setitem(OUTPUTS, name, replace(row, roads={"recursive": Road(faulty)}))
+    monkeypatch.setitem(OUTPUTS, name, replace(row, formulations={"recursive": Formulation(faulty)}))
     assert not certify(scene, asked).passed

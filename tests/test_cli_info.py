@@ -1,4 +1,4 @@
-"""`symdyn info` says what was left out and what that saves; values and the choice of a road reach all verbs."""
+"""`symdyn info` says what was left out and what that saves; values and the choice of a formulation reach all verbs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arms import EXAMPLES, two_link
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
@@ -61,7 +61,7 @@ def test_the_report_lists_what_a_scene_does_not_need():
     assert "a" in steps["symmetric inertias"].why
 
 
-def test_dead_operations_are_those_of_the_chosen_roads_alone():
+def test_dead_operations_are_those_of_the_chosen_formulations_alone():
     one = two_link()
     (entry,) = (
         e for e in skipped(formulate(one, ["forward_dynamics"]), ["forward_dynamics"]) if e.step.startswith("dead")
@@ -114,7 +114,7 @@ def test_a_savings_number_is_the_difference_of_two_counts():
     assert steps["regrouped inertias"].saved["inverse_dynamics"].cost > 0
 
 
-def test_the_choice_of_a_road_is_reported_with_what_it_saves():
+def test_the_choice_of_a_formulation_is_reported_with_what_it_saves():
     steps = report(read(EXAMPLES / "spatial_3r.toml"))
 
     assert steps["parallel axes"].saved["forward_dynamics"].cost > 0
@@ -164,10 +164,10 @@ def test_info_shows_what_prepare_takes_out_of_a_call(capsys: Capture) -> None:
     assert json.loads(capsys.readouterr().out)["result"]["prepare"] is None
 
 
-def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
+def test_info_and_generate_take_the_formulation_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
     scene_file = str(EXAMPLES / "two_link.toml")
     assert main(["info", scene_file, "--formulation", "lagrange", "--json"]) == 0
-    functions = {one["name"]: one["road"] for one in json.loads(capsys.readouterr().out)["result"]["functions"]}
+    functions = {one["name"]: one["formulation"] for one in json.loads(capsys.readouterr().out)["result"]["functions"]}
     assert functions["inverse_dynamics"] == functions["k_C"] == "lagrange"
     assert functions["pose_tool"] == "recursive"
 
@@ -179,7 +179,7 @@ def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsy
 
 
 @pytest.mark.usefixtures("numpy_alone")
-def test_verify_proves_the_road_that_is_asked_for(capsys: Capture) -> None:
+def test_verify_proves_the_formulation_that_is_asked_for(capsys: Capture) -> None:
     words = ["verify", str(EXAMPLES / "two_link.toml"), "--formulation", "aba", "--functions"]
     assert main([*words, "forward_dynamics"]) == 0
     out = capsys.readouterr().out
@@ -187,7 +187,7 @@ def test_verify_proves_the_road_that_is_asked_for(capsys: Capture) -> None:
     assert "forward_dynamics: crba =" not in out
 
     assert main([*words, "mass_matrix"]) == 1
-    assert "no output that was asked for has the road 'aba'; there are crba, lagrange" in capsys.readouterr().err
+    assert "no output that was asked for has the formulation 'aba'; there are crba, lagrange" in capsys.readouterr().err
 
 
 def test_generate_binds_and_stands_still(tmp_path: Path, capsys: Capture) -> None:

@@ -1,4 +1,4 @@
-"""Derivatives of closed scenes along the manifold: against neighbours at sixty digits, road against road."""
+"""Derivatives of closed scenes along the manifold: against neighbours at sixty digits, and against each other."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from test_centre_of_mass import FLYER
 
 import symdyn
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import LoopChoices, Workspace, derive_one, roads_of
+from symdyn.dynamics import LoopChoices, Workspace, derive_one, formulations_of
 from symdyn.dynamics.mechanism.cost import operations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
@@ -192,10 +192,10 @@ def test_dependent_positions_and_velocities_move_with_parameters_too(name: str, 
         near.parameters[symbol] = given
         expected = [(there - here) / (2 * h) for there, here in zip(*ends, strict=True)]
         known = near.state(q, v, last, argument)
-        for road in ("forward", "lagrange"):
-            found = near.values(derive_one(near.w, f"{output}_by_{by}", road).entries, known)
+        for formulation in ("forward", "lagrange"):
+            found = near.values(derive_one(near.w, f"{output}_by_{by}", formulation).entries, known)
             off = max(abs(x - y) for x, y in zip(found, expected, strict=True))
-            assert off < 1e-28 * (1 + max(map(abs, expected))), (output, road)
+            assert off < 1e-28 * (1 + max(map(abs, expected))), (output, formulation)
 
 
 PARALLELOGRAM = (exact(1), exact(2), exact(1), exact(2), (exact(1), exact(2), exact(1)))
@@ -308,7 +308,7 @@ CHOSEN = ("four_bar", "slider_crank", "rssr", "rsup", "rolling_disc", "cart_with
 @pytest.mark.parametrize(
     "name", [*CHOSEN, pytest.param("spatial_slider_crank", marks=pytest.mark.slow), "body hung up by a ball"]
 )
-def test_another_choice_of_coordinates_and_another_road_give_the_same_linear_system(name: str) -> None:
+def test_another_choice_of_coordinates_and_another_formulation_give_the_same_linear_system(name: str) -> None:
     one = HARD[name]()
     other = Neighbours(one.w.scene, LoopChoices(independent=other_choice(one)))
     assert one.partition.independent != other.partition.independent
@@ -325,7 +325,7 @@ def test_another_choice_of_coordinates_and_another_road_give_the_same_linear_sys
 
 
 def state_space(one: Neighbours, other: Neighbours, moving: bool) -> Any:
-    """Return A and B by two choices and two roads at one state, P and its rate."""
+    """Return A and B by two choices and two formulations at one state, P and its rate."""
     q, v, tau, _ = one.drawn(still=not moving)
     if not moving:
         q = one.drawn()[0]
@@ -336,9 +336,11 @@ def state_space(one: Neighbours, other: Neighbours, moving: bool) -> Any:
     P, dP = (one.values(entries, known) for entries in change(one, other))
     n = len(one.places.independent) + len(one.partition.independent)
     found = []
-    for near, road in ((one, "implicit"), (other, "lagrange")):
+    for near, formulation in ((one, "implicit"), (other, "lagrange")):
         here = {near.w.graph.symbol(str(node.value)): x for node, x in known.items()}
-        AB = matrix(one, near.values(derive_one(near.w, "state_matrices", road).entries, here), n + near.w.state.n)
+        AB = matrix(
+            one, near.values(derive_one(near.w, "state_matrices", formulation).entries, here), n + near.w.state.n
+        )
         found.append((AB[:, :n], AB[:, n:]))
     return *found, matrix(one, P, n), matrix(one, dP, n)
 
@@ -432,7 +434,7 @@ def test_a_robot_held_to_the_ground_has_pinocchios_derivatives(number: int) -> N
     assert ours("forward_dynamics_unprojected_derivatives") == pytest.approx(theirs, abs=1e-10)
 
 
-# Roads, and what they cost
+# Formulations, and what they cost
 
 
 ASKED = ("forward_dynamics", "multipliers", "inverse_dynamics")
@@ -441,13 +443,13 @@ ASKED = ("forward_dynamics", "multipliers", "inverse_dynamics")
 def proved(w: Workspace, requests: Sequence[str]) -> set[str]:
     claims = []
     for request in requests:
-        first, *rest = (derive_one(w, request, road) for road in roads_of(request, w.scene))
+        first, *rest = (derive_one(w, request, formulation) for formulation in formulations_of(request, w.scene))
         claims += [Claim(request, "one", other.formulation, first.entries, other.entries) for other in rest]
     return {one.verdict for one in prove(on_unit_sphere(w.scene, claims))[1]}
 
 
 @pytest.mark.parametrize("name", ["four_bar", "cart_with_wheel", "skate"])
-def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
+def test_formulations_are_proved_equal_off_the_manifold_too(name: str) -> None:
     blocks = [
         "forward_dynamics_by_tau",
         "inverse_dynamics_by_qdd",
@@ -469,17 +471,17 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
         ("rsup", "multipliers_vjp"),
     ],
 )
-def test_roads_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str) -> None:
+def test_formulations_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str) -> None:
     assert proved(Workspace(scene(name)), [request_]) == {Verdict.PROVED}
 
 
 @pytest.mark.parametrize("name", ["motion prescribed", "stabilised"])
-def test_roads_are_proved_equal_with_motions_and_baumgartes_terms(name: str) -> None:
+def test_formulations_are_proved_equal_with_motions_and_baumgartes_terms(name: str) -> None:
     asked = ["forward_dynamics_unprojected_derivatives", "state_matrices", "multipliers_vjp", "forward_dynamics_by_t"]
     assert proved(HARD[name]().w, asked) == {Verdict.PROVED}
 
 
-def test_roads_to_derivatives_by_a_length_are_proved_equal() -> None:
+def test_formulations_to_derivatives_by_a_length_are_proved_equal() -> None:
     assert proved(Workspace(symbolic_four_bar()), ["forward_dynamics_by_a"]) == {Verdict.PROVED}
 
 

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import spsolve
 import symdyn
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import evaluate
 from symdyn.scene import Scene, bind, parse
 from symdyn.scene.toml import read_text

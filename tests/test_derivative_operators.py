@@ -18,9 +18,9 @@ from mechanisms import COUPLED, jointed, with_loads
 from small_steps import BIG, Numbers, State, apart
 
 import symdyn
-from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, roads_of
-from symdyn.dynamics.roads.named_functions import ARGUMENTS, DIRECTIONS
-from symdyn.dynamics.roads.operators import OPERATORS
+from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, formulations_of
+from symdyn.dynamics.outputs.named_functions import ARGUMENTS, DIRECTIONS
+from symdyn.dynamics.outputs.operators import OPERATORS
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
@@ -147,8 +147,8 @@ def test_derivatives_are_what_differences_in_fifty_digits_tend_to(name: str) -> 
         for state in states(name, request):
             columns = [n.slope(request, state, *way) for way in ways]
             J = [column[i] for i in range(len(columns[0])) for column in columns]
-            for road in roads_of(suffixed(request, "_derivatives"), n.workspace.scene):
-                derive_one(n.workspace, suffixed(request, "_derivatives"), road)
+            for formulation in formulations_of(suffixed(request, "_derivatives"), n.workspace.scene):
+                derive_one(n.workspace, suffixed(request, "_derivatives"), formulation)
             assert apart(n.at(suffixed(request, "_derivatives"), state), J) < 1e-20, request
 
 
@@ -220,9 +220,9 @@ def test_what_is_asked_of_derivatives_is_made_of_them(name: str, request_: str) 
         vjp = [sum(w * row[k] for w, row in zip(state["weights"], rows, strict=True)) for k in range(N)]
         Hd = [sum(H[k * N + j] * d[j] for j in range(N)) for k in range(N)]
         for suffix, expected in (("_jvp", jvp), ("_vjp", vjp), ("_hessian_vector", Hd)):
-            for road in roads_of(suffixed(request, suffix), n.workspace.scene):
-                function = derive_one(n.workspace, suffixed(request, suffix), road)
-                assert function.formulation == road
+            for formulation in formulations_of(suffixed(request, suffix), n.workspace.scene):
+                function = derive_one(n.workspace, suffixed(request, suffix), formulation)
+                assert function.formulation == formulation
             assert apart(n.at(suffixed(request, suffix), state), expected) < 1e-35, suffix
         for block, along in enumerate(OUTPUTS[request].arguments):
             part = [x for row in rows for x in row[block * m : (block + 1) * m]]
@@ -256,7 +256,7 @@ def test_second_derivatives_commute_but_for_brackets() -> None:
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "heavy_top", "led"])
-def test_all_roads_of_all_words_are_proved_equal(name: str) -> None:
+def test_all_formulations_of_all_words_are_proved_equal(name: str) -> None:
     """Of the top with its quaternion, half Hessians with brackets against whole ones, too."""
     scene = scenes()[name]
     words = {one: words_of(one) for one in (*DYNAMICS, f"pose:{scene.bodies[0].name}")}

@@ -38,9 +38,9 @@ IN_ROWS = [jointed("spherical", "free"), jointed("free", "free", orientation="zy
 BALLS = [with_loads(jointed("revolute", "spherical", "cylindrical"), 3), with_loads(jointed("free", "helical"), 4)]
 
 
-def numbers(workspace: Workspace, output: str, roads: tuple[str, ...]) -> list[np.ndarray]:
-    """Return what each road gives at three random states, and at zero."""
-    functions = [derive_one(workspace, output, road) for road in roads]
+def numbers(workspace: Workspace, output: str, formulations: tuple[str, ...]) -> list[np.ndarray]:
+    """Return what each formulation gives at three random states, and at zero."""
+    functions = [derive_one(workspace, output, formulation) for formulation in formulations]
     draw = np.random.default_rng(3)
     found = reachable([entry for one in functions for entry in one.entries])
     values = {node: draw.uniform(0.5, 1.5, 4) for node in found if node.op is Op.SYMBOL}
@@ -56,7 +56,7 @@ def numbers(workspace: Workspace, output: str, roads: tuple[str, ...]) -> list[n
     return [np.array([np.broadcast_to(x, 4) for x in one]) for one in results]
 
 
-ROADS = {
+FORMULATIONS = {
     "inverse_dynamics_derivatives": ("recursive", "forward"),
     "forward_dynamics_derivatives": ("recursive", "forward"),
     "coriolis_matrix": ("derivatives", "crba"),
@@ -69,14 +69,14 @@ def jumps(scene: Scene) -> bool:
 
 
 def agree(scene: Scene) -> None:
-    """Compare the roads of all three."""
+    """Compare the formulations of all three."""
     workspace = Workspace(scene)
-    for output, roads in ROADS.items():
+    for output, formulations in FORMULATIONS.items():
         if output.startswith("forward") and jumps(scene):
             with pytest.raises(DerivationError, match="ideal sign of the rate"):
                 derive_one(workspace, output)
             continue
-        recursive, other = numbers(workspace, output, roads)
+        recursive, other = numbers(workspace, output, formulations)
         size = np.nanmax(np.abs(other), initial=1.0)
         assert recursive == pytest.approx(other, rel=1e-9, abs=1e-9 * size, nan_ok=True), output
         assert np.isfinite(recursive[:, :3]).all()
@@ -133,6 +133,6 @@ PROVED = [COUPLED[3], jointed("spherical"), jointed("custom")]
 
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("scene", PROVED, ids=lambda scene: scene.name)
-def test_all_roads_are_proved_equal(scene: Scene) -> None:
-    found = certify(scene, list(ROADS))
+def test_all_formulations_are_proved_equal(scene: Scene) -> None:
+    found = certify(scene, list(FORMULATIONS))
     assert found.passed, found.findings

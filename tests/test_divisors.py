@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.build import run_python
-from symdyn.dynamics import Unasked, Wanted, Workspace, derive_one, expected, of_place, roads_of
+from symdyn.dynamics import Unasked, Wanted, Workspace, derive_one, expected, formulations_of, of_place
 from symdyn.emit import emit
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
+from symdyn.runtime import run_python
 from symdyn.scene import read, read_text
 from symdyn.verdict import Verdict
 from symdyn.verify import certify
@@ -27,13 +27,13 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
     "formulation",
     [
         pytest.param(one, marks=pytest.mark.mends("30.numbers.1") if one == "lagrange" else ())
-        for one in roads_of("forward_dynamics", read(PINNED[0]))
+        for one in formulations_of("forward_dynamics", read(PINNED[0]))
     ],
 )
 def test_a_particle_that_is_pinned_falls_as_a_pendulum(formulation):
     """Closed form: r² φ̈ = -g x; the mass matrix is singular, and that of what the loop leaves free is not."""
     scene, phi = read(PINNED[0]), 0.4
-    equations = symdyn.derive(scene, ["forward_dynamics"], road=formulation)
+    equations = symdyn.derive(scene, ["forward_dynamics"], formulation=formulation)
     module = run_python(emit(lower(equations)))
     found = module.forward_dynamics(np.array([0, 0, phi]), np.array([0, 0, 1.0]), np.zeros(3))
     x = 0.3 * cos(phi) - 0.1 * sin(phi)
@@ -56,7 +56,7 @@ def test_a_rod_that_is_free_to_turn_about_itself_has_no_forward_dynamics(formula
     """Its mass matrix is singular at all positions, yet none of its entries is zero."""
     tree = read_text(PINNED[1].read_text(encoding="utf-8").split("[[loop]]")[0])
     with pytest.raises(symdyn.SymdynError, match="moves no mass, so that the mass matrix is singular; give d a mass"):
-        symdyn.derive(tree, ["forward_dynamics"], road=formulation)
+        symdyn.derive(tree, ["forward_dynamics"], formulation=formulation)
 
 
 MASSLESS = """
@@ -101,7 +101,7 @@ def test_no_divisor_is_zero_everywhere(path):
     wanted = [*expected(scene, Unasked.PROVED), *of_place(scene.bodies[-1].name, Unasked.PROVED)]
     seen = 0
     for name in Wanted(workspace, tuple(wanted), ()).there(derive_one)[0]:
-        for formulation in roads_of(name, scene):
+        for formulation in formulations_of(name, scene):
             entries = derive_one(workspace, name, formulation).entries
             divisors = [node.args[1] for node in reachable(entries) if node.op is Op.DIV]
             assert not [one for one in divisors if vanishes(one)], f"{name} by {formulation}"

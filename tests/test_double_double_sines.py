@@ -15,7 +15,6 @@ import pytest
 from flint import arb, ctx, fmpq
 from formulas import one
 
-from symdyn.build import build
 from symdyn.emit.targets.c.double_double import (
     COSINE_IN_DOUBLE,
     COSINE_TERMS,
@@ -27,6 +26,7 @@ from symdyn.emit.targets.c.double_double import (
 )
 from symdyn.graph import Graph
 from symdyn.program import lower
+from symdyn.runtime import build
 
 CLAIMED = arb(2) ** -101
 U = arb(2) ** -53

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from closed_mechanisms import crank_rocker, exact, four_bar, n_four_bar, rssr, symbolic_four_bar
 
-from symdyn.build import lambdify
 from symdyn.dynamics import Workspace, assemble, consistent, follow
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
+from symdyn.runtime import lambdify
 from symdyn.scene import read_text
 from symdyn.scene.values import Joint
 from symdyn.scene.values.quantity import Quantity

@@ -21,7 +21,7 @@ from symdyn.dynamics.closed_forms.frames_and_parameters import (
     base_parameter_forms,
     with_base_parameters,
 )
-from symdyn.dynamics.recursive.lean_tree import reframe
+from symdyn.dynamics.recursive.reduced_tree import reframe
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
@@ -163,9 +163,9 @@ def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):
     framed = reframe(w.tree)
     names = [f"{name}R{k}" for k in framed.outward() for name in (SLIDING if framed.slides[k] else TURNING)]
     found = {name: substitute([value], {}, w.graph)[0] for name, value in base_parameters(one)}
-    lean = with_base_parameters(framed, [found.get(name, w.graph.zero) for name in names])
+    reduced = with_base_parameters(framed, [found.get(name, w.graph.zero) for name in names])
     arguments = (w.state.qd, w.state.qdd)
-    claim = Claim("ID", "base", "declared", tuple(rnea(lean, *arguments)), tuple(rnea(framed, *arguments)))
+    claim = Claim("ID", "base", "declared", tuple(rnea(reduced, *arguments)), tuple(rnea(framed, *arguments)))
 
     assert found
     assert prove([claim])[1][0].verdict in (Verdict.PROVED, Verdict.NUMERICAL)

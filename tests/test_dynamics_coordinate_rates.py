@@ -19,13 +19,13 @@ def pose_after(scene: Scene, q: list[float]) -> list[float]:
 
 
 @pytest.mark.parametrize("kind", ["spherical", "free"])
-@pytest.mark.parametrize("road", ["joints", "placements"])
-def test_the_body_moves_as_its_velocities_say(kind: str, road: str) -> None:
+@pytest.mark.parametrize("formulation", ["joints", "placements"])
+def test_the_body_moves_as_its_velocities_say(kind: str, formulation: str) -> None:
     """The change of the pose along q̇ is the Jacobian times u, by central differences."""
     scene = jointed(kind)
     q = [*([0.3, -0.2, 0.5] if kind == "free" else []), 0.5, -0.1, 0.7, 0.5]
     u = [*([1.5, -0.4, 0.9] if kind == "free" else []), 0.6, -1.1, 0.8]
-    rates = call(derive(scene, ["coordinate_rates"], road), "coordinate_rates", Floats(), q=q, qd=u)
+    rates = call(derive(scene, ["coordinate_rates"], formulation), "coordinate_rates", Floats(), q=q, qd=u)
     body = scene.bodies[-1].name
     J = call(derive(scene, [f"jacobian:{body}"]), f"jacobian_{body}", Floats(), q=q)
     twist = [sum(J[i * len(u) + k] * u[k] for k in range(len(u))) for i in range(6)]

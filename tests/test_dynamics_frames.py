@@ -17,7 +17,7 @@ from symdyn.cli import main
 from symdyn.cli.frames_text import angle_text, frame_texts
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.frames_and_parameters import angle_of, chosen_frames
-from symdyn.dynamics.recursive.lean_tree import reframe
+from symdyn.dynamics.recursive.reduced_tree import reframe
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import body, point, prismatic, read, revolute, scene
 

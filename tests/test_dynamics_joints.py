@@ -14,7 +14,7 @@ from oracles import BIG, assert_digits, numbers, oracle
 from running import agreements, call, workspace
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import derive, expected, roads_of
+from symdyn.dynamics import derive, expected, formulations_of
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
@@ -102,10 +102,12 @@ def test_a_rotor_at_a_ball_on_the_ground_is_inertia_of_the_body(orientation: str
     q = q / np.linalg.norm(q) if orientation == "quaternion" else q
     given = {"q": q, "qd": qd, "qdd": qdd, "tau": qdd, "params": ()}
     for name in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "velocity_forces", "kinetic_energy"):
-        for road in roads_of(name, rotating):
-            told = [call(derive(scene, [name], road), name, Floats(), **given) for scene in (rotating, solid)]
+        for formulation in formulations_of(name, rotating):
+            told = [call(derive(scene, [name], formulation), name, Floats(), **given) for scene in (rotating, solid)]
             np.testing.assert_allclose(*told, rtol=1e-13, atol=1e-13)
-            assert not np.allclose(told[0], call(derive(plain, [name], road), name, Floats(), **given), atol=1e-9) or (
+            assert not np.allclose(
+                told[0], call(derive(plain, [name], formulation), name, Floats(), **given), atol=1e-9
+            ) or (
                 name == "velocity_forces" and orientation == "quaternion"  # alike about all axes: no ω × a ω
             )
 

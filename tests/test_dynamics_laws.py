@@ -13,7 +13,7 @@ from oracles import BIG
 from running import agreements, call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, roads_of
+from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, formulations_of
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
 from symdyn.errors import DerivationError
@@ -50,19 +50,19 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
 
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
-def test_all_roads_of_all_outputs_are_proved_equal(one):
+def test_all_formulations_of_all_outputs_are_proved_equal(one):
     claims = agreements(workspace(one), [*expected(one, Unasked.NEVER), *kinematics(one)])
     empty = {claim.name for claim in claims if not claim.left}  # k_C of one coordinate
     findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
     assert empty <= {"k_C"}
-    several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.roads) > 1}
+    several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.formulations) > 1}
     assert {finding.claim.split(":")[0] for finding in findings} == several - empty
 
 
 @pytest.mark.parametrize("seed", [3, 11, 15, 22, 25, 35])
-def test_roads_agree_where_ratios_are_one_by_chance(seed):
+def test_formulations_agree_where_ratios_are_one_by_chance(seed):
     findings = prove(agreements(workspace(whole_tree(seed)), ["inverse_dynamics", "forward_dynamics"]))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
@@ -128,13 +128,15 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("one", "road"), [(one, road) for one in SCENES for road in roads_of("forward_dynamics", one)], ids=str_or_name
+    ("one", "formulation"),
+    [(one, formulation) for one in SCENES for formulation in formulations_of("forward_dynamics", one)],
+    ids=str_or_name,
 )
-def test_forward_dynamics_inverts_inverse_dynamics(one, road):
+def test_forward_dynamics_inverts_inverse_dynamics(one, formulation):
     state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 5).items()}
     tau = call(derive(one, ["inverse_dynamics"]), "inverse_dynamics", BIG, **state)
 
-    back = call(derive(one, ["forward_dynamics"], road), "forward_dynamics", BIG, **{**state, "tau": tau})
+    back = call(derive(one, ["forward_dynamics"], formulation), "forward_dynamics", BIG, **{**state, "tau": tau})
 
     assert all(abs(a - b) < 1e-40 for a, b in zip(back, state["qdd"], strict=True))
 
@@ -193,7 +195,7 @@ def dropped(axis, gravity=None):
     return scene("dropped", bodies=[body("stone", mass=3, com=["1/2", 1, 2])], joints=joints, gravity=gravity)
 
 
-@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
+@pytest.mark.parametrize("formulation", formulations_of("forward_dynamics"))
 @pytest.mark.parametrize(
     ("axis", "gravity", "expected"),
     [
@@ -204,8 +206,8 @@ def dropped(axis, gravity=None):
         ([0, 3, -4], None, "7.848"),
     ],
 )
-def test_a_dropped_body_falls_at_g(road, axis, gravity, expected):
-    (qdd,) = derive(dropped(axis, gravity), ["forward_dynamics"], road)["forward_dynamics"].entries
+def test_a_dropped_body_falls_at_g(formulation, axis, gravity, expected):
+    (qdd,) = derive(dropped(axis, gravity), ["forward_dynamics"], formulation)["forward_dynamics"].entries
     graph = qdd.graph
     drive = graph.symbol("tau[0]")
 
@@ -219,23 +221,23 @@ def test_holding_a_body_up_takes_its_weight():
     assert tau.value == 3 * Fraction("9.81")
 
 
-@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
-def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(road):
+@pytest.mark.parametrize("formulation", formulations_of("forward_dynamics"))
+def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(formulation):
     rod = scene(
         "rod",
         bodies=[body("rod", mass=2, com=["1/2", 0, 0], inertia=[0, "1/6", "1/6"], about="com")],  # m l²/12, l = 1
         joints=[revolute("pin", "ground", "rod", axis=[0, -1, 0])],
     )
-    found = call(derive(rod, ["forward_dynamics"], road), "forward_dynamics", BIG, q=[0], qd=[0], tau=[0])
+    found = call(derive(rod, ["forward_dynamics"], formulation), "forward_dynamics", BIG, q=[0], qd=[0], tau=[0])
 
     assert abs(found[0] + BIG.number("14.715")) < 1e-40  # positive lifts the rod
 
 
-@pytest.mark.parametrize("road", roads_of("gravity_forces"))
+@pytest.mark.parametrize("formulation", formulations_of("gravity_forces"))
 @pytest.mark.parametrize("one", TREES[:3], ids=by_name)
-def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, road):
+def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, formulation):
     weightless = one.with_gravity((Quantity.number(0),) * 3)
-    forces = derive(weightless, ["gravity_forces"], road)["gravity_forces"].entries
+    forces = derive(weightless, ["gravity_forces"], formulation)["gravity_forces"].entries
 
     assert all(entry.is_zero for entry in forces)
     (P,) = derive(weightless, ["potential_energy"])["potential_energy"].entries
@@ -252,15 +254,15 @@ def test_a_tree_of_thirty_joints_is_derived(name):
     assert all(entry.graph.nodes for entry in derive(tree, [name])[name].entries)
 
 
-@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
-def test_a_massless_tip_has_no_forward_dynamics(road):
+@pytest.mark.parametrize("formulation", formulations_of("forward_dynamics"))
+def test_a_massless_tip_has_no_forward_dynamics(formulation):
     arm = scene(
         "massless",
         bodies=[body("heavy", mass=1, com=[1, 0, 0]), body("nothing")],
         joints=[revolute("a", "ground", "heavy"), revolute("b", "heavy", "nothing")],
     )
     with pytest.raises(DerivationError, match="a motion of the joint b, which carries nothing, moves no mass"):
-        derive(arm, ["forward_dynamics"], road)
+        derive(arm, ["forward_dynamics"], formulation)
 
 
 BESIDE = """
@@ -306,8 +308,8 @@ def test_an_unknown_output_or_place_is_named(request_, message):
         derive(two_link(), [request_])
 
 
-def test_an_unknown_road_is_named():
-    with pytest.raises(DerivationError, match="mass_matrix has no road 'aba'; there are crba, lagrange"):
+def test_an_unknown_formulation_is_named():
+    with pytest.raises(DerivationError, match="mass_matrix has no formulation 'aba'; there are crba, lagrange"):
         derive(two_link(), ["mass_matrix"], "aba")
 
 
@@ -373,10 +375,10 @@ def fork() -> Scene:
 
 
 def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
-    lean = workspace(fork()).lean
-    (k,) = (k for k in lean.outward() if lean.parent[k] and not lean.link[k].fixed)
+    reduced = workspace(fork()).reduced
+    (k,) = (k for k in reduced.outward() if reduced.parent[k] and not reduced.link[k].fixed)
 
-    assert not lean.link[k].shift[2].is_zero
+    assert not reduced.link[k].shift[2].is_zero
 
 
 @pytest.mark.parametrize("way", [crba, crba_in_runs])
@@ -386,7 +388,7 @@ def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
 def test_every_variant_of_the_composite_body_algorithm_is_right(one, way):
     """Not only the cheapest: parallel axes beside and above each other, a slide, a branch or another axis at an end."""
     w = workspace(one)
-    entries = [entry for row in way(w.lean) for entry in row]
+    entries = [entry for row in way(w.reduced) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
 
     assert {f.verdict for f in prove([Claim("M", "crba", "lagrange", entries, other)])[1]} == {Verdict.PROVED}

@@ -1,4 +1,4 @@
-"""Springs, dampers, friction, loads, prescribed motions: against formulas by hand, both roads, in every target."""
+"""Springs, dampers, friction, loads, prescribed motions: against formulas by hand, by both formulations, everywhere."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from mechanisms import coupled_tree, random_tree, with_loads
 from running import agreements, call
 
 from symdyn.algebra.numeric import Floats
-from symdyn.build import build, lambdify
-from symdyn.build.backends.door import load as load_scene
-from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, roads_of
+from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, formulations_of
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.recursive.rnea import rnea
@@ -22,6 +20,8 @@ from symdyn.emit import emit
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
+from symdyn.runtime import build, lambdify
+from symdyn.runtime.backends.load_functions import load as load_scene
 from symdyn.scene import Quantity, Scene, body, parse, prismatic, revolute, scene
 from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
@@ -108,13 +108,13 @@ def test_damper_between_points_and_at_a_joint():
 
 
 def test_points_that_never_part_pull_at_nothing():
-    """A spring that would pull and a damper between the hinge and itself change nothing, by every road and method."""
+    """A spring that would pull and a damper between the hinge and itself change nothing, by any formulation."""
     ends = Place("ground", vec(0, 0, 0)), Place("bob", vec(0, 0, 0))
     one = pendulum(elements=(Spring("s", "", ends, vec("k"), parse("s0")), Damper("d", "", ends, vec("c"))))
     state = {"q": [0.8], "qd": [-1.7], "qdd": [0.6], "params": VALUES}
 
-    for road in roads_of("inverse_dynamics"):
-        forces = call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", Floats(), **state)
+    for formulation in formulations_of("inverse_dynamics"):
+        forces = call(derive(one, ["inverse_dynamics"], formulation), "inverse_dynamics", Floats(), **state)
         assert forces == pytest.approx([without_load(0.8, 0.6)], rel=1e-14)
     with_pair, alone = (lambdify(x, "reactions")([0.8], [-1.7], [0.6], VALUES) for x in (one, pendulum()))
     np.testing.assert_allclose(with_pair, alone, atol=1e-14)
@@ -195,7 +195,7 @@ def test_a_governor_with_a_spring_finds_its_balance():
     assert found == pytest.approx([0, expected], rel=1e-12, abs=1e-12)
 
 
-# Both roads and every law, proved
+# Both formulations and every law, proved
 
 
 def floating():
@@ -227,7 +227,7 @@ LOADED = [
 
 @pytest.mark.long(0)
 @pytest.mark.parametrize("one", LOADED, ids=lambda one: one.name)
-def test_both_roads_and_all_laws_are_proved(one):
+def test_both_formulations_and_all_laws_are_proved(one):
     w = Workspace(one)
     asked = [name for name in expected(one) if one.name != "floating_loaded" or not OUTPUTS[name].cubic]
     claims = [claim for claim in [*laws(w, asked), *agreements(w, asked)] if claim.left or claim.name != "k_C"]
@@ -262,9 +262,9 @@ def test_a_load_rides_the_recursion_and_costs_little():
 def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_to_do():
     one = pendulum(dry=Friction("hinge", Quantity.number(1)))
 
-    for road in roads_of("forward_dynamics", one):
+    for formulation in formulations_of("forward_dynamics", one):
         with pytest.raises(DerivationError, match=r"joint hinge is an ideal sign .* at rest .* smoothing .* inverse"):
-            derive(one, ["forward_dynamics"], road)
+            derive(one, ["forward_dynamics"], formulation)
     wanted, why = available(one)
     assert "inverse_dynamics" in wanted
     assert "forward_dynamics" not in wanted
@@ -326,10 +326,10 @@ def test_hybrid_dynamics_of_trees_is_proved(seed):
     w = Workspace(one)
     claims = laws(w, ("inverse_dynamics", "forward_dynamics"))
     for name in ("forward_dynamics", "drive_forces"):
-        left, right = (derive_one(w, name, road).entries for road in ("crba", "lagrange"))
+        left, right = (derive_one(w, name, formulation).entries for formulation in ("crba", "lagrange"))
         claims.append(Claim(name, "crba", "lagrange", left, right))
 
-    assert roads_of("forward_dynamics", one) == ("crba", "lagrange")
+    assert formulations_of("forward_dynamics", one) == ("crba", "lagrange")
     assert {finding.verdict for finding in prove(claims)[1]} == {Verdict.PROVED}
 
 

@@ -1,4 +1,4 @@
-"""Closed loops: rows of every joint type on two roads, laws off the constraint manifold, and what closure means."""
+"""Closed loops: rows of every joint type by two formulations, laws off the manifold, and what closure means."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from closed_mechanisms import (
 from mechanisms import coupled_tree, random_tree, shape
 from running import agreements
 
-from symdyn.build import lambdify, run_python
 from symdyn.dynamics import (
     OUTPUTS,
     LoopChoices,
@@ -33,16 +32,17 @@ from symdyn.dynamics import (
     consistent,
     derive,
     derive_one,
-    roads_of,
+    formulations_of,
 )
 from symdyn.dynamics.loops import constraint_rows as rows
 from symdyn.dynamics.loops.constraint_rows import differentiated, recursive
-from symdyn.dynamics.loops.cuts import cuts
+from symdyn.dynamics.loops.cut_joints import cuts
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
+from symdyn.runtime import lambdify, run_python
 from symdyn.scene import Quantity, Scene, read_text
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.forces.velocity_row import Formula
@@ -107,7 +107,7 @@ def flat(rows: object) -> tuple[object, ...]:
 
 @pytest.mark.long(0)
 @pytest.mark.parametrize("seed", range(4))
-def test_rows_of_every_joint_type_agree_on_both_roads(seed: int) -> None:
+def test_rows_of_every_joint_type_agree_on_both_formulations(seed: int) -> None:
     scene = with_loops(seed)
     w = Workspace(scene)
 
@@ -122,15 +122,15 @@ def test_rows_of_every_joint_type_agree_on_both_roads(seed: int) -> None:
     assert {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} == {Verdict.PROVED}
 
 
-def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
-    """A disc of radius r with free place, yaw, lean and roll angles: its axis is y of the moved frame."""
+def rolling(component: tuple[str, ...], reduced: str = "Rx") -> Scene:
+    """A disc of radius r with free place, yaw, reduced and roll angles: its axis is y of the moved frame."""
     steps = compose(
         ("Tx", Quantity.symbol("x")),
         ("Ty", Quantity.symbol("y")),
         ("Tz", Quantity.symbol("z")),
         ("Rz", Quantity.symbol("psi")),
     )
-    steps = compose(*steps.steps, (lean, Quantity.symbol("theta")), ("Ry", Quantity.symbol("phi")))
+    steps = compose(*steps.steps, (reduced, Quantity.symbol("theta")), ("Ry", Quantity.symbol("phi")))
     names = ("x", "y", "z", "psi", "theta", "phi")
     free = Joint(
         "flight", "custom", "ground", "disc", shape("custom", steps=steps, units=("m",) * 3 + ("rad",) * 3),
@@ -245,7 +245,9 @@ def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPat
     swing = rows._swing
     monkeypatch.setattr(rows, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
     w = Workspace(crank_rocker())
-    one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", w.scene))
+    one, other = (
+        derive_one(w, "forward_dynamics", formulation) for formulation in formulations_of("forward_dynamics", w.scene)
+    )
 
     assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == Verdict.DIFFERENT
 
@@ -297,7 +299,9 @@ def test_a_massless_coupler_is_no_obstacle_but_a_massless_motion_is() -> None:
     crank, _, rocker = scene.bodies
     light = replace(scene, bodies=(crank, Body("coupler"), rocker))
     w = Workspace(light)
-    one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", light))
+    one, other = (
+        derive_one(w, "forward_dynamics", formulation) for formulation in formulations_of("forward_dynamics", light)
+    )
     assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == Verdict.PROVED
 
     nothing = replace(scene, bodies=tuple(Body(body.name) for body in scene.bodies))

@@ -19,14 +19,14 @@ from arms import chain, turning_chain, two_link
 
 import symdyn
 from symdyn.bench.reference import linear
-from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads_of
+from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Unasked, Workspace, derive_one, formulations_of
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.prescribed import has_motion
-from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
-from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
-from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
-from symdyn.dynamics.roads.signal_outputs import SIGNALS
+from symdyn.dynamics.outputs import Counts
+from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
+from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import Candidates
@@ -121,7 +121,7 @@ def printed(w: Workspace, name: str) -> list[str]:
 
 def test_a_row_without_a_word_is_no_row() -> None:
     with pytest.raises(TypeError, match="in_loops"):
-        Output("power", (), "P", (), "W", roads={})  # type: ignore[call-arg]
+        Output("power", (), "P", (), "W", formulations={})  # type: ignore[call-arg]
     with pytest.raises(AssertionError, match="none of"):
         Output("power", (), "P", (), "W", "perhaps", {})  # type: ignore[arg-type]
     with pytest.raises(AssertionError, match="a row of its own is a row"):
@@ -208,10 +208,10 @@ def lacks(name: str) -> None:
 
 
 def own(name: str) -> None:
-    """A row of its own has other roads than that of trees, and other entries."""
+    """A row of its own has other formulations than that of trees, and other entries."""
     row = OUTPUTS[name]
     assert row.in_loops == "own", name
-    assert not set(row.roads.values()) & set(row.where_closed.roads.values()), name
+    assert not set(row.formulations.values()) & set(row.where_closed.formulations.values()), name
 
 
 def loops_only(name: str) -> None:
@@ -283,12 +283,12 @@ def tied(name: str) -> tuple[list[Scene], tuple[str, ...]]:
 
 
 def prefer(name: str) -> None:
-    """For long chains another road than the first is generated from."""
-    assert OUTPUTS[name].preferred(Workspace(chain(51))) != next(iter(OUTPUTS[name].roads)), name
+    """For long chains another formulation than the first is generated from."""
+    assert OUTPUTS[name].preferred(Workspace(chain(51))) != next(iter(OUTPUTS[name].formulations)), name
 
 
 def compared(name: str) -> None:
-    """Roads agree on what is no choice."""
+    """Formulations agree on what is no choice."""
     row, w = OUTPUTS[name], Workspace(scene("four_bar"))
     assert row.compared is not None, name
     words, of = row.compared
@@ -398,8 +398,8 @@ def applies(name: str, field: str) -> bool:
     return field == "lacks" or row.exists(looked(name, scene("four_bar")))
 
 
-@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.roads])
-def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.formulations])
+def test_formulations_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> None:
     one = looked(name, scene("puma560"))
     if OUTPUTS[name].loops_only or not OUTPUTS[name].exists(one):
         return
@@ -408,34 +408,36 @@ def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> No
     assert ("lagrange" in Candidates(w, request(name, one)).names) == (size < 750), (name, size)
 
 
-# Every field of a road is true
+# Every field of a formulation is true
 
 SAYING = [
     (field.name, name, way, closed)
     for name, row in OUTPUTS.items()
     for closed in ([False] if row.own is None else [False, True])
-    for way, road in (row.where_closed.roads if closed else row.roads).items()
-    for field in fields(Road)
-    if field.default is not MISSING and getattr(road, field.name) != field.default
+    for way, formulation in (row.where_closed.formulations if closed else row.formulations).items()
+    for field in fields(Formulation)
+    if field.default is not MISSING and getattr(formulation, field.name) != field.default
 ]
 
 
 def trees_only(name: str, way: str, closed: bool) -> None:
-    """What only trees have is no road of a scene with a prescribed motion, which it does not know."""
+    """What only trees have is no formulation of a scene with a prescribed motion, which it does not know."""
     led = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nmass = 1\ncom = [1, 0, 0]"), "led.toml")
     led = replace(led, joints=tuple(replace(joint, motion=Quantity.number(0)) for joint in led.joints))
-    assert way not in roads_of(name, led), way
+    assert way not in formulations_of(name, led), way
 
 
 def up_to(name: str, way: str, closed: bool) -> None:
-    """A road beyond what it pays for is not compared, and its formulas are no shorter."""
+    """A formulation beyond what it pays for is not compared, and its formulas are no shorter."""
     row = OUTPUTS[name].where_closed if closed else OUTPUTS[name]
-    most = min(8, row.roads[way].up_to)
+    most = min(8, row.formulations[way].up_to)
     one = read_text(starter("row", "n_four_bar", 5)) if closed or row.loops_only else chain(int(most) + 1)
     w = at_work(name, one)
     asked = request(name, w.scene)
     assert way not in Candidates(w, asked).names, way
-    sizes = [len(reachable(derive_one(w, asked, road).entries)) for road in (next(iter(row.roads)), way)]
+    sizes = [
+        len(reachable(derive_one(w, asked, formulation).entries)) for formulation in (next(iter(row.formulations)), way)
+    ]
     assert sizes[0] <= sizes[1], (way, sizes)
 
 
@@ -448,53 +450,56 @@ def apart(name: str, way: str, closed: bool) -> None:
 
 
 def loop(name: str, way: str, closed: bool) -> None:
-    """What goes over a table of numbers is no road of a scene whose parameters have no value."""
-    assert way not in roads_of(name, two_link()), way
+    """What goes over a table of numbers is no formulation of a scene whose parameters have no value."""
+    assert way not in formulations_of(name, two_link()), way
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
-def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
+def test_a_formulation_that_loses_a_field_fails_the_check_of_this_field(
     field: str, name: str, way: str, closed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     check = {"trees_only": trees_only, "up_to": up_to, "apart": apart, "loop": loop}[field]
     check(name, way, closed)
     row = OUTPUTS[name]
-    default = next(one.default for one in fields(Road) if one.name == field)
-    roads = row.own.roads if closed else row.roads
-    lost = {**roads, way: replace(roads[way], **{field: default})}
-    other = replace(row, own=replace(row.own, roads=lost)) if closed else replace(row, roads=lost)
+    default = next(one.default for one in fields(Formulation) if one.name == field)
+    formulations = row.own.formulations if closed else row.formulations
+    lost = {**formulations, way: replace(formulations[way], **{field: default})}
+    other = replace(row, own=replace(row.own, formulations=lost)) if closed else replace(row, formulations=lost)
     monkeypatch.setitem(OUTPUTS, name, other)
     with pytest.raises(AssertionError, match=way):
         check(name, way, closed)
 
 
-# Each road once, and none reads what another derived
+# Each formulation once, and none reads what another derived
 
 
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long(0)
-def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_formulation_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     derived: Counter[tuple[str, str, int, Workspace]] = Counter()
     closed: Counter[str] = Counter()
     close = Numbers.decided
 
-    def counted(name: str, way: str, road: Road) -> Road:
+    def counted(name: str, way: str, formulation: Formulation) -> Formulation:
         def derive(w: Workspace, *asked: str) -> object:
             derived[name, way, hash(asked), w] += 1
-            return road.derive(w, *asked)
+            return formulation.derive(w, *asked)
 
-        return replace(road, derive=derive)
+        return replace(formulation, derive=derive)
 
     def closes(*given: object) -> object:
         closed["loops"] += 1
         return close(*given)  # type: ignore[arg-type]
 
     for name, row in OUTPUTS.items():
-        roads_of = {way: counted(name, way, road) for way, road in row.roads.items()}
-        of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.where_closed.roads.items()}
-        own = row.own and replace(row.own, roads=of_loops)
-        monkeypatch.setitem(OUTPUTS, name, replace(row, roads=roads_of, own=own))
+        formulations_of = {way: counted(name, way, formulation) for way, formulation in row.formulations.items()}
+        of_loops = {
+            way: counted(name, f"closed {way}", formulation)
+            for way, formulation in row.where_closed.formulations.items()
+        }
+        own = row.own and replace(row.own, formulations=of_loops)
+        monkeypatch.setitem(OUTPUTS, name, replace(row, formulations=formulations_of, own=own))
     monkeypatch.setattr(Numbers, "decided", closes)
 
     assert certify(scene("four_bar")).passed
@@ -503,32 +508,32 @@ def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest
     assert [one for one, times in derived.items() if times > 1] == []
 
 
-def faulty(road: Road) -> Road:
-    """Return a road that is wrong in its first entry."""
+def faulty(formulation: Formulation) -> Formulation:
+    """Return a formulation that is wrong in its first entry."""
 
     def derive(w: Workspace, *asked: str) -> list[object]:
-        first, *rest = road.derive(w, *asked)
+        first, *rest = formulation.derive(w, *asked)
         return [first + w.state.q[0], *rest]
 
-    return replace(road, derive=derive)
+    return replace(formulation, derive=derive)
 
 
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
-@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.roads) > 1])
-def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.formulations) > 1])
+def test_a_fault_in_any_one_formulation_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     row = OUTPUTS[name]
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
     one = next(one for one in (looked(name, each) for each in some) if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
     known = row.where_closed if one.is_closed else row
-    for way in roads_of(request(name, one), one):
-        wrong = {**known.roads, way: faulty(known.roads[way])}
-        closed = replace(row, own=replace(row.own, roads=wrong)) if row.own and one.is_closed else None
-        monkeypatch.setitem(OUTPUTS, name, closed or replace(row, roads=wrong))
+    for way in formulations_of(request(name, one), one):
+        wrong = {**known.formulations, way: faulty(known.formulations[way])}
+        closed = replace(row, own=replace(row.own, formulations=wrong)) if row.own and one.is_closed else None
+        monkeypatch.setitem(OUTPUTS, name, closed or replace(row, formulations=wrong))
         assert not certify(one, (request(name, one),)).passed, way
 
 
 def test_a_name_that_closed_scenes_show_tells_what_to_ask_for() -> None:
     with pytest.raises(DerivationError, match="ask for mass_matrix"):
-        roads_of("tree_mass_matrix")
+        formulations_of("tree_mass_matrix")

@@ -1,4 +1,4 @@
-"""Reactions in every joint: two roads, laws, numbers of others, what is not unique, and generated code."""
+"""Reactions in every joint: two formulations, laws, numbers of others, what is not unique, and generated code."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from running import call, solved_reactions
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
+from symdyn.dynamics.outputs.unique_reactions import reactions_at
 from symdyn.dynamics.reactions.dalembert import Equilibrium
-from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, parse
@@ -130,7 +130,7 @@ def test_springs_dampers_friction_and_loads_are_in_the_reactions():
 
 def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     """A body heavier in the reactions than in the equations: no law holds any more."""
-    from symdyn.dynamics.reactions import hanging as module
+    from symdyn.dynamics.reactions import free_bodies as module
 
     one = two_link()
     real = module.needed
@@ -221,7 +221,7 @@ def rows_of(found):
     return [found[k : k + 6] for k in range(0, len(found), 6)]
 
 
-ROADS = {
+FORMULATIONS = {
     "recursive": lambda one, axes, *given, **state: call(
         derive(one, [f"reactions:{axes}"]), f"reactions_{axes}", *given, **state
     ),
@@ -230,11 +230,11 @@ ROADS = {
 
 
 @pytest.mark.parametrize("case", oracle("two_link_point_mass")["cases"], ids=lambda case: "_".join(case["q"])[:20])
-@pytest.mark.parametrize("road", ["recursive", "dalembert"])
-def test_joint_forces_of_the_two_link_arm(case, road):
+@pytest.mark.parametrize("formulation", ["recursive", "dalembert"])
+def test_joint_forces_of_the_two_link_arm(case, formulation):
     given = {key: numbers(case[key]) for key in ("q", "qd", "qdd")}
     params = numbers(case[name] for name in ("m1", "m2", "h1", "h2", "g"))
-    found = rows_of(ROADS[road](two_link(), "ground", BIG, **given, params=params))
+    found = rows_of(FORMULATIONS[formulation](two_link(), "ground", BIG, **given, params=params))
 
     assert_digits(found[0][:2], case["joint1_force_on_link1_xy"])
     assert_digits(found[1][:2], case["joint2_force_on_link2_xy"])
@@ -281,10 +281,10 @@ def four_bar_case(case):
 
 
 @pytest.mark.parametrize("case", oracle("fourbar_reactions")["cases"], ids=lambda case: f"{case['name']}_{case['q']}")
-@pytest.mark.parametrize("road", ["recursive", "dalembert"])
-def test_pin_forces_of_the_four_bar_change_point_included(case, road):
+@pytest.mark.parametrize("formulation", ["recursive", "dalembert"])
+def test_pin_forces_of_the_four_bar_change_point_included(case, formulation):
     one, state = four_bar_case(case)
-    rows = rows_of(ROADS[road](one, "ground", BIG, **state))
+    rows = rows_of(FORMULATIONS[formulation](one, "ground", BIG, **state))
 
     for name, row in zip(NAMES, rows, strict=True):
         assert_digits(row[:2], case[name], "1e-28")
@@ -308,8 +308,8 @@ def test_generated_code_gives_the_reactions(one, output):
     }
     expected = np.array([float(x) for x in call(derive(one, [output]), function.name, BIG, **named)]).reshape(-1, 6)
 
-    from symdyn.build import build, run_python
     from symdyn.emit import emit
+    from symdyn.runtime import build, run_python
 
     program = symdyn.lower(derive(one, [output]))
     for module in (run_python(emit(program, "numpy")), build(program)):
@@ -356,7 +356,7 @@ def test_a_row_that_forbids_nothing_has_a_force_that_nothing_tells():
     assert found.unique.all()
     system = Equilibrium.of(Workspace(one).hanging)
     assert "r" not in {system.unknowns[u].joint for _, u in system.blocks}
-    assert walkthrough(one, road="dalembert").sections
+    assert walkthrough(one, formulation="dalembert").sections
 
 
 def test_across_the_plane_a_four_bar_is_three_times_overconstrained():
@@ -391,7 +391,7 @@ def test_the_least_reactions_depend_on_the_length_and_unique_ones_do_not():
 
 
 def bricard_position():
-    from symdyn.dynamics.roads.workspace import Workspace
+    from symdyn.dynamics.outputs.workspace import Workspace
 
     return [float(x) for x in Workspace(bricard()).loops.decisions.assembly.typical]
 

@@ -16,8 +16,8 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
 from symdyn.dynamics.mechanism.exact import settle, values_of
-from symdyn.dynamics.recursive.lean_tree import reframe, regroup
 from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
+from symdyn.dynamics.recursive.reduced_tree import reframe, regroup
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import body, prismatic, read_text, revolute, scene
@@ -38,16 +38,16 @@ def entries(T):
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_factored_links_place_the_chosen_frames_where_they_say(one):
     tree = Workspace(one).tree
-    lean = reframe(tree)
+    reduced = reframe(tree)
     claims = [
         Claim(
             f"link {i}",
             "link",
             "declared",
-            entries(lean.moved[lean.parent[i]] @ lean.link[i].transform),
-            entries(tree.T[i] @ lean.moved[i]),
+            entries(reduced.moved[reduced.parent[i]] @ reduced.link[i].transform),
+            entries(tree.T[i] @ reduced.moved[i]),
         )
-        for i in lean.outward()
+        for i in reduced.outward()
     ]
 
     assert {found.verdict for found in prove(claims)[1]} == {Verdict.PROVED}
@@ -56,11 +56,11 @@ def test_factored_links_place_the_chosen_frames_where_they_say(one):
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_chosen_frames_have_z_along_their_joints(one):
     tree = Workspace(one).tree
-    lean = reframe(tree)
-    for i in lean.outward():
-        axis = tree.S[i][lean.slides[i]]
+    reduced = reframe(tree)
+    for i in reduced.outward():
+        axis = tree.S[i][reduced.slides[i]]
 
-        claim = Claim("axis", "z", "declared", tuple(row[2] for row in lean.moved[i].R), tuple(axis))
+        claim = Claim("axis", "z", "declared", tuple(row[2] for row in reduced.moved[i].R), tuple(axis))
 
         assert prove([claim])[1][0].verdict == Verdict.PROVED
 
@@ -82,9 +82,9 @@ def test_frames_of_parallel_axes_lie_beside_each_other_along_x():
         revolute("j2", "a", "b", origin=origin),
         revolute("j3", "b", "c", origin=origin),
     ]
-    lean = Workspace(scene("stairs", bodies=bodies, joints=joints)).lean
+    reduced = Workspace(scene("stairs", bodies=bodies, joints=joints)).reduced
 
-    for link in lean.link[2:]:
+    for link in reduced.link[2:]:
         assert [str(x) for x in link.shift] == ["1", "0", "0"]
 
 
@@ -108,10 +108,13 @@ KEPT = {
 def test_an_axis_that_leans_inexactly_keeps_its_declared_rotation(name):
     w = Workspace(KEPT[name])
     claim = Claim(
-        "ID", "rnea", "lagrange", *(derive_one(w, "inverse_dynamics", road).entries for road in ("rnea", "lagrange"))
+        "ID",
+        "rnea",
+        "lagrange",
+        *(derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")),
     )
 
-    assert isinstance(w.lean.link[2].fixed[0], GeneralTurn)
+    assert isinstance(w.reduced.link[2].fixed[0], GeneralTurn)
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
@@ -119,7 +122,7 @@ def test_an_axis_that_leans_by_one_parameter_needs_no_root():
     w = Workspace(leaning([("Rx", "u")], ("u",)))
     nodes = reachable(derive_one(w, "inverse_dynamics").entries)
 
-    assert isinstance(w.lean.link[2].fixed[0], PlanarTurn)
+    assert isinstance(w.reduced.link[2].fixed[0], PlanarTurn)
     assert not [node for node in nodes if node.op is Op.SQRT]
 
 
@@ -139,21 +142,26 @@ links = [
 @pytest.mark.parametrize("twist", ["u", "-u"])
 def test_an_offset_along_an_axis_that_leans_by_a_parameter_is_the_rise_of_the_link(twist):
     w = Workspace(read_text(TWISTED.replace("TWIST", twist)))
-    roads = [derive_one(w, "inverse_dynamics", road).entries for road in ("rnea", "lagrange")]
+    formulations = [derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")]
 
-    assert w.lean.link[2].rise is w.graph.symbol("v")
-    assert prove([Claim("ID", "rnea", "lagrange", *roads)])[1][0].verdict == Verdict.PROVED
+    assert w.reduced.link[2].rise is w.graph.symbol("v")
+    assert prove([Claim("ID", "rnea", "lagrange", *formulations)])[1][0].verdict == Verdict.PROVED
 
 
 def test_the_common_normal_of_nearly_parallel_axes_stays_near():
     w = Workspace(leaning([("Rx", "1/1000000")]))
     (claim,) = [
-        Claim("ID", "a", "b", *(derive_one(w, "inverse_dynamics", road).entries for road in ("rnea", "lagrange")))
+        Claim(
+            "ID",
+            "a",
+            "b",
+            *(derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")),
+        )
     ]
 
-    assert [entry.is_zero for entry in w.lean.link[2].shift] == [False, False, True]
-    assert all(abs(value) < 2 for value in values_of(w.lean.link[2].shift))
-    assert w.lean.link[2].rise.is_zero
+    assert [entry.is_zero for entry in w.reduced.link[2].shift] == [False, False, True]
+    assert all(abs(value) < 2 for value in values_of(w.reduced.link[2].shift))
+    assert w.reduced.link[2].rise.is_zero
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
@@ -167,15 +175,15 @@ def test_a_common_normal_of_rational_length_is_found():
         )
     )
 
-    assert all(isinstance(turn, PlanarTurn) for link in (*w.lean.link, *one.lean.link) for turn in link.fixed)
+    assert all(isinstance(turn, PlanarTurn) for link in (*w.reduced.link, *one.reduced.link) for turn in link.fixed)
     assert derive_one(w, "inverse_dynamics").entries
 
 
 def test_no_revolute_chain_keeps_a_mass_and_no_slide_a_turning_inertia():
-    lean = Workspace(robot_scene(robot("stanford"))).lean
-    for i in lean.outward():
-        kept = lean.body[i]
-        if lean.slides[i]:
+    reduced = Workspace(robot_scene(robot("stanford"))).reduced
+    for i in reduced.outward():
+        kept = reduced.body[i]
+        if reduced.slides[i]:
             assert all(entry.is_zero for row in kept.J for entry in row)
         elif i > 3:
             assert kept.m.is_zero
@@ -184,10 +192,10 @@ def test_no_revolute_chain_keeps_a_mass_and_no_slide_a_turning_inertia():
 
 
 def test_regrouping_twice_changes_nothing():
-    lean = Workspace(robot_scene(robot("stanford"))).lean
-    again = regroup(lean)
+    reduced = Workspace(robot_scene(robot("stanford"))).reduced
+    again = regroup(reduced)
 
-    assert again.body[1:] == lean.body[1:]
+    assert again.body[1:] == reduced.body[1:]
 
 
 def rank(one, seed=1, states=30):
@@ -257,4 +265,4 @@ def test_a_constant_that_is_no_real_number_is_an_error():
 def test_right_angles_and_symbols_need_no_big_numbers(one, monkeypatch):
     monkeypatch.setattr("symdyn.algebra.big.BigFloats", None)  # calling it would fail
 
-    assert Workspace(robot_scene(one)).lean.link
+    assert Workspace(robot_scene(one)).reduced.link

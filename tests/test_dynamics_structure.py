@@ -109,10 +109,10 @@ def test_a_rod_pushes_along_itself():
 
 @pytest.mark.long
 @pytest.mark.mends("3.2")
-@pytest.mark.parametrize(("yaw", "lean"), [(0.0, 0.1), (0.3, 0.0), (0.0, 0.0), (0.0, -0.2), (np.pi / 2, 0.0)])
-def test_a_rolling_disc_has_reactions_at_natural_positions(yaw, lean):
+@pytest.mark.parametrize(("yaw", "reduced"), [(0.0, 0.1), (0.3, 0.0), (0.0, 0.0), (0.0, -0.2), (np.pi / 2, 0.0)])
+def test_a_rolling_disc_has_reactions_at_natural_positions(yaw, reduced):
     scene = found("rolling_disc_zxy")
-    inverse, forward, least = both_doors(scene, np.array([0.4, -0.3, 0.26 * np.cos(lean), yaw, lean, 0.7]))
+    inverse, forward, least = both_doors(scene, np.array([0.4, -0.3, 0.26 * np.cos(reduced), yaw, reduced, 0.7]))
 
     assert least.possible
     assert least.unique.all()

@@ -14,7 +14,7 @@ from oracles import BIG
 from running import call, random_fractions
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from symdyn.dynamics import derive, roads_of
+from symdyn.dynamics import derive, formulations_of
 
 T = dynamicsymbols._t
 DIGITS = 45
@@ -106,29 +106,29 @@ def close(found, expected):
 
 
 @pytest.mark.long(0)
-@pytest.mark.parametrize("road", roads_of("mass_matrix"))
-def test_mass_matrix_is_what_sympy_finds(witness, road):
+@pytest.mark.parametrize("formulation", formulations_of("mass_matrix"))
+def test_mass_matrix_is_what_sympy_finds(witness, formulation):
     one, state, M, _ = witness
 
-    assert close(call(derive(one, ["mass_matrix"], road), "mass_matrix", BIG, **state), M)
+    assert close(call(derive(one, ["mass_matrix"], formulation), "mass_matrix", BIG, **state), M)
 
 
 @pytest.mark.long(0)
-@pytest.mark.parametrize("road", roads_of("inverse_dynamics"))
-def test_driving_forces_are_what_sympy_finds(witness, road):
+@pytest.mark.parametrize("formulation", formulations_of("inverse_dynamics"))
+def test_driving_forces_are_what_sympy_finds(witness, formulation):
     one, state, M, force = witness
     n = len(force)
     expected = [sum(M[n * i + j] * state["qdd"][j] for j in range(n)) - force[i] for i in range(n)]
 
-    assert close(call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", BIG, **state), expected)
+    assert close(call(derive(one, ["inverse_dynamics"], formulation), "inverse_dynamics", BIG, **state), expected)
 
 
 @pytest.mark.long(0)
-@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
-def test_accelerations_solve_sympys_equations(witness, road):
+@pytest.mark.parametrize("formulation", formulations_of("forward_dynamics"))
+def test_accelerations_solve_sympys_equations(witness, formulation):
     one, state, M, force = witness
     n = len(force)
-    qdd = call(derive(one, ["forward_dynamics"], road), "forward_dynamics", BIG, **state)
+    qdd = call(derive(one, ["forward_dynamics"], formulation), "forward_dynamics", BIG, **state)
 
     reached = [sum(M[n * i + j] * qdd[j] for j in range(n)) for i in range(n)]
 

@@ -13,11 +13,11 @@ from formulas import every_op
 from mechanisms import random_tree
 
 import symdyn
-from symdyn.build import build, run_python
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.program import formulate, lower
+from symdyn.runtime import build, run_python
 
 pytestmark = pytest.mark.runs()
 

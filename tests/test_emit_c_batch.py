@@ -18,12 +18,10 @@ from arms import EXAMPLES, chain
 from formulas import argument, every_op, function, one, states
 from mechanisms import random_tree
 
-from symdyn.build import build
-from symdyn.build.on_threads import GRAIN, WORTH, price, run_rows, split
 from symdyn.cli import main
-from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs import Counts
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
 from symdyn.emit.targets.c.sincos import COSINE, HALF_PI, SINE
@@ -31,6 +29,8 @@ from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, LONGEST_OF_VECTO
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
+from symdyn.runtime import build
+from symdyn.runtime.on_threads import GRAIN, WORTH, price, run_rows, split
 from symdyn.scene import Scene, read
 
 pytestmark = pytest.mark.runs("cc")

@@ -9,7 +9,7 @@ import pytest
 from mechanisms import jointed
 
 from symdyn.dynamics import OUTPUTS, derive
-from symdyn.dynamics.roads.named_functions import conventions, runs
+from symdyn.dynamics.outputs.named_functions import conventions, runs
 from symdyn.emit import emit
 from symdyn.program.lower import lower
 from symdyn.scene import parse, read

@@ -13,14 +13,14 @@ import pytest
 from arms import EXAMPLES, chain
 from formulas import argument, every_op, function, states
 
-from symdyn.build import build, run_python
-from symdyn.build.c_module import run_cpp
 from symdyn.cli import main
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import Sources, beside, emit, write
 from symdyn.graph import Graph
 from symdyn.program import lower
+from symdyn.runtime import build, run_python
+from symdyn.runtime.c_module import run_cpp
 from symdyn.scene import Scene, read
 
 pytestmark = pytest.mark.runs("g++")

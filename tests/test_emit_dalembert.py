@@ -113,10 +113,10 @@ def test_numbers_are_not_rounded_in_silence(capsys):
     assert "Decimal numbers are rounded to 6 digits." in dalembert_text(scara)
     assert "rounded" not in dalembert_text(two_link())
 
-    digits = ["--as", "dalembert", "--format", "text"]
+    digits = ["--formulation", "dalembert", "--format", "text"]
     assert main(["equations", str(scara.source), *digits]) == 0
     assert capsys.readouterr().out == dalembert_lines(scara) + "\n"
-    assert main(["equations", str(scara.source), "--as", "dalembert", "--format", "sympy"]) == 1
+    assert main(["equations", str(scara.source), "--formulation", "dalembert", "--format", "sympy"]) == 1
     assert "written in LaTeX and, without --document, as text" in capsys.readouterr().err
 
 
@@ -135,9 +135,12 @@ def test_a_system_that_nobody_reads_is_refused(monkeypatch):
 
 
 def test_command_line(capsys):
-    assert main(["equations", "examples/two_link.toml", "--as", "dalembert"]) == 0
+    assert main(["equations", "examples/two_link.toml", "--formulation", "dalembert"]) == 0
     assert r"\bar F^{R}_{11}" in capsys.readouterr().out
-    assert main(["equations", "examples/two_link.toml", "--as", "dalembert", "--format", "text", "--document"]) == 1
+    assert (
+        main(["equations", "examples/two_link.toml", "--formulation", "dalembert", "--format", "text", "--document"])
+        == 1
+    )
     assert "written in LaTeX and, without --document, as text" in capsys.readouterr().err
 
 
@@ -166,4 +169,4 @@ def test_a_lesson_of_many_megabytes_is_refused_with_its_size(monkeypatch: pytest
     """No scene is known that has one: other bounds keep lessons below a megabyte, so this one is lowered."""
     monkeypatch.setattr("symdyn.emit.print.too_long.MOST", 0.001)
     with pytest.raises(symdyn.SymdynError, match=r"lesson by dalembert would be some 0\.\d+ MB .*--detail brief"):
-        walkthrough(symdyn.example("four_bar"), road="dalembert")
+        walkthrough(symdyn.example("four_bar"), formulation="dalembert")

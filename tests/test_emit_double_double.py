@@ -14,13 +14,13 @@ from formulas import every_op, held, one
 
 import symdyn
 from symdyn.algebra.big import BigFloats
-from symdyn.build import build
 from symdyn.cli import main
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code.real import REALS, halves
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.program import lower, prepare
+from symdyn.runtime import build
 
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 COMPILERS = [

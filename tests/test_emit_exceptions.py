@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.build import build, run_python
-from symdyn.build.compiler import find_compiler
 from symdyn.emit import emit, write
 from symdyn.program import formulate, lower
+from symdyn.runtime import build, run_python
+from symdyn.runtime.compiler import find_compiler
 from symdyn.scene import Scene, body, prismatic, read, revolute, scene
 
 pytestmark = pytest.mark.runs()

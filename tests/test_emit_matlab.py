@@ -14,13 +14,13 @@ import pytest
 from formulas import argument, every_op, function, one, states
 
 from symdyn import example, read
-from symdyn.build import RUNNERS, run_python
-from symdyn.build.run_octave import compile_mex
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import formulate, lower, prepare
+from symdyn.runtime import RUNNERS, run_python
+from symdyn.runtime.run_octave import compile_mex
 from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"

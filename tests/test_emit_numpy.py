@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from formulas import argument, every_op, one, states
 
-from symdyn.build import run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.emit.targets import player
@@ -24,6 +23,7 @@ from symdyn.emit.targets.numpy import BLOCK, player_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
+from symdyn.runtime import run_python
 from symdyn.scene import read
 
 

@@ -17,14 +17,14 @@ from arms import EXAMPLES, chain
 from formulas import argument, every_op, function, states
 from mechanisms import random_tree
 
-from symdyn.build import build, run_python
-from symdyn.build.c_module import run_rust
 from symdyn.cli import main
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import beside, emit, write
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program import lower
+from symdyn.runtime import build, run_python
+from symdyn.runtime.c_module import run_rust
 from symdyn.scene import Scene, read
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs("rustc")]

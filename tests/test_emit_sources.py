@@ -17,7 +17,7 @@ from symdyn.program import lower
 PRINT_ALL = """
 from formulas import every_op
 from mechanisms import random_tree
-from symdyn.dynamics.roads.derive import derive
+from symdyn.dynamics.outputs.derive import derive
 from symdyn.emit import emit
 from symdyn.program import lower
 for equations in (every_op(), derive(random_tree(3, 4), ("inverse_dynamics", "mass_matrix", "k_C"))):

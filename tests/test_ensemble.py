@@ -110,7 +110,7 @@ def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     rates = {u: np.array([0.0, 0.1, -0.2]) for u in scene.velocities if u not in moved}
     measure = f"max({scene.coordinates[0]}) - 3*end(kinetic_energy)"
     runs = symdyn.ensemble(scene, until=0.5, start=off, start_rates=rates, measures=measure, samples=True, rtol=1e-10)
-    assert runs.method == "abreast"
+    assert runs.method == "lockstep"
     for k in range(3):
         start = {q: float(x[k]) for q, x in off.items()}
         speeds = {u: float(x[k]) for u, x in rates.items()}
@@ -260,7 +260,7 @@ def test_a_stiff_system_is_left_to_implicit_methods() -> None:
 
 
 @pytest.mark.parametrize("name", ["double_pendulum", "cart_pole", "two_link", "spatial_3r"])
-def test_series_abreast_are_runs_of_simulate(name: str) -> None:
+def test_series_lockstep_are_runs_of_simulate(name: str) -> None:
     """At rest and level too, where the last orders of a series vanish."""
     scene = bound(name)
     first, other = scene.coordinates[:2]
@@ -268,8 +268,8 @@ def test_series_abreast_are_runs_of_simulate(name: str) -> None:
     text = f"rms({first}) + 2*when_max({other})"
     runs = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="taylor", rtol=1e-13)
     same = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="dop853", rtol=1e-13)
-    assert runs.method == "taylor abreast"
-    assert same.method == "abreast"
+    assert runs.method == "taylor lockstep"
+    assert same.method == "lockstep"
     for k in range(9):
         at = {first: float(start[first][k]), other: 0.0}
         one = symdyn.simulate(scene, until=2.0, start=at, rtol=1e-13, method="taylor")
@@ -279,11 +279,11 @@ def test_series_abreast_are_runs_of_simulate(name: str) -> None:
     np.testing.assert_allclose(same[text], runs[text], atol=1e-9)
 
 
-def test_series_abreast_need_no_measure() -> None:
+def test_series_lockstep_need_no_measure() -> None:
     """The end alone is wanted: there is no sample at the start from which a grid of times could go on."""
     runs = symdyn.ensemble(bound("pendulum"), until=3.0, start={"q1": [0.0, 0.1, 1.0]}, method="taylor", rtol=1e-13)
     one = symdyn.simulate(bound("pendulum"), until=3.0, start={"q1": 1.0}, method="taylor", rtol=1e-13)
-    assert runs.method == "taylor abreast"
+    assert runs.method == "taylor lockstep"
     np.testing.assert_allclose(runs.q[2], one.q[-1], atol=1e-11)
 
 

@@ -13,8 +13,8 @@ from symdyn.verify import certify
 SCENE = Path(__file__).parent / "data" / "every_kind.toml"
 
 WORDS = {  # verb: command lines behind the scene, each with its exit status
-    "equations": [("--as dalembert", 0), ("--as base-parameters", 0), ("--format text", 1)],  # no closed form
-    "walkthrough": [("-o lesson.md", 0), ("-o lesson.html --road dalembert", 1)],
+    "equations": [("--formulation dalembert", 0), ("--as base-parameters", 0), ("--format text", 1)],  # no closed form
+    "walkthrough": [("-o lesson.md", 0), ("-o lesson.html --formulation dalembert", 1)],
     "check-derivation": [],  # a result comes first; there is none of a quaternion
     "generate": [(f"--target {target} -o out", 0) for target in ("numpy", "c", "ufunc", "js")],
     "verify": [],  # below

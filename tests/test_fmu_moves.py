@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 from test_fmu import SIGNALS
 
 import symdyn
-from symdyn.build.mockup_binary import with_binaries
 from symdyn.emit import write
+from symdyn.runtime.mockup_binary import with_binaries
 from symdyn.scene import Scene, bind, read_bindings, read_text
 from symdyn.simulation import simulate
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from symdyn.algebra.numeric import Floats
-from symdyn.build import lambdify
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
+from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf

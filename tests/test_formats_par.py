@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
+from symdyn.runtime import lambdify
 from symdyn.scene import Scene, body, fixed, parse, prismatic, read, read_text, revolute, scene, write_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par, par_writer

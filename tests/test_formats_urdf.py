@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
+from symdyn.runtime import lambdify
 from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf

@@ -11,12 +11,12 @@ import pytest
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.algebra.numeric import Floats
-from symdyn.build import lambdify, run_python
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
+from symdyn.runtime import lambdify, run_python
 from symdyn.scene import Quantity, Scene, parse, read, read_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par_writer

@@ -15,12 +15,12 @@ import pytest
 from cuda_on_host import compiled, launcher, run
 from formulas import every_op, states
 
-from symdyn.build import RUNNERS, build, run_python
 from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import Program, in_lines, lower, prepare
 from symdyn.program.assemble import shared
+from symdyn.runtime import RUNNERS, build, run_python
 from symdyn.scene import example
 from symdyn.verify.written import READERS, printed, prove_texts
 from symdyn.verify.written.proof import Files

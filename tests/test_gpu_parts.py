@@ -16,15 +16,15 @@ from hypothesis import given as drawn, strategies as st
 from test_gpu import given, opencl
 
 import symdyn
-from symdyn.build import build, run_python
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.emit.targets.entries import Entries
-from symdyn.emit.targets.gpu import room as rooms_of
-from symdyn.emit.targets.gpu.kernels import rooms
+from symdyn.emit.targets.gpu import resource_budget as rooms_of
+from symdyn.emit.targets.gpu.kernels import budgets
 from symdyn.emit.targets.gpu.parts import shares
-from symdyn.emit.targets.gpu.waiting import Line
+from symdyn.emit.targets.gpu.spill import Line
 from symdyn.program import Program, formulate, lower
+from symdyn.runtime import build, run_python
 from symdyn.verify.written import READERS, printed, prove_texts
 from symdyn.verify.written.proof import Files
 
@@ -51,7 +51,7 @@ def test_parts_compute_what_scalar_c_does_to_the_bit_on_any_number_of_rows(
 ) -> None:
     program, name, n = puma(), f"puma560_{SLOPES}", 70
     text = emit(program, "gpu").texts["puma560.cu"]
-    (room,) = rooms(program, REALS["double"])
+    (room,) = budgets(program, REALS["double"])
     assert 1 < len(room.plans) == int(re.search(r"part < (\d+);", text)[1])
     assert room.places * room.block * 8 <= rooms_of.SHARED
     arguments = "n, a0, a1, a2, out"
@@ -76,7 +76,7 @@ extern "C" void run_rows(unsigned blocks, size_t n, double *a0, double *a1, doub
 @pytest.mark.runs("g++")
 def test_examples_and_launchers_give_every_part_a_row(tmp_path: Path) -> None:
     sources = emit(puma(), "gpu")
-    parts = len(rooms(sources.program, REALS["double"])[0].plans)
+    parts = len(budgets(sources.program, REALS["double"])[0].plans)
     made = Entries.of(sources).files["puma560.cu"]
     assert re.search(rf"<<<dim3\(\(unsigned\)\(\(n \+ 31\) / 32\), {parts}\), 32, 0,", made)
     assert f"<<<dim3((n + 31) / 32, {parts}), 32>>>(n, q, qd, tau, out);" in sources.texts["puma560.cu"]
@@ -117,7 +117,7 @@ def test_parts_are_read_and_what_is_wrong_with_them_is_seen() -> None:
 def test_columns_without_room_leave_a_kernel_whole_where_that_costs_less(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rooms_of, "SHARED", 32 * 8 * 8)
     program = puma()
-    (room,) = rooms(program, REALS["double"])
+    (room,) = budgets(program, REALS["double"])
     assert len(room.plans) == 1
     assert room.places <= 8
     assert room.operations == room.once
@@ -126,17 +126,17 @@ def test_columns_without_room_leave_a_kernel_whole_where_that_costs_less(monkeyp
 @pytest.mark.long(0)
 def test_what_is_cheaper_to_spill_is_not_computed_twice(little: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rooms_of, "TWICE", 0)
-    (room,) = rooms(puma(), REALS["double"])
+    (room,) = budgets(puma(), REALS["double"])
     assert len(room.plans) == 1
 
 
 @pytest.mark.slow
 def test_parts_of_one_leg_come_together() -> None:
     program = lower(formulate(symdyn.example("quadruped"), (SLOPES,)))
-    (room,) = rooms(program, REALS["float"])
+    (room,) = budgets(program, REALS["float"])
     assert len(room.plans) == 2
     assert room.operations < 1.2 * room.once
-    assert rooms(program, REALS["float"])[0] is room, "nothing is looked for twice"
+    assert budgets(program, REALS["float"])[0] is room, "nothing is looked for twice"
 
 
 @drawn(
@@ -169,7 +169,7 @@ def test_the_example_of_opencl_in_parts_is_right_and_so_is_one_row(tmp_path: Pat
     sources = emit(program, "gpu")
     write({**sources, **beside(sources)}, tmp_path)
     text = (tmp_path / "puma560_main.py").read_text(encoding="utf-8")
-    parts = len(rooms(sources.program, REALS["double"])[0].plans)
+    parts = len(budgets(sources.program, REALS["double"])[0].plans)
     assert f"(queue, (1024, {parts}), (32, 1), " in text
     done = subprocess.run(
         [sys.executable, "puma560_main.py"], cwd=tmp_path, capture_output=True, text=True, check=False

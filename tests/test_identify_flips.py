@@ -1,4 +1,4 @@
-"""Second computations of what one road alone computed in `identification` and `linear`: slopes, and places of ones."""
+"""Second computations of what one way alone computed in `identification` and `linear`: slopes, and places of ones."""
 
 from __future__ import annotations
 

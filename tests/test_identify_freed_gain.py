@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 from simulated_logs import DRIVEN
 
-from symdyn.identification import Identification, door, identify, said_gains
-from symdyn.identification.freed_gain import bounds, steps
+from symdyn.identification import Identification, calibrated_gains, identify, identify_logs
+from symdyn.identification.free_gain import bounds, steps
 from symdyn.identification.gains import Gains
 from symdyn.identification.regression import Rows, solve
 
@@ -92,13 +92,13 @@ def test_a_gain_that_nothing_tells_has_no_step() -> None:
 @pytest.fixture
 def fits(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Return a list that grows by one with each fit."""
-    found, once = [], door.fitted
+    found, once = [], identify_logs.fitted
 
     def counted(*given: Any) -> Any:
         found.append(given)
         return once(*given)
 
-    monkeypatch.setattr(door, "fitted", counted)
+    monkeypatch.setattr(identify_logs, "fitted", counted)
     return found
 
 
@@ -125,7 +125,7 @@ def test_a_verdict_is_that_of_all_gains_fitted_again(
     arm: str, loaded: bool, wrong: int | None, fits: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few, count = said_of(arm, wrong, loaded), len(fits)
-    monkeypatch.setattr(said_gains, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
+    monkeypatch.setattr(calibrated_gains, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
     every = said_of(arm, wrong, loaded)
 
     assert few.notes == every.notes

@@ -13,10 +13,10 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification import identify
-from symdyn.identification.named import fit_names
+from symdyn.identification.identifiability import richer
+from symdyn.identification.named_parameters import fit_names
 from symdyn.identification.report import report
 from symdyn.identification.scene import body_of_ten, identified, told_combinations, with_parameters
-from symdyn.identification.told_apart import richer
 from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
 from symdyn.identification.written_scene import written
 from symdyn.scene.binding import bind

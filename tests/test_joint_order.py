@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from mechanisms import coupled_tree, jointed, random_tree
 
-from symdyn.build import lambdify
 from symdyn.errors import SceneError
+from symdyn.runtime import lambdify
 from symdyn.scene import Scene, read_text
 
 DOCS = Path(__file__).parent.parent / "docs"

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.build.entry import seal
-from symdyn.build.kept import Kept
 from symdyn.errors import SymdynWarning
+from symdyn.runtime.cached_bytes import Kept
+from symdyn.runtime.entry import seal
 from symdyn.scene import bind
-from symdyn.simulation.integrate import kept_integrators
+from symdyn.simulation.integrate import cached_integrators
 
 heyoka = pytest.importorskip("heyoka")
 
@@ -40,7 +40,7 @@ def turning(tolerance: float = 1e-10, speed: float = 1.0):
         MADE.append(tolerance)
         return heyoka.taylor_adaptive(list(zip([x, v], rates, strict=True)), [0.0, 0.0], tol=tolerance)
 
-    return kept_integrators.integrator([x, v, *rates], {"tol": tolerance}, make)
+    return cached_integrators.integrator([x, v, *rates], {"tol": tolerance}, make)
 
 
 def end(ta, length: float) -> bytes:
@@ -63,7 +63,7 @@ def test_what_differs_is_made_again(cache, monkeypatch):
     turning(speed=2.0)
     monkeypatch.setattr(heyoka, "__version__", "0")
     turning()
-    monkeypatch.setattr(kept_integrators, "processor", lambda: ("another",))
+    monkeypatch.setattr(cached_integrators, "processor", lambda: ("another",))
     turning()
     assert len(MADE) == 5
 

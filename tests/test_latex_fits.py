@@ -1,7 +1,7 @@
 """No page of LaTeX is wider than its paper: pdflatex's log names no box that sticks out by more than a point.
 
-Every example, gallery scene and finding, in every grouping and as a lesson by every road, runs in `make slow`; a fixed
-few run always: those with springs and dampers between points, wide fractions, wide matrices and wide tables.
+Every example, gallery scene and finding, in every grouping and as a lesson by every formulation, runs in `make slow`; a
+fixed few run always: those with springs and dampers between points, wide fractions, wide matrices and wide tables.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ def grouped(group: str, angles: str = "long") -> Callable[[Scene], str]:
     return lambda scene: equations_text(scene, "latex", group, angles, document=True)
 
 
-def lesson(road: str) -> Callable[[Scene], str]:
+def lesson(formulation: str) -> Callable[[Scene], str]:
     def written(scene: Scene) -> str:
         from symdyn.teach import rendered, walkthrough
 
-        files = rendered(walkthrough(scene, road=road), "latex")
+        files = rendered(walkthrough(scene, formulation=formulation), "latex")
         return next(str(text) for name, text in files.items() if name.endswith(".tex"))
 
     return written
@@ -51,7 +51,10 @@ PAGES: dict[str, Callable[[Scene], str]] = {
     "short": grouped("equations", "short"),
     "base-parameters": lambda scene: FRAGMENT % base_parameters_text(scene),
     "dalembert": lambda scene: dalembert_text(scene, document=True),
-    **{f"lesson-{road}": lesson(road) for road in ("lagrange", "multipliers", "quaternions", "dalembert")},
+    **{
+        f"lesson-{formulation}": lesson(formulation)
+        for formulation in ("lagrange", "multipliers", "quaternions", "dalembert")
+    },
 }
 
 ALWAYS = (

@@ -1,4 +1,4 @@
-"""The rooms import downwards only, folders inside rooms too, and no two files import each other in a circle."""
+"""The packages import downwards only, folders inside packages too, and no two files import each other in a circle."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from functools import cache
 from pathlib import Path
 
 import symdyn
-from tests.rooms_picture import FOLDERS, ROOMS, picture
+from tests.packages_picture import FOLDERS, PACKAGES, picture
 
 ROOT = Path(symdyn.__file__).parent
-NAMED = re.compile(rf"symdyn\.({'|'.join(map(re.escape, ROOMS))})(\.[\w.:]*)?\Z")
-PICTURE = ROOT.parent / "docs" / "pictures" / "rooms.svg"
+NAMED = re.compile(rf"symdyn\.({'|'.join(map(re.escape, PACKAGES))})(\.[\w.:]*)?\Z")
+PICTURE = ROOT.parent / "docs" / "pictures" / "packages.svg"
 
 
-def below(room: str) -> set[str]:
-    found = {room}
-    for lower in ROOMS[room]:
+def below(package: str) -> set[str]:
+    found = {package}
+    for lower in PACKAGES[package]:
         found |= below(lower)
     return found
 
@@ -97,9 +97,9 @@ def arrows() -> dict[str, set[str]]:
 def test_every_import_points_down() -> None:
     wrong = []
     for module, targets in arrows().items():
-        room = module.split(".")[1] if "." in module else ""
-        if room not in ("", "__main__"):
-            wrong += [f"{module} imports {target}" for target in targets if target.split(".")[1] not in below(room)]
+        package = module.split(".")[1] if "." in module else ""
+        if package not in ("", "__main__"):
+            wrong += [f"{module} imports {target}" for target in targets if target.split(".")[1] not in below(package)]
 
     assert not wrong, "\n".join(wrong)
 
@@ -114,48 +114,48 @@ def by_name(tree: ast.Module) -> Iterator[str]:
 def test_no_module_is_imported_by_a_name_that_points_up() -> None:
     wrong = []
     for module, tree in modules().items():
-        room = module.split(".")[1] if "." in module else ""
-        if room not in ("", "__main__"):
-            wrong += [f"{module} names {one}" for one in by_name(tree) if one.split(".")[1] not in below(room)]
+        package = module.split(".")[1] if "." in module else ""
+        if package not in ("", "__main__"):
+            wrong += [f"{module} names {one}" for one in by_name(tree) if one.split(".")[1] not in below(package)]
 
     assert not wrong, "\n".join(wrong)
 
 
-def test_every_room_is_in_the_table() -> None:
-    rooms = {p.name.removesuffix(".py") for p in ROOT.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
+def test_every_package_is_in_the_table() -> None:
+    packages = {p.name.removesuffix(".py") for p in ROOT.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
 
-    assert rooms - {"__init__", "__main__"} == set(ROOMS)
+    assert packages - {"__init__", "__main__"} == set(PACKAGES)
 
 
-def test_no_room_has_the_name_of_a_door() -> None:
-    assert not set(ROOMS) & set(symdyn.__all__)
+def test_no_package_has_the_name_of_a_function() -> None:
+    assert not set(PACKAGES) & set(symdyn.__all__)
 
 
 def folder(module: str) -> tuple[str, str]:
-    """Return room and folder of a file, which a folder's front page belongs to; "" is the room's own."""
-    _, room, *rest = module.split(".")
+    """Return package and folder of a file, which a folder's front page belongs to; "" is the package's own."""
+    _, package, *rest = module.split(".")
     deep = len(rest) > 1 or (rest and any(one.startswith(f"{module}.") for one in modules()))
-    return room, rest[0] if deep else ""
+    return package, rest[0] if deep else ""
 
 
-def test_folders_inside_rooms_import_downwards() -> None:
+def test_folders_inside_packages_import_downwards() -> None:
     wrong = []
     for module, targets in arrows().items():
         for target in targets:
             if module.count(".") < 2 or target.count(".") < 2:
                 continue  # a front page says what is behind it
-            (room, mine), (other, theirs) = folder(module), folder(target)
-            if room == other and room in FOLDERS and mine != theirs and theirs not in FOLDERS[room][mine]:
+            (package, mine), (other, theirs) = folder(module), folder(target)
+            if package == other and package in FOLDERS and mine != theirs and theirs not in FOLDERS[package][mine]:
                 wrong.append(f"{module} imports {target}")
 
     assert not wrong, "\n".join(wrong)
 
 
 def test_every_folder_is_in_the_table() -> None:
-    for room, folders in FOLDERS.items():
-        found = {path.name for path in (ROOT / room).iterdir() if (path / "__init__.py").exists()}
+    for package, folders in FOLDERS.items():
+        found = {path.name for path in (ROOT / package).iterdir() if (path / "__init__.py").exists()}
 
-        assert found == set(folders) - {""}, room
+        assert found == set(folders) - {""}, package
 
 
 def test_no_files_import_each_other_in_a_circle() -> None:
@@ -191,16 +191,16 @@ def test_no_name_of_a_module_is_bound_twice() -> None:
         assert not twice, f"{module}: {twice}"
 
 
-def test_the_picture_of_the_rooms_is_that_of_the_table() -> None:
-    assert PICTURE.read_text(encoding="utf-8") == picture(), "python tests/rooms_picture.py draws it again"
+def test_the_picture_of_the_packages_is_that_of_the_table() -> None:
+    assert PICTURE.read_text(encoding="utf-8") == picture(), "python tests/packages_picture.py draws it again"
 
 
 def test_what_reads_files_knows_nothing_of_what_writes_them() -> None:
     """A proof by the printer's own tables would prove its faults along with it."""
-    room = {module for module in modules() if module.startswith("symdyn.verify.written")}
-    reached, fresh = set(room), set(room)
+    package = {module for module in modules() if module.startswith("symdyn.verify.written")}
+    reached, fresh = set(package), set(package)
     while fresh:
         fresh = set().union(*(arrows()[module] for module in fresh if module in arrows())) - reached
         reached |= fresh
 
-    assert not [module for module in sorted(reached) if module.startswith(("symdyn.emit", "symdyn.build"))]
+    assert not [module for module in sorted(reached) if module.startswith(("symdyn.emit", "symdyn.runtime"))]

@@ -1,4 +1,4 @@
-"""A letter on a page of a lesson is defined on that page, by every road, and with results left out, too."""
+"""A letter on a page of a lesson is defined on that page, by every formulation, and with results left out, too."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from symdyn.teach.render.html import html_page
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"
-ROADS = ("lagrange", "multipliers", "quaternions", "dalembert")
+FORMULATIONS = ("lagrange", "multipliers", "quaternions", "dalembert")
 FOUND = ROOT / "data" / "found"
 SEEN = ("cart_pole", "cart_with_wheel", "two_link", "four_bar")
 SOME = [*(pytest.param(name, marks=pytest.mark.mends("30.class.letters")) for name in SEEN), "heavy_top"]
@@ -33,10 +33,10 @@ def scene(name: str) -> Scene:
 @cache
 def lessons(name: str) -> dict[str, Document]:
     found = {}
-    for road in ROADS:
+    for formulation in FORMULATIONS:
         try:
-            found[road] = walkthrough(scene(name), road=road)
-        except SymdynError:  # not a road of this scene
+            found[formulation] = walkthrough(scene(name), formulation=formulation)
+        except SymdynError:  # not a formulation of this scene
             continue
     return found
 
@@ -48,14 +48,14 @@ def markdown(document: Document) -> str:
 def undefined(name: str) -> dict[str, list[str]]:
     """Return the letters that pages of a scene leave undefined; an exercise may use what its lesson defines."""
     found: dict[str, list[str]] = {}
-    for road, lesson in lessons(name).items():
+    for formulation, lesson in lessons(name).items():
         whole = page_of(markdown(lesson))
-        found[road] = [f"{one} in: {line}" for one, line in whole.strange().items()]
+        found[formulation] = [f"{one} in: {line}" for one, line in whole.strange().items()]
         try:
             asked = page_of(markdown(with_exercises(lesson, 1)))
         except SymdynError:  # nothing is asked for
             continue
-        found[f"{road}, exercises"] = [f"{one} in: {line}" for one, line in asked.strange(whole).items()]
+        found[f"{formulation}, exercises"] = [f"{one} in: {line}" for one, line in asked.strange(whole).items()]
     return {page: lines for page, lines in found.items() if lines}
 
 
@@ -75,16 +75,18 @@ EMPTY = re.compile(r"[:,] ?\.(?: |$)", re.MULTILINE)
 
 @pytest.mark.parametrize("name", [*SEEN, "heavy_top", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
 def test_no_sentence_of_a_lesson_tells_of_an_empty_list(name: str) -> None:
-    assert {road: found for road, one in lessons(name).items() if (found := EMPTY.findall(markdown(one)))} == {}
+    assert {
+        formulation: found for formulation, one in lessons(name).items() if (found := EMPTY.findall(markdown(one)))
+    } == {}
 
 
 @pytest.mark.mends("30.lessons.1.0")
 def test_where_nothing_is_driven_no_drives_are_compared() -> None:
-    """And no road agrees with another; what is proved of the reactions stays."""
-    page = markdown(walkthrough(read(FOUND / "wheel_with_pendulum.toml"), road="dalembert"))
+    """And no formulation agrees with another; what is proved of the reactions stays."""
+    page = markdown(walkthrough(read(FOUND / "wheel_with_pendulum.toml"), formulation="dalembert"))
 
     assert not EMPTY.search(page)
-    assert "Lagrange's road gives the same drives" not in page
+    assert "Lagrange's formulation gives the same drives" not in page
     assert "All reactions together have the power of the drives" in page
 
 

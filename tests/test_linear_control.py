@@ -186,7 +186,7 @@ def test_a_sampled_system_is_that_of_python_control(name):
 
 
 @pytest.mark.parametrize(("name", "period"), [("cart_pole", 0.05), ("cart_with_wheel", 0.02)])
-def test_both_roads_to_a_sampled_system_meet_where_the_motion_is_steady(name, period):
+def test_both_formulations_to_a_sampled_system_meet_where_the_motion_is_steady(name, period):
     scene = example(name)
     one = linearize(scene)
     exact, stepped = sampled(one, period), along_a_step(prepared(scene), one, period)

@@ -9,7 +9,7 @@ import pytest
 
 import symdyn
 from symdyn.algebra.numeric import Array, Floats
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.graph import evaluate
 from symdyn.linear import Linearization, linearize_at_rest, stability
@@ -20,7 +20,7 @@ from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.program import Candidates
 from symdyn.scene import bind, read_text
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 
 pytestmark = pytest.mark.long
 
@@ -76,7 +76,7 @@ class Moving:
 
 
 def parameters(scene: symdyn.Scene) -> dict[str, float]:
-    from symdyn.simulation.equations.opened import opened
+    from symdyn.simulation.equations.parametrised import opened
 
     return dict(opened(scene).values)
 

@@ -12,7 +12,7 @@ from mechanisms import TREES
 
 import symdyn
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.outputs.derive import derive_one
 from symdyn.errors import LinearizeError
 from symdyn.graph import evaluate
 from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_rest

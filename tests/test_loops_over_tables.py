@@ -11,19 +11,19 @@ import pytest
 from mechanisms import random_tree
 
 import symdyn
-from symdyn.build.c_module import build
-from symdyn.dynamics import OUTPUTS, Workspace, derive_one, kept_in_lines, roads_of
+from symdyn.dynamics import OUTPUTS, Workspace, derive_one, formulations_of, kept_in_lines
+from symdyn.dynamics.outputs.count import Counts
+from symdyn.dynamics.outputs.named_functions import Argument, Function
 from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
-from symdyn.dynamics.roads.count import Counts
-from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import formulate, in_lines, lower
+from symdyn.runtime.c_module import build
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove
@@ -45,9 +45,9 @@ def tree(seed: int, joints: int) -> Scene:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> int:
     """Let 10 joints be enough for a loop."""
-    for road, row in TABLE_LOOPS.items():
+    for formulation, row in TABLE_LOOPS.items():
         assert row.fewest > 10
-        monkeypatch.setitem(TABLE_LOOPS, road, replace(row, fewest=10))
+        monkeypatch.setitem(TABLE_LOOPS, formulation, replace(row, fewest=10))
     return 10
 
 
@@ -59,9 +59,11 @@ def with_rotors(scene: Scene) -> Scene:
 
 @BOTH
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_loop_over_the_table_is_what_the_other_roads_derive(seed: int, name: str, loop: str, lines: str) -> None:
+def test_a_loop_over_the_table_is_what_the_other_formulations_derive(
+    seed: int, name: str, loop: str, lines: str
+) -> None:
     w = Workspace(with_rotors(tree(seed, 7)))
-    one, other = (derive_one(w, name, road).entries for road in (loop, lines))
+    one, other = (derive_one(w, name, formulation).entries for formulation in (loop, lines))
 
     _, (found,) = prove([Claim(name, loop, lines, one, other)], seed=1)
 
@@ -73,7 +75,7 @@ def test_without_gravity_the_ground_stands_still() -> None:
     w = Workspace(scene)
 
     _, (found,) = prove(
-        [Claim(ID, LOOP, "rnea", *(derive_one(w, ID, road).entries for road in (LOOP, "rnea")))], seed=1
+        [Claim(ID, LOOP, "rnea", *(derive_one(w, ID, formulation).entries for formulation in (LOOP, "rnea")))], seed=1
     )
 
     assert all(x.is_zero for x in w.joint_table.ground)
@@ -99,7 +101,7 @@ def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("seed", [SEEDS[0], *(pytest.param(seed, marks=pytest.mark.slow) for seed in SEEDS[1:])])
-def test_states_abreast_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
+def test_states_lockstep_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
     scene = with_rotors(tree(seed, 24))
     over, plain = lower(formulate(scene, [name], loop, lines=False)), lower(formulate(scene, [name], lines))
     assert "a loop over a table" in str(emit(over, "c").texts)
@@ -138,10 +140,10 @@ def long_tree(joints: int) -> Scene:
 def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any(few: int, name: str, loop: str, lines: str) -> None:
     short, less, many = tree(3, 6), long_tree(few - 1), long_tree(few)
     cases = ((short, None, 0), (less, None, 0), (many, None, 1), (short, loop, 1), (many, lines, 0))
-    for scene, road, wanted in cases:
-        source = emit(lower(formulate(scene, [name], road, lines=False)), "c").texts[f"{scene.name}.c"]
+    for scene, formulation, wanted in cases:
+        source = emit(lower(formulate(scene, [name], formulation, lines=False)), "c").texts[f"{scene.name}.c"]
         assert source.count("a loop over a table of") == wanted
-        assert source == emit(lower(formulate(scene, [name], road)), "c").texts[f"{scene.name}.c"]
+        assert source == emit(lower(formulate(scene, [name], formulation)), "c").texts[f"{scene.name}.c"]
     assert f"from {few} joints on" in emit(lower(formulate(many, [name])), "c").texts[f"{many.name}.h"]
     assert "asked for by its formulation" in emit(lower(formulate(short, [name], loop)), "c").texts[f"{short.name}.h"]
 
@@ -187,7 +189,7 @@ def test_what_a_table_does_not_hold_is_said(name: str, words: str) -> None:
 
     assert words in said
     assert bool(words) == bool(said)
-    assert (LOOP in roads_of(ID, scene)) == (not said)
+    assert (LOOP in formulations_of(ID, scene)) == (not said)
 
 
 def unknown_table(kinds: list[bool], fixed: int, turned: bool) -> tuple[JointTable, tuple[list[Expr], ...]]:
@@ -209,13 +211,13 @@ def unknown_table(kinds: list[bool], fixed: int, turned: bool) -> tuple[JointTab
     return table, tuple(numbers(name, len(kinds)) for name in ("q", "v", "a"))
 
 
-@pytest.mark.parametrize(("road", "derive"), [(LOOP, rnea_loop), (FORWARD, aba_loop)])
+@pytest.mark.parametrize(("formulation", "derive"), [(LOOP, rnea_loop), (FORWARD, aba_loop)])
 @pytest.mark.parametrize(
     ("slides", "fixed", "turned"),
     [(False, 2, False), (False, 9, False), (False, 2, True), (True, 2, True), (True, 9, True)],
 )
 def test_the_operations_that_are_told_are_those_of_the_loop(
-    slides: bool, fixed: int, turned: bool, road: str, derive: Callable[..., list[Expr]]
+    slides: bool, fixed: int, turned: bool, formulation: str, derive: Callable[..., list[Expr]]
 ) -> None:
     """One joint more, next to one of its kind, costs as much as a row whose numbers are all unknown."""
     counts = []
@@ -224,19 +226,30 @@ def test_the_operations_that_are_told_are_those_of_the_loop(
         table, given = unknown_table(kinds, fixed, turned)
         symbols = tuple(x for some in given for x in some)
         function = Function(
-            "f", "", (Argument("qdd", symbols, "", ()),), "f", (len(kinds),), tuple(derive(table, *given)), "", road
+            "f",
+            "",
+            (Argument("qdd", symbols, "", ()),),
+            "f",
+            (len(kinds),),
+            tuple(derive(table, *given)),
+            "",
+            formulation,
         )
-        counts.append((Counts.of(function), Counts.of_loop(TableLoop(road, table))))
+        counts.append((Counts.of(function), Counts.of_loop(TableLoop(formulation, table))))
     (fewer, told_fewer), (more, told_more) = counts
-    again = Counts(additions=slides * (len(TABLE_LOOPS[road].sweeps(kinds_of(table)[0])) - 1))  # rise + q, each sweep
+    again = Counts(
+        additions=slides * (len(TABLE_LOOPS[formulation].sweeps(kinds_of(table)[0])) - 1)
+    )  # rise + q, each sweep
 
     assert str(told_more - told_fewer) == str(more - fewer + again)
 
 
 def test_every_loop_has_its_row_and_every_row_its_loop() -> None:
-    roads = {name for row in OUTPUTS.values() for name, road in row.roads.items() if road.loop}
+    formulations = {
+        name for row in OUTPUTS.values() for name, formulation in row.formulations.items() if formulation.loop
+    }
 
-    assert roads == set(TABLE_LOOPS)
+    assert formulations == set(TABLE_LOOPS)
 
 
 @BOTH
@@ -315,7 +328,7 @@ def test_where_a_joint_moves_no_mass_there_is_no_loop(lines: bool) -> None:
 @pytest.mark.long
 @pytest.mark.runs("cc")
 def test_a_certificate_holds_loop_and_lines_together(name: str, loop: str, lines: str) -> None:
-    found = symdyn.certify(tree(5, 6), [name], road=loop, targets=["c"])
+    found = symdyn.certify(tree(5, 6), [name], formulation=loop, targets=["c"])
 
     assert found.passed
     assert {one.claim for one in found.findings} >= {f"{name}: {loop} = {lines}", f"{name}: {loop} = lagrange"}

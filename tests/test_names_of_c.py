@@ -19,7 +19,7 @@ from names_of_headers import headers, names_of
 import symdyn
 from symdyn.dynamics import derive
 from symdyn.emit import emit
-from symdyn.emit.targets.door import TARGETS
+from symdyn.emit.targets.emit_program import TARGETS
 from symdyn.program import lower
 from symdyn.scene import read_text
 

@@ -9,7 +9,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, row_of
-from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, words
+from symdyn.dynamics.outputs.closed_operators import CLOSED, MANY, words
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 
@@ -34,7 +34,7 @@ def requests(scene: Scene) -> list[str]:
 
 @pytest.mark.parametrize("name", [*CLOSED_SCENES, "cart_pole", "puma560"])
 def test_every_function_can_be_asked_for_by_its_name_in_code(name: str) -> None:
-    from symdyn.dynamics.roads.requests import name_in_code, request_of
+    from symdyn.dynamics.outputs.requests import name_in_code, request_of
 
     scene = symdyn.example(name)
     every = requests(scene)

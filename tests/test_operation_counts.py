@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from counts_of_literature import state_dependent_counts
 
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.graph import Graph
 from symdyn.scene import dh_table, scene, with_symbolic_inertia
 

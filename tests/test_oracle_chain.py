@@ -31,8 +31,8 @@ def state(n):
     return {name: [BIG.constant(value) for value in values] for name, values in rules.items()}
 
 
-def evaluated(name, road, n, **more):
-    equations = derive(oracle_chain(n), [name], road)
+def evaluated(name, formulation, n, **more):
+    equations = derive(oracle_chain(n), [name], formulation)
     return call(equations, name, BIG, **{**state(n), **more})
 
 
@@ -71,12 +71,12 @@ def test_composite_mass_of_a_hundred_links_takes_free_accelerations_to_zero_torq
     assert_digits([-value for value in inertial], [BIG.context.nstr(value, 40) for value in at_rest], "1e-22")
 
 
-def size(name, road, n):
-    return len(derive(chain(n), [name], road).graph.nodes)
+def size(name, formulation, n):
+    return len(derive(chain(n), [name], formulation).graph.nodes)
 
 
-@pytest.mark.parametrize(("name", "road"), [("inverse_dynamics", "rnea"), ("forward_dynamics", "aba")])
-def test_recursions_grow_by_the_same_nodes_for_every_link(name, road):
-    grown = [size(name, road, n) for n in (10, 20, 30)]
+@pytest.mark.parametrize(("name", "formulation"), [("inverse_dynamics", "rnea"), ("forward_dynamics", "aba")])
+def test_recursions_grow_by_the_same_nodes_for_every_link(name, formulation):
+    grown = [size(name, formulation, n) for n in (10, 20, 30)]
 
     assert grown[2] - grown[1] <= 1.1 * (grown[1] - grown[0])

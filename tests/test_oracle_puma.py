@@ -1,4 +1,4 @@
-"""Corke's PUMA 560 without motors: torques, gravity, mass matrix, Coriolis matrix at 40 digits, by every road."""
+"""Corke's PUMA 560 without motors: torques, gravity, mass matrix, Coriolis matrix at 40 digits, by all formulations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from arms import puma560
 from oracles import BIG, assert_digits, flat, numbers, oracle
 from running import call
 
-from symdyn.dynamics import derive, roads_of
+from symdyn.dynamics import derive, formulations_of
 
 PUMA = oracle("puma560_corke")
 STATES = PUMA["states"]
@@ -20,15 +20,15 @@ def scene():
     return puma560()
 
 
-def evaluated(scene, name, road, state, **more):
+def evaluated(scene, name, formulation, state, **more):
     given = {key: numbers(state[key]) for key in ("q", "qd", "qdd")}
-    return call(derive(scene, [name], road), name, BIG, **{**given, **more})
+    return call(derive(scene, [name], formulation), name, BIG, **{**given, **more})
 
 
 @pytest.mark.parametrize("name", [*CHECKS, "coriolis_matrix"])
-def test_every_road_gives_the_published_robot(scene, name):
-    for road in roads_of(name):
-        equations = derive(scene, [name], road)
+def test_every_formulation_gives_the_published_robot(scene, name):
+    for formulation in formulations_of(name):
+        equations = derive(scene, [name], formulation)
         for state in STATES:
             given = state[CHECKS.get(name, "C_christoffel")]
             given = flat(given) if isinstance(given[0], list) else given
@@ -61,9 +61,9 @@ def test_accelerations_with_motors_need_the_published_torque(scene, state):
     assert_digits([a + j * x for a, j, x in zip(found, rotor, qdd, strict=True)], TAU)
 
 
-@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
-def test_forward_dynamics_takes_the_published_torque_back_to_the_acceleration(scene, road):
-    equations = derive(scene, ["forward_dynamics"], road)
+@pytest.mark.parametrize("formulation", formulations_of("forward_dynamics"))
+def test_forward_dynamics_takes_the_published_torque_back_to_the_acceleration(scene, formulation):
+    equations = derive(scene, ["forward_dynamics"], formulation)
     for state in STATES:
         given = {key: numbers(state[key]) for key in ("q", "qd")}
         found = call(equations, "forward_dynamics", BIG, **given, tau=numbers(state["tau_no_motor"]))

@@ -16,42 +16,42 @@ OUTPUTS = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
 
 
 @pytest.fixture(scope="module", params=["lagrange", "crba"])
-def road(request):
-    """The same outputs by both roads."""
+def formulation(request):
+    """The same outputs by both formulations."""
     recursive = {"inverse_dynamics": "rnea", "forward_dynamics": "aba", "mass_matrix": "crba"}
     scene = two_link()
     return {name: derive(scene, [name], recursive[name] if request.param == "crba" else "lagrange") for name in OUTPUTS}
 
 
-def evaluated(road, name, case, algebra, convert):
+def evaluated(formulation, name, case, algebra, convert):
     given = {key: convert(case[key]) for key in ("q", "qd", "qdd")}
     params = convert([case[key] for key in ("m1", "m2", "h1", "h2", "g")])
-    return call(road[name], name, algebra, **given, tau=convert(["0", "0"]), params=params)
+    return call(formulation[name], name, algebra, **given, tau=convert(["0", "0"]), params=params)
 
 
 @pytest.mark.parametrize("case", CASES, ids=NAMES)
-def test_forty_digits_of_torque_mass_matrix_and_free_acceleration(road, case):
-    assert_digits(evaluated(road, "inverse_dynamics", case, BIG, numbers), case["tau"])
+def test_forty_digits_of_torque_mass_matrix_and_free_acceleration(formulation, case):
+    assert_digits(evaluated(formulation, "inverse_dynamics", case, BIG, numbers), case["tau"])
     m11, m12, m22 = case["M"]
-    assert_digits(evaluated(road, "mass_matrix", case, BIG, numbers), [m11, m12, m12, m22])
-    assert_digits(evaluated(road, "forward_dynamics", case, BIG, numbers), case["free_qdd"])
+    assert_digits(evaluated(formulation, "mass_matrix", case, BIG, numbers), [m11, m12, m12, m22])
+    assert_digits(evaluated(formulation, "forward_dynamics", case, BIG, numbers), case["free_qdd"])
 
 
 TAME = [(case, name) for case, name in zip(CASES, NAMES, strict=True) if float(case["condM"]) < 100]
 
 
 @pytest.mark.parametrize("case", [case for case, _ in TAME], ids=[name for _, name in TAME])
-def test_doubles_reach_what_conditioning_allows(road, case):
+def test_doubles_reach_what_conditioning_allows(formulation, case):
     def doubles(texts):
         return [float(text) for text in texts]
 
     reach = max(1.0, *(abs(float(angle)) for angle in case["q"]))  # the rounding of a large angle is an error of q
     # of the largest term: torques may cancel
     weight = max(float(case["M"][0]), 1) * max(1.0, *(float(x) ** 2 for x in case["qd"]), float(case["qdd"][0]))
-    found = evaluated(road, "inverse_dynamics", case, Floats(), doubles)
+    found = evaluated(formulation, "inverse_dynamics", case, Floats(), doubles)
     for a, b in zip(found, doubles(case["tau"]), strict=True):
         assert abs(a - b) <= 64 * 2**-53 * reach * max(weight, 9.81)
-    found, expected = evaluated(road, "forward_dynamics", case, Floats(), doubles), doubles(case["free_qdd"])
+    found, expected = evaluated(formulation, "forward_dynamics", case, Floats(), doubles), doubles(case["free_qdd"])
     scale = max(9.81, *(abs(x) for x in expected))
     for a, b in zip(found, expected, strict=True):
         assert abs(a - b) <= 64 * 2**-53 * reach * float(case["condM"]) * scale

@@ -169,8 +169,8 @@ def test_verbs_write_the_same(
             assert main([verb, f"{scene}.toml", *rest.split()]) == 0
             said.append(capsys.readouterr().out)
         for file in ("lesson.md", "lesson.html", "lesson.tex", "lesson.ipynb"):
-            road = ["--bind", f"{value}=0.1"]
-            assert main(["walkthrough", f"{scene}.toml", "-o", file, *road]) == 0, capsys.readouterr().err
+            formulation = ["--bind", f"{value}=0.1"]
+            assert main(["walkthrough", f"{scene}.toml", "-o", file, *formulation]) == 0, capsys.readouterr().err
         assert main(["draw", f"{scene}.toml", "-o", "scene.svg", "--bind", f"{value}=0.1"]) == 0
         capsys.readouterr()
     for one, other in zip(said[:2], said[3:5], strict=True):

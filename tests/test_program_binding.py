@@ -7,8 +7,8 @@ from arms import EXAMPLES, two_link
 from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
-from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import BINDING
+from symdyn.dynamics.outputs import Counts
+from symdyn.dynamics.outputs.count import BINDING
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import Scene, read

@@ -1,4 +1,4 @@
-"""The road that becomes code is the one with the fewest operations."""
+"""The formulation that becomes code is the one with the fewest operations."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, random_tree
 
-from symdyn.dynamics import Equations, Workspace, derive, derive_one, expected, roads_of
+from symdyn.dynamics import Equations, Workspace, derive, derive_one, expected, formulations_of
 from symdyn.errors import DerivationError
 from symdyn.program import Candidates, formulate, lower
 from symdyn.program.formulation import LONGEST
@@ -17,27 +17,29 @@ from symdyn.verify.equality import Claim, prove
 SMALL = [two_link(), read(EXAMPLES / "cart_pole.toml"), random_tree(3, 3), coupled_tree(2, 4)]
 
 
-def cost(scene, output, road):
-    return lower(derive(scene, (output,), road))[output].counts.cost
+def cost(scene, output, formulation):
+    return lower(derive(scene, (output,), formulation))[output].counts.cost
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("scene", SMALL, ids=lambda scene: scene.name)
-def test_no_other_road_is_cheaper(scene):
+def test_no_other_formulation_is_cheaper(scene):
     outputs = ("inverse_dynamics", "mass_matrix", "velocity_forces", "gravity_forces", "k_D")
     equations = formulate(scene, outputs)
     for function in equations.functions:
         own = cost(scene, function.name, function.formulation)
-        assert own == min(cost(scene, function.name, road) for road in roads_of(function.name, scene))
+        assert own == min(
+            cost(scene, function.name, formulation) for formulation in formulations_of(function.name, scene)
+        )
 
 
-def test_all_roads_of_a_choice_are_proved_equal():
+def test_all_formulations_of_a_choice_are_proved_equal():
     scene = two_link()
     workspace = Workspace(scene)
     claims = [
-        Claim(f.name, f.formulation, road, f.entries, derive_one(workspace, f.name, road).entries)
+        Claim(f.name, f.formulation, formulation, f.entries, derive_one(workspace, f.name, formulation).entries)
         for f in formulate(scene, expected(scene)).functions
-        for road in roads_of(f.name, scene)
+        for formulation in formulations_of(f.name, scene)
     ]
     _, findings = prove(claims)
 
@@ -45,16 +47,16 @@ def test_all_roads_of_a_choice_are_proved_equal():
     assert [finding.claim for finding in findings if finding.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)] == []
 
 
-def test_a_road_can_be_asked_for_and_others_are_counted():
+def test_a_formulation_can_be_asked_for_and_others_are_counted():
     equations = formulate(two_link(), ("inverse_dynamics", "forward_dynamics", "pose:tool"), "aba")
 
     assert equations["forward_dynamics"].formulation == "aba"
-    assert equations["inverse_dynamics"].formulation in roads_of("inverse_dynamics")
+    assert equations["inverse_dynamics"].formulation in formulations_of("inverse_dynamics")
 
 
-def test_a_road_that_no_output_has_is_refused():
+def test_a_formulation_that_no_output_has_is_refused():
     with pytest.raises(
-        DerivationError, match="no output that was asked for has the road 'aba'; there are rnea, lagrange"
+        DerivationError, match="no output that was asked for has the formulation 'aba'; there are rnea, lagrange"
     ):
         formulate(two_link(), ("inverse_dynamics",), "aba")
     with pytest.raises(DerivationError, match=r"'rnea_loop' \(parameters have no value\); there are rnea, lagrange"):
@@ -66,7 +68,7 @@ def test_an_output_that_does_not_exist_is_refused():
         formulate(two_link(), ("power",))
 
 
-def test_large_roads_are_not_tried_for_many_joints():
+def test_large_formulations_are_not_tried_for_many_joints():
     assert "lagrange" not in Candidates(Workspace(read(EXAMPLES / "puma560.toml")), "inverse_dynamics").names
     assert "lagrange" in Candidates(Workspace(two_link()), "inverse_dynamics").names
     assert "lagrange" in Candidates(Workspace(read(EXAMPLES / "puma560.toml")), "gravity_forces").names

@@ -5,7 +5,7 @@ from __future__ import annotations
 from formulas import every_op, one
 
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
 

@@ -13,8 +13,8 @@ from mechanisms import random_tree
 
 from symdyn.algebra import constants
 from symdyn.algebra.numeric import Batches
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower

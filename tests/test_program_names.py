@@ -5,8 +5,8 @@ from __future__ import annotations
 from formulas import argument, every_op, function, one
 from mechanisms import random_tree
 
-from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.derive import derive
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program import Routine, lower

@@ -8,7 +8,7 @@ from formulas import argument, every_op, function, one
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.dynamics import available, derive
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

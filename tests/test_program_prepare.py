@@ -14,15 +14,15 @@ from mechanisms import random_tree
 
 import symdyn
 import symdyn.verify.certificate as certificate_room
-from symdyn.build import build, run_python
-from symdyn.build.extension import build_extension
 from symdyn.cli import main
 from symdyn.dynamics import Equations
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
+from symdyn.runtime import build, run_python
+from symdyn.runtime.extension import build_extension
 from symdyn.scene import Scene, bind, read
 from symdyn.scene.values import Parameter
 from symdyn.verdict import Verdict

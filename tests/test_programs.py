@@ -9,7 +9,7 @@ import sys
 import programs
 import pytest
 
-from symdyn.build.compiler import CANDIDATES
+from symdyn.runtime.compiler import CANDIDATES
 
 
 def test_a_test_that_does_not_say_so_starts_no_process() -> None:

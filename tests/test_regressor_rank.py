@@ -17,8 +17,8 @@ import pytest
 import symdyn
 from symdyn.algebra.finite_field import FiniteField, Needs
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads.base_columns import base_columns
-from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.outputs.base_columns import base_columns
+from symdyn.dynamics.outputs.derive import derive_one
 from symdyn.graph import Op, reachable
 from symdyn.scene import Scene, examples
 from symdyn.scene.forces import FORCES

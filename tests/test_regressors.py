@@ -1,4 +1,4 @@
-"""Regressors: proved by two roads, times parameters the forces of the scene and of any other with the same joints."""
+"""Regressors: proved by two formulations, times parameters the forces of the scene and of others with its joints."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from counts_of_literature import state_dependent_counts
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one, linear_parameters
-from symdyn.dynamics.roads.base_columns import BaseColumns, base_columns
-from symdyn.dynamics.roads.linear_forces import Linear, columns
-from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
-from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.base_columns import BaseColumns, base_columns
+from symdyn.dynamics.outputs.linear_forces import Linear, columns
+from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
+from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import bind, read, read_text
@@ -36,7 +36,7 @@ CLOSED = ("four_bar", "rssr", "rolling_disc", "spatial_slider_crank")
 @pytest.mark.long
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("name", SCENES + CLOSED)
-def test_two_roads_agree_and_the_laws_of_regressors_hold(name: str) -> None:
+def test_two_formulations_agree_and_the_laws_of_regressors_hold(name: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")
     forces = ("inverse_dynamics", *(("tree_forces",) if scene.is_closed else ()))
     found = symdyn.certify(scene, (*forces, *BESIDE, *REGRESSORS, *PASSIVITY))

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from robots import NUMBERS, FloatingPeer, Peer, differences, number, relative, robot_files, robot_folder
 
-from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
+from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.urdf import read

@@ -15,12 +15,12 @@ from mechanisms import random_tree
 
 import symdyn
 from symdyn.bench.reference import reference
-from symdyn.build.c_module import build
 from symdyn.dynamics.loops import dense, reduced_rows
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
 from symdyn.program.row_loop import RowLoop
 from symdyn.program.states import quaternion_places
+from symdyn.runtime.c_module import build
 from symdyn.scene import Scene, read_text
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import prove

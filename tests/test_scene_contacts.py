@@ -15,7 +15,7 @@ from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
 from symdyn.draw.positions import pose
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
@@ -262,7 +262,7 @@ def test_on_a_page_the_height_of_a_wheel_follows_and_all_else_is_free() -> None:
         one = read(EXAMPLES / f"{name}.toml")
         tied = held(Workspace(one))
         if free_ones is None:
-            assert all(len(block.rows) == len(block.velocities) for block in tied.closing)
+            assert all(len(block.rows) == len(block.velocities) for block in tied.closing.blocks)
         else:
             assert set(tied.moved) == free_ones
     angles = held(Workspace(read(DATA / "found" / "rolling_disc_zxy.toml")))

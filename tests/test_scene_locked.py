@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from arms import EXAMPLES
 
-from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
+from symdyn.runtime import lambdify
 from symdyn.scene import Quantity, body, fixed, helical, lock, parse, prismatic, read_text, revolute, scene
 from symdyn.verdict import Verdict
 from symdyn.verify import certify

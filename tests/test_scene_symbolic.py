@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from mechanisms import coupled_tree, random_tree
 
-from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.program import lower
+from symdyn.runtime import lambdify
 from symdyn.scene import Quantity, body, parse, prismatic, read, read_text, revolute, scene, with_symbols, write_text
 from symdyn.scene.values import Parameter, spell
 from symdyn.verdict import Verdict

@@ -243,7 +243,7 @@ limits = { lower = -1.23456789012345, upper = 2 }
 DIGITS = {  # a command line, and how a number of it is shown as usual, with three digits, with all
     "equations {scene}": ("- 4.03704 ", "- 4.04 ", "- 4.0370370006996445 "),
     "equations {scene} --format text": ("- 4.03703700069964*", "- 4.04*", "- 4.0370370006996445*"),
-    "equations {scene} --as dalembert": (" 4.03704 ", " 4.04 ", " 4.0370370006996445 "),
+    "equations {scene} --formulation dalembert": (" 4.03704 ", " 4.04 ", " 4.0370370006996445 "),
     "equations {scene} --as base-parameters": ("= 0.411523", "= 0.412", "= 0.41152263004073848"),
     "info {scene}": ("from ≈ -1.23457 to 2", "from ≈ -1.23 to 2", "from -1.23456789012345 to 2"),
     "linearize {scene} --at phi=pi/2": ("phi_dot  -17.0214 ", "phi_dot  -17 ", "phi_dot  -17.02139958839048 "),

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from closed_mechanisms import crank_rocker, exact
 
-from symdyn.build import run_python
 from symdyn.cli import main
 from symdyn.emit import emit
 from symdyn.errors import SimulateError
 from symdyn.program import formulate, lower
+from symdyn.runtime import run_python
 from symdyn.scene import Scene, read
 from symdyn.simulation.initial import read_start
 
@@ -173,11 +173,13 @@ def test_a_spring_of_no_length_that_pulls_nowhere_there_has_a_force_and_an_energ
 
 
 @pytest.mark.mends("3.12")
-@pytest.mark.parametrize("road", ["rnea", "lagrange"])
-def test_a_spring_that_stiffens_has_a_force_where_its_ends_meet_by_every_road(tmp_path: Path, road: str) -> None:
+@pytest.mark.parametrize("formulation", ["rnea", "lagrange"])
+def test_a_spring_that_stiffens_has_a_force_where_its_ends_meet_by_every_formulation(
+    tmp_path: Path, formulation: str
+) -> None:
     file = tmp_path / "stiffens.toml"
     file.write_text((FOUND / "zero_spring.toml").read_text().replace("stiffness=10", "stiffness=[10, 5, 3]"))
-    code = run_python(emit(lower(formulate(read(file), ("inverse_dynamics",), road)), "numpy"))
+    code = run_python(emit(lower(formulate(read(file), ("inverse_dynamics",), formulation)), "numpy"))
 
     assert code.inverse_dynamics([0.0], [0.0], [1.0]) == pytest.approx([0.11])  # J of the body alone
     s = 0.6 * np.sin(0.2)  # at 0.4 rad

@@ -47,7 +47,7 @@ def floats(nodes: list[Expr]) -> list[float]:
 
 
 def needed(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return the drives, zero where there is none, less what Lagrange's road says that the motion needs."""
+    """Return the drives, zero where there is none, less what Lagrange's formulation says that the motion needs."""
     drives = [(Quantity.symbol(x) if x else Quantity.number(0)).express(graph) for x in scene.drives]
     return [drive - force for drive, force in zip(drives, Energies.of(scene, graph).driving_forces(), strict=True)]
 
@@ -230,12 +230,12 @@ LESSONS = [("sp", "lagrange"), ("sp", "dalembert"), ("car", "lagrange"), ("car",
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "road"), LESSONS)
-def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, road: str) -> None:
+@pytest.mark.parametrize(("name", "formulation"), LESSONS)
+def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, formulation: str) -> None:
     from symdyn.teach import walkthrough
     from symdyn.teach.document import Formula
 
-    document, shown = walkthrough(scene_of(name), road=road), 0
+    document, shown = walkthrough(scene_of(name), formulation=formulation), 0
     for step, block in document.blocks():
         if isinstance(block, Formula) and block.left and not step.key.startswith(("law", "stated")):
             truth = document.names[block.left].node
@@ -251,15 +251,15 @@ def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, road: str)
 
 @pytest.mark.long
 @pytest.mark.mends("30.control.4")
-@pytest.mark.parametrize(("name", "road"), LESSONS)
-def test_a_lesson_says_every_length_once(name: str, road: str) -> None:
+@pytest.mark.parametrize(("name", "formulation"), LESSONS)
+def test_a_lesson_says_every_length_once(name: str, formulation: str) -> None:
     from symdyn.teach import walkthrough
     from symdyn.teach.document import Braced, Formula
 
     scene = scene_of(name)
     roots = [
         step.key
-        for step, block in walkthrough(scene, road=road).blocks()
+        for step, block in walkthrough(scene, formulation=formulation).blocks()
         if isinstance(block, (Formula, Braced))
         for one in block.form.walk()
         if isinstance(one, Function) and one.op is Op.SQRT and {*one.symbols} & {*scene.coordinates}

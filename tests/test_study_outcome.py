@@ -14,9 +14,9 @@ from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design, read_design
 from symdyn.study.indices import indices
-from symdyn.study.over import read_over
 from symdyn.study.plots import PLOTS, drawn_study, fitting, plot, swing
 from symdyn.study.study import Study
+from symdyn.study.varied import read_over
 
 Columns = Mapping[str, np.ndarray]
 

@@ -24,8 +24,8 @@ from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import DESIGNS, Design, read_design
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution
-from symdyn.study.over import read_over
 from symdyn.study.study import ENDED, FAILED, NOT_MADE, STOPPED
+from symdyn.study.varied import read_over
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PENDULUM = str(EXAMPLES / "pendulum.toml")

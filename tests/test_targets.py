@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 from formulas import argument, every_op, function, held, one
 
-from symdyn.build import RUNNERS, Runner
 from symdyn.cli import main
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.graph.ops import ARITY
 from symdyn.program import Program, lower
+from symdyn.runtime import RUNNERS, Runner
 from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"

@@ -13,13 +13,13 @@ import pytest
 from formulas import argument, every_op, function, states
 
 import symdyn
-from symdyn.build.run_casadi import run_casadi
 from symdyn.dynamics import derive
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.targets.casadi import EXTERNAL, Block, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
+from symdyn.runtime.run_casadi import run_casadi
 from symdyn.scene import Scene, read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

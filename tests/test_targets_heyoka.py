@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.build.run_heyoka import run_heyoka
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import EmitError
 from symdyn.program import lower, prepare
+from symdyn.runtime.run_heyoka import run_heyoka
 from symdyn.scene import Scene, read, read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -13,11 +13,11 @@ from hostile import PAYLOADS
 from test_targets import KEYWORDS, named
 
 from symdyn import certify, lambdify, read
-from symdyn.build import RUNNERS, run_python
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import EmitError, MissingProgram
 from symdyn.program import Program, lower
+from symdyn.runtime import RUNNERS, run_python
 from symdyn.scene.values import Parameter
 
 RUNNING = [

@@ -18,8 +18,8 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.afterwards.charts import contours
 from symdyn.teach.document import Formula, Matrix, Picture, Step, Values, Words
-from symdyn.teach.roads.afterwards.charts import contours
 
 ROOT = Path(__file__).parent.parent
 SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("pendulum", "two_link", "cart_pole", "double_pendulum")}
@@ -283,8 +283,8 @@ def test_formulas_and_matrices_are_named() -> None:
 @pytest.mark.long
 def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
     """By hand, by virtual work of centrifugal forces, weights and spring; s = -2 l cos α, balls at 2 l sin α."""
+    from symdyn.teach.derivations.afterwards.closed import closed_sections
     from symdyn.teach.lesson import Prose
-    from symdyn.teach.roads.afterwards.closed import closed_sections
 
     (section,) = closed_sections(Prose(read(ROOT / "examples/governor.toml"), "en"))
     one = next(step for step in section.steps if step.key == "steady")
@@ -302,7 +302,7 @@ def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
 
 @pytest.mark.long
 def test_a_closed_lesson_tells_where_it_rests() -> None:
-    document = walkthrough(read(ROOT / "examples/four_bar.toml"), road="multipliers")
+    document = walkthrough(read(ROOT / "examples/four_bar.toml"), formulation="multipliers")
     rows = table(step(document, "equilibria"))
     assert [row[-2] for row in rows] == ["oscillates", "oscillates", "unstable", "unstable"]
 
@@ -324,8 +324,10 @@ def test_a_mass_whose_centre_is_off_the_axis_has_a_centrifugal_force() -> None:
 
 
 def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
-    assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), road="quaternions"))
-    upright, *_ = table(step(walkthrough(read(ROOT / "examples/heavy_top.toml"), road="quaternions"), "equilibria"))
+    assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
+    upright, *_ = table(
+        step(walkthrough(read(ROOT / "examples/heavy_top.toml"), formulation="quaternions"), "equilibria")
+    )
     assert "3.108" in upright[-1], "sqrt(m g l / I)"
 
 

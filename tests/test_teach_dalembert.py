@@ -14,10 +14,10 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.dalembert.balance import Balance
+from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
+from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
 from symdyn.teach.document import Formula, Matrix, Values
-from symdyn.teach.roads.dalembert.balance import Balance
-from symdyn.teach.roads.dalembert.shown_motion import choose_motion
-from symdyn.teach.roads.dalembert.side_by_side import terms_of_both
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"
@@ -26,7 +26,7 @@ STARTS = ("four_bar", "slider_crank", "governor", "cart_with_wheel")
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, road="dalembert")
+    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation="dalembert")
 
 
 def state_of(name: str) -> dict[str, float]:
@@ -66,7 +66,7 @@ def test_a_four_bar_is_assembled_as_it_is_drawn_wherever_it_starts(start: float)
                 "start = 0.1420089234527959928", "start = -1.7"
             )
             scene = read_text(text, "four_bar")
-        document = walkthrough(scene, road="dalembert", until="count")
+        document = walkthrough(scene, formulation="dalembert", until="count")
         chosen = choose_motion(Balance(scene, "en"))
         state = {str(x.value): one for x, one in chosen.values.items()}
         found = [
@@ -134,10 +134,10 @@ def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: s
         assert sum(values[1:]) == pytest.approx(values[0], rel=1e-9, abs=1e-12), term
 
 
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("language", ["en", "sk"])
-def test_both_roads_end_in_the_table_that_sets_them_side_by_side(road: str, language: str) -> None:
-    document = walkthrough(read(EXAMPLES / "cart_pole.toml"), language, road=road)
+def test_both_formulations_end_in_the_table_that_sets_them_side_by_side(formulation: str, language: str) -> None:
+    document = walkthrough(read(EXAMPLES / "cart_pole.toml"), language, formulation=formulation)
     step = next(step for section in document.sections for step in section.steps if step.key == "side")
     tables = [block for block in step.blocks if isinstance(block, Values)]
     rows = [[len(table.rows), {len(row) for row in table.rows}] for table in tables]

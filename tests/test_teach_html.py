@@ -164,19 +164,19 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
 
 
 @pytest.mark.long
-def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> None:
-    closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
+def test_exercises_of_the_other_formulation_ask_for_moments_of_inertia_and_drives() -> None:
+    closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert"))
     assert [b.left for b in blanks(closed)] == ["MD:11:z", "MD:22:z", "MD:33:z"]
     assert "<math" in html_page(closed)
 
-    arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
+    arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), formulation="dalembert"))
     assert [b.left for b in blanks(arm)] == ["MD:11:z", "MD:22:z", "M1", "M2"]
     assert judge(arm, "bivectors:link1", "-m_1 h_1^2 \\ddot q_1") == "Right."
     assert judge(arm, "bivectors:link1", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
 
 
 def test_a_walkthrough_without_such_results_says_so() -> None:
-    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert", until="count")
+    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert", until="count")
 
     with pytest.raises(TeachError, match="give a later part with --until"):
         with_exercises(lesson)
@@ -359,7 +359,7 @@ def test_a_page_without_sliders_says_why() -> None:
         f"'{f'b{k - 1}' if k else 'ground'}'\nchild = 'b{k}'\naxis = [0, 0, 1]\n"
         for k in range(9)
     )
-    lesson = walkthrough(read_text(links, "chain"), road="dalembert", until="count")
+    lesson = walkthrough(read_text(links, "chain"), formulation="dalembert", until="count")
 
     assert "more than 8 velocities" in html_page(lesson)
 

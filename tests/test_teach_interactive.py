@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from browser import OVERLAPS, opened, pictured, played
 
-from symdyn.build import run_python
 from symdyn.draw.places import places
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
+from symdyn.runtime import run_python
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints.start import start_of
@@ -119,7 +119,7 @@ def freed(scene: Scene) -> Scene:
 
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "everything"])
 def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, tmp_path: Path, name: str) -> None:
-    """By the other road: the page's functions are the cheapest of all, these are Lagrange's where there are such."""
+    """The page's functions are the cheapest of all, these are Lagrange's where there are any."""
     scene = scene_of(name)
     names = ["k_z", "k_C", "k_D", "k_G", "inverse_dynamics", "kinetic_energy", "potential_energy"]
     names += ["k_E"] if elastic(scene) else []

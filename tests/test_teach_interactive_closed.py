@@ -13,12 +13,12 @@ import pytest
 from browser import OVERLAPS, opened, played
 from scipy.integrate import solve_ivp
 
-from symdyn.build import run_python
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.emit import emit
 from symdyn.program import lower
+from symdyn.runtime import run_python
 from symdyn.scene import Scene, read
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import Live, interactive_page, live
@@ -75,7 +75,7 @@ def state_of(page: Any, scene: Scene, group: str) -> Array:
 
 
 class Truth:
-    """A closed scene's functions by the other road at values of all parameters, reduced to rows by hand."""
+    """A closed scene's functions by the other formulation at values of all parameters, reduced to rows by hand."""
 
     FUNCTIONS = ("tree_forces", "velocity_forces", "mass_matrix", "kinetic_energy", "potential_energy")
     ROWS = ("constraint_jacobian", "constraint_bias")
@@ -84,8 +84,8 @@ class Truth:
         free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
         given = {p.name: float(p.value.at({}) or 0) for p in scene.parameters if p.value is not None}
         closing, self.params = LoopChoices(parameters=tuple(given.items())), [params] if len(params) else []
-        roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
-        derived = {name: derive(free, [name], road, closing) for name, road in roads.items()}
+        formulations = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
+        derived = {name: derive(free, [name], formulation, closing) for name, formulation in formulations.items()}
         self.calls = {name: getattr(run_python(emit(lower(one))), one[name].name) for name, one in derived.items()}
 
     def __call__(self, name: str, *state: Array) -> Any:
@@ -183,7 +183,7 @@ def test_sliders_of_closed_mechanisms_begin_where_the_lesson_shows_numbers(
     browser: Any, tmp_path: Path, name: str
 ) -> None:
     scene, path = read(EXAMPLES / f"{name}.toml"), tmp_path / "lesson.html"
-    path.write_text(html_page(walkthrough(scene, road="dalembert")), encoding="utf-8")
+    path.write_text(html_page(walkthrough(scene, formulation="dalembert")), encoding="utf-8")
     with opened(browser, path) as page:
         told = page.eval_on_selector_all(
             "#step-state tbody tr td:nth-child(2)", "all => all.map(x => x.textContent.replace('−', '-'))"

@@ -72,10 +72,10 @@ def scenes() -> dict[str, Scene]:
 
 
 @pytest.mark.mends("5.1")
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("name", ["collide", "greedy"])
-def test_no_letter_of_a_lesson_is_a_symbol_of_the_scene(name: str, road: str) -> None:
-    document = walkthrough(scenes()[name], road=road)
+def test_no_letter_of_a_lesson_is_a_symbol_of_the_scene(name: str, formulation: str) -> None:
+    document = walkthrough(scenes()[name], formulation=formulation)
 
     own = latex_symbols(document.scene)
     introduced = {key: text for key, text in Spelling(document).symbols.items() if key not in own}

@@ -34,7 +34,7 @@ def scene(name: str) -> Scene:
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(scene(name), language, road="multipliers")
+    return walkthrough(scene(name), language, formulation="multipliers")
 
 
 # By hand
@@ -197,15 +197,15 @@ def said(document: Document) -> str:
 @pytest.mark.long
 def test_rolling_of_a_disc_is_non_holonomic_and_that_of_a_wheel_on_a_cart_is_not() -> None:
     assert "Frobenius' condition fails" in said(lesson("disc"))
-    cart = walkthrough(scene("cart_with_wheel"), road="multipliers", until="conditions")
+    cart = walkthrough(scene("cart_with_wheel"), formulation="multipliers", until="conditions")
     assert "Frobenius' condition fails" not in said(cart)
     assert "it holds a position too" in said(cart)
 
 
 @pytest.mark.parametrize("language", ["en", "sk"])
-@pytest.mark.parametrize(("name", "road"), [("two_link", "lagrange"), ("four_bar", "multipliers")])
-def test_kanes_form_is_the_same_equation_in_one_line(name: str, road: str, language: str) -> None:
-    document = walkthrough(scene(name), language, road=road)
+@pytest.mark.parametrize(("name", "formulation"), [("two_link", "lagrange"), ("four_bar", "multipliers")])
+def test_kanes_form_is_the_same_equation_in_one_line(name: str, formulation: str, language: str) -> None:
+    document = walkthrough(scene(name), language, formulation=formulation)
     (line,) = (block for step, block in document.blocks() if step.key == "kane" and isinstance(block, Formula))
     assert line.right is not None
     assert worth(document.value(line.right)) == pytest.approx(worth(document.names["tau:1"].node))
@@ -213,9 +213,9 @@ def test_kanes_form_is_the_same_equation_in_one_line(name: str, road: str, langu
     assert len(line.right.terms) > 3
 
 
-def test_an_open_mechanism_is_told_the_other_road() -> None:
-    with pytest.raises(DerivationError, match="--road lagrange"):
-        walkthrough(scene("two_link"), road="multipliers")
+def test_an_open_mechanism_is_told_the_other_formulation() -> None:
+    with pytest.raises(DerivationError, match="--formulation lagrange"):
+        walkthrough(scene("two_link"), formulation="multipliers")
 
 
 def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() -> None:
@@ -245,5 +245,5 @@ def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() ->
 @pytest.mark.long
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 def test_every_format_takes_it(format: str, tmp_path: Path) -> None:
-    assert main(["walkthrough", str(EXAMPLES / "four_bar.toml"), "--road", "multipliers", "--language", "sk",
+    assert main(["walkthrough", str(EXAMPLES / "four_bar.toml"), "--formulation", "multipliers", "--language", "sk",
                  "--format", format, "-o", str(tmp_path)]) == 0  # fmt: skip

@@ -76,9 +76,9 @@ def test_the_cells_of_a_lesson_find_their_own_formulas_right() -> None:
     assert all(": right" in line or "as symdyn has it" in line or line.startswith("Matrix") for line in lines)
 
 
-def derived(scene: Scene, change: tuple[str, str] = ("", ""), road: str = "lagrange") -> list[str]:
+def derived(scene: Scene, change: tuple[str, str] = ("", ""), formulation: str = "lagrange") -> list[str]:
     """Return what the cells that derive a scene print, after a change of their text."""
-    text = str(next(iter(rendered(walkthrough(scene, road=road), "notebook").values())))
+    text = str(next(iter(rendered(walkthrough(scene, formulation=formulation), "notebook").values())))
     cells = json.loads(text)
     cells["cells"] = [x for x in cells["cells"] if x["id"] == "setup" or x["id"].startswith("derive")]
     for cell in cells["cells"]:
@@ -89,7 +89,7 @@ def derived(scene: Scene, change: tuple[str, str] = ("", ""), road: str = "lagra
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "road"),
+    ("name", "formulation"),
     [
         ("cart_pole", "lagrange"),
         pytest.param("spatial_3r", "lagrange", marks=pytest.mark.slow),
@@ -97,8 +97,8 @@ def derived(scene: Scene, change: tuple[str, str] = ("", ""), road: str = "lagra
         ("two_link", "dalembert"),
     ],
 )
-def test_cells_derive_what_symdyn_has(name: str, road: str) -> None:
-    lines = derived(read(EXAMPLES / f"{name}.toml"), road=road)
+def test_cells_derive_what_symdyn_has(name: str, formulation: str) -> None:
+    lines = derived(read(EXAMPLES / f"{name}.toml"), formulation=formulation)
 
     assert len(lines) > 15
     assert [line for line in lines if "as symdyn has it" not in line] == []

@@ -36,10 +36,10 @@ def texts(found: str) -> list[str]:
 @pytest.mark.long
 @pytest.mark.runs("pdflatex", "pdftoppm")
 @pytest.mark.parametrize(
-    ("name", "language", "road"), [("two_link", "sk", "lagrange"), ("four_bar", "en", "dalembert")]
+    ("name", "language", "formulation"), [("two_link", "sk", "lagrange"), ("four_bar", "en", "dalembert")]
 )
-def test_a_pdf_tells_what_it_is_and_fills_its_pages(tmp_path: Path, name: str, language: str, road: str) -> None:
-    document = walkthrough(EXAMPLES / f"{name}.toml", language, road=road)
+def test_a_pdf_tells_what_it_is_and_fills_its_pages(tmp_path: Path, name: str, language: str, formulation: str) -> None:
+    document = walkthrough(EXAMPLES / f"{name}.toml", language, formulation=formulation)
     (pdf,) = rendered(document, "pdf").values()
     assert isinstance(pdf, bytes)
 

@@ -27,8 +27,8 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 @cache
-def lesson(name: str, language: str = "en", road: str = "lagrange") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, road=road)
+def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
+    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation=formulation)
 
 
 def blanks(document: Document) -> list[Blank]:
@@ -61,9 +61,9 @@ def test_who_derives_alone_is_told_where_everything_is() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
-def test_every_step_can_be_asked_for_by_its_name(road: str) -> None:
-    known = lesson("two_link", road=road)
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
+def test_every_step_can_be_asked_for_by_its_name(formulation: str) -> None:
+    known = lesson("two_link", formulation=formulation)
     steps = {step.key for step, block in with_exercises(known, 1).blocks() if isinstance(block, Blank)}
     assert len(steps) >= 3
     for key in steps:
@@ -74,7 +74,7 @@ def test_every_step_can_be_asked_for_by_its_name(road: str) -> None:
 
 @pytest.mark.parametrize("name", ["slider_crank", "pendulum"])
 def test_a_page_asks_for_formulas_with_roots_and_for_a_drive_by_its_name(name: str) -> None:
-    asked = with_exercises(lesson(name, road="dalembert"))
+    asked = with_exercises(lesson(name, formulation="dalembert"))
 
     assert "bivectors" in kinds(asked)
     assert questions(asked)["values"].keys() == {blank.key for blank in blanks(asked)}
@@ -117,11 +117,11 @@ def told(document: Document) -> Iterator[str]:
 @pytest.mark.mends("5.8")
 @pytest.mark.parametrize("grade", GRADES)
 @pytest.mark.parametrize(
-    ("name", "road"),
+    ("name", "formulation"),
     [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("two_link", "dalembert"), ("four_bar", "dalembert")],
 )
-def test_nothing_that_follows_is_seen_before_it_is_found(name: str, road: str, grade: int) -> None:
-    assert list(told(with_exercises(lesson(name, road=road), grade))) == []
+def test_nothing_that_follows_is_seen_before_it_is_found(name: str, formulation: str, grade: int) -> None:
+    assert list(told(with_exercises(lesson(name, formulation=formulation), grade))) == []
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""What a lesson by Lagrange's road says before it derives: the task, zeros and senses, (5.21) and (5.22)."""
+"""What a lesson by Lagrange's formulation says before it derives: the task, zeros and senses, (5.21) and (5.22)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.lagrange.principle import ANY
 from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Values, Words
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.picture_letters import picture_letters
-from symdyn.teach.roads.lagrange.principle import ANY
 from symdyn.teach.shown_state import choose_state
 
 ROOT = Path(__file__).parent.parent

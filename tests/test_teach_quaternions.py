@@ -25,7 +25,7 @@ UNIT = {"e0": 0.7, "e1": 0.1, "e2": 0.5, "e3": 0.5}
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, road="quaternions")
+    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation="quaternions")
 
 
 def value_of_symbol(name: str) -> float:
@@ -135,18 +135,18 @@ def test_the_angular_momentum_stays_where_no_moment_acts_and_only_there() -> Non
     assert not {key for key in keys("heavy_top") | keys("rolling_disc") if key.startswith("conserved")}
 
 
-def test_other_scenes_are_told_their_road() -> None:
-    with pytest.raises(DerivationError, match="--road lagrange"):
-        walkthrough(read(EXAMPLES / "two_link.toml"), road="quaternions")
-    with pytest.raises(DerivationError, match="--road multipliers"):
-        walkthrough(read(EXAMPLES / "four_bar.toml"), road="quaternions")
+def test_other_scenes_are_told_their_formulation() -> None:
+    with pytest.raises(DerivationError, match="--formulation lagrange"):
+        walkthrough(read(EXAMPLES / "two_link.toml"), formulation="quaternions")
+    with pytest.raises(DerivationError, match="--formulation multipliers"):
+        walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="quaternions")
     with pytest.raises(DerivationError, match="18 velocities, and 9 is the limit; --format sliders"):
-        walkthrough(read(EXAMPLES / "quadruped.toml"), road="quaternions")
+        walkthrough(read(EXAMPLES / "quadruped.toml"), formulation="quaternions")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 @pytest.mark.parametrize("name", ["heavy_top", "rolling_disc"])
 def test_every_format_takes_it(format: str, name: str, tmp_path: Path) -> None:
-    arguments = ["--road", "quaternions", "--language", "sk", "--format", format, "-o", str(tmp_path)]
+    arguments = ["--formulation", "quaternions", "--language", "sk", "--format", format, "-o", str(tmp_path)]
     assert main(["walkthrough", str(EXAMPLES / f"{name}.toml"), *arguments]) == 0

@@ -23,13 +23,13 @@ LESSONS = [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("slider_crank",
 
 
 @cache
-def lesson(name: str, road: str = "lagrange") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), road=road)
+def lesson(name: str, formulation: str = "lagrange") -> Document:
+    return walkthrough(read(EXAMPLES / f"{name}.toml"), formulation=formulation)
 
 
-def saved(name: str, folder: Path, road: str = "lagrange") -> Path:
+def saved(name: str, folder: Path, formulation: str = "lagrange") -> Path:
     path = folder / "lesson.html"
-    path.write_text(html_page(lesson(name, road)), encoding="utf-8")
+    path.write_text(html_page(lesson(name, formulation)), encoding="utf-8")
     return path
 
 
@@ -68,11 +68,11 @@ def number(text: str) -> float:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "road"), LESSONS)
-def test_numbers_under_terms_are_those_of_the_graph(browser: Any, tmp_path: Path, name: str, road: str) -> None:
-    document = lesson(name, road)
+@pytest.mark.parametrize(("name", "formulation"), LESSONS)
+def test_numbers_under_terms_are_those_of_the_graph(browser: Any, tmp_path: Path, name: str, formulation: str) -> None:
+    document = lesson(name, formulation)
     numbered = Numbered(document)
-    path = saved(name, tmp_path, road)
+    path = saved(name, tmp_path, formulation)
     html_page(document)
     with opened(browser, path) as page:
         drag(page, ".mark[data-mark=particle], .mark[data-mark=com]", 30, -20)
@@ -87,9 +87,9 @@ def test_numbers_under_terms_are_those_of_the_graph(browser: Any, tmp_path: Path
     assert list(found.values() if isinstance(found, dict) else found) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "road"), [("two_link", "lagrange"), ("two_link", "dalembert")])
-def test_numbers_under_a_sum_add_up_as_they_are_read(browser: Any, tmp_path: Path, name: str, road: str) -> None:
-    with opened(browser, saved(name, tmp_path, road)) as page:
+@pytest.mark.parametrize(("name", "formulation"), [("two_link", "lagrange"), ("two_link", "dalembert")])
+def test_numbers_under_a_sum_add_up_as_they_are_read(browser: Any, tmp_path: Path, name: str, formulation: str) -> None:
+    with opened(browser, saved(name, tmp_path, formulation)) as page:
         formulas = page.evaluate(FORMULAS)
     checked = 0
     for terms in formulas:
@@ -221,8 +221,8 @@ def is_shown(word: str) -> bool:
 
 
 def test_every_word_that_a_step_shows_is_known() -> None:
-    for name, road in LESSONS:
-        document = lesson(name, road)
+    for name, formulation in LESSONS:
+        document = lesson(name, formulation)
         for section in document.sections:
             for step in section.steps:
                 assert all(map(is_shown, Numbered(document).shown(step) if step.blocks else step.show)), step.key

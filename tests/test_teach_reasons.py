@@ -162,7 +162,7 @@ def test_an_erratum_is_checked_by_energies_and_not_by_a_program() -> None:
 @pytest.mark.mends("5.3")
 def test_the_couples_of_a_figure_are_those_of_the_formulas() -> None:
     """M^D of the formulas is about O_j, and so is that of the figure, where both points are marked."""
-    document = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")
+    document = walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")
 
     pictures = [block for _, block in document.blocks() if isinstance(block, Picture) and block.key.startswith("free-")]
     assert len(pictures) == 3
@@ -182,7 +182,7 @@ def labels_of(svg: str) -> set[str]:
 def test_a_body_has_one_number_in_both_lessons() -> None:
     scene = read(EXAMPLES / "two_link.toml")
 
-    energies, forces = (walkthrough(scene, road=road) for road in ("lagrange", "dalembert"))
+    energies, forces = (walkthrough(scene, formulation=formulation) for formulation in ("lagrange", "dalembert"))
     assert "link1" in said(energies, "kinetic:1")
     assert said(forces, "free:link1").startswith("Body 1, link1")
     assert said(forces, "free:link2").startswith("Body 2, link2")

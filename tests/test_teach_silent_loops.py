@@ -15,8 +15,8 @@ from symdyn.cli import main
 from symdyn.graph import Graph
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.lessons import usual_formulation
 from symdyn.teach.practice.exercises import with_exercises
-from symdyn.teach.roads.lessons import usual_road
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
@@ -136,7 +136,7 @@ def test_its_equations_are_those_without_the_loop(name: str) -> None:
     closed = scene(name)
     opened = replace(closed, loops=())
     own, right = walkthrough(closed), walkthrough(opened)
-    assert usual_road(closed) == usual_road(opened) == "lagrange"
+    assert usual_formulation(closed) == usual_formulation(opened) == "lagrange"
 
     graph = Graph()
     for drive in filter(None, closed.drives):
@@ -150,10 +150,12 @@ def _value(document: Document, name: str) -> Form:
     return Form.of(node)
 
 
-def test_the_road_with_multipliers_says_that_there_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_formulation_with_multipliers_says_that_there_are_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "door.toml"
     file.write_text(HINGES, encoding="utf-8")
 
-    assert main(["walkthrough", str(file), "--road", "multipliers"]) == 1
+    assert main(["walkthrough", str(file), "--formulation", "multipliers"]) == 1
 
     assert "nothing ties the coordinates" in capsys.readouterr().err

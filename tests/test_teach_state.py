@@ -75,10 +75,10 @@ def shown(document: Document, key: str = "state") -> dict[str, float]:
 
 
 @pytest.mark.mends("5.5")
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
-def test_a_prescribed_motion_is_shown_where_it_is(road: str) -> None:
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
+def test_a_prescribed_motion_is_shown_where_it_is(formulation: str) -> None:
     """The hoop is turned by phi = Omega t, so phi' is Omega and phi'' is zero, whatever else is chosen."""
-    state = shown(walkthrough(read(FOUND / "hoop_driven.toml"), road=road))
+    state = shown(walkthrough(read(FOUND / "hoop_driven.toml"), formulation=formulation))
 
     assert state["phi"] == pytest.approx(state["Omega"] * state["t"])
     assert state["phi_dot"] == state["Omega"] == 8
@@ -88,7 +88,7 @@ def test_a_prescribed_motion_is_shown_where_it_is(road: str) -> None:
 
 @pytest.mark.mends("5.5")
 def test_a_loop_with_a_prescribed_motion_is_shown_where_it_is() -> None:
-    state = shown(walkthrough(read_text(CRANK, "crank"), road="dalembert"))
+    state = shown(walkthrough(read_text(CRANK, "crank"), formulation="dalembert"))
 
     t, phi, psi = state["t"], state["phi"], state["psi"]
     assert phi == pytest.approx(2 + 3 * t + 2 * t * t, abs=2e-3)
@@ -209,7 +209,7 @@ def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
     assert bead["theta_ddot"] == pytest.approx(turning - fall, rel=1e-3)
     needed = next(step for section in document.sections for step in section.steps if step.key == "torque:2")
     assert "= 0 N m" in "".join(map(str, needed.claim.parts))
-    other = shown(walkthrough(read(EXAMPLES / "cart_pole.toml"), road="dalembert"))
+    other = shown(walkthrough(read(EXAMPLES / "cart_pole.toml"), formulation="dalembert"))
     assert other["theta_ddot"] == cart["theta_ddot"]
 
 
@@ -224,13 +224,13 @@ def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
 def test_a_lesson_at_a_dead_centre_shows_the_acceleration_that_gravity_gives_there() -> None:
     """The crank and the rod, whose rates are as 1 to -1/2, turn by I q'' = -m g s alone: no drive reaches them."""
     inertia = 0.0825 + 2 * 0.25**2 + 0.2 * 0.5**2
-    state = shown(walkthrough(read(ROOT / "data/dead_centre.toml"), road="dalembert"))
+    state = shown(walkthrough(read(ROOT / "data/dead_centre.toml"), formulation="dalembert"))
     assert state["q1_ddot"] == pytest.approx(-3 * 9.81 * 0.25 / inertia, rel=1e-3)
 
 
 def test_a_lesson_that_has_no_numbers_says_of_which_scene_and_where() -> None:
     with pytest.raises(symdyn.SymdynError, match="deadcentre: where the lesson shows numbers"):
-        walkthrough(read(ROOT / "data/dead_centre.toml"), road="multipliers")
+        walkthrough(read(ROOT / "data/dead_centre.toml"), formulation="multipliers")
 
 
 STIFF = """
@@ -263,6 +263,6 @@ stiffness = 1e10
 
 
 @pytest.mark.mends("30.also.lessons")
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
-def test_a_lesson_of_stiff_springs_is_not_stopped_by_rounding(road: str) -> None:
-    assert walkthrough(read_text(STIFF), road=road).sections
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
+def test_a_lesson_of_stiff_springs_is_not_stopped_by_rounding(formulation: str) -> None:
+    assert walkthrough(read_text(STIFF), formulation=formulation).sections

@@ -27,12 +27,12 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations.dalembert.laws import LAW
+from symdyn.teach.derivations.lagrange import meaning as meaning_room
+from symdyn.teach.derivations.lessons import FORMULATIONS, usual_formulation
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
-from symdyn.teach.roads.dalembert.laws import LAW
-from symdyn.teach.roads.lagrange import meaning as meaning_room
-from symdyn.teach.roads.lessons import ROADS, usual_road
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -80,8 +80,8 @@ def scene(name: str) -> Scene:
 
 
 @cache
-def lesson(name: str, language: str = "en", road: str = "lagrange") -> Document:
-    return walkthrough(scene(name), language, road=road)
+def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
+    return walkthrough(scene(name), language, formulation=formulation)
 
 
 def value_of_symbol(name: str) -> float:
@@ -110,15 +110,15 @@ def is_general(document: Document, block: Formula | Braced) -> bool:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "road"),
+    ("name", "formulation"),
     [
         *((name, "lagrange") for name in SCENES),
         *((name, "multipliers") for name in TIED),
         *((name, "dalembert") for name in CUT),
     ],
 )
-def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: str) -> None:
-    document = lesson(name, road=road)
+def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, formulation: str) -> None:
+    document = lesson(name, formulation=formulation)
     (tex,) = rendered(document, "latex").values()
     printed = displays(str(tex))
     blocks = [(step, block) for step, block in document.blocks() if isinstance(block, (Formula, Braced))]
@@ -135,7 +135,7 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: 
         assert truth is not None
         if key and not isinstance(block, Braced):
             assert left is truth, text
-        if road == "dalembert" and document.scene.loops and not key:
+        if formulation == "dalembert" and document.scene.loops and not key:
             continue  # A x + b = 0 holds for the x that it determines
         for side in right:
             expected, shown = floats([truth, side])
@@ -145,7 +145,7 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: 
 @pytest.mark.long
 @pytest.mark.parametrize("name", CUT)
 def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> None:
-    document = lesson(name, road="dalembert")
+    document = lesson(name, formulation="dalembert")
     (tex,) = rendered(document, "latex").values()
     printed = re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", str(tex), re.DOTALL)
     columns = [(step, block) for step, block in document.blocks() if isinstance(block, Matrix)]
@@ -162,7 +162,7 @@ def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> No
 
 def table(name: str, key: str) -> dict[str, list[float]]:
     """Return the numbers of the table in a step of D'Alembert's lesson, by symbol."""
-    step = next(s for section in lesson(name, road="dalembert").sections for s in section.steps if s.key == key)
+    step = next(s for section in lesson(name, formulation="dalembert").sections for s in section.steps if s.key == key)
     (values,) = (block for block in step.blocks if isinstance(block, Values))
     texts = {row[0].parts[0].name: [str(cell.parts[0]) for cell in row[1:]] for row in values.rows}
     return {key: [float(x.replace("−", "-")) for x in cells if x[-1] in "0123456789"] for key, cells in texts.items()}
@@ -172,7 +172,7 @@ def table(name: str, key: str) -> dict[str, list[float]]:
 @pytest.mark.mends("5.10")
 @pytest.mark.parametrize(("name", "tied"), [("four_bar", 2), ("slider_crank", 2), ("spatial_slider_crank", 3)])
 def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied: int) -> None:
-    document = walkthrough(scene(name), road="dalembert")
+    document = walkthrough(scene(name), formulation="dalembert")
     keys = [step.key for section in document.sections for step in section.steps]
     written = ("loops", "loops:rates", "loops:accelerations")
     formulas = [block for step, block in document.blocks() if step.key in written and isinstance(block, Formula)]
@@ -222,15 +222,17 @@ def test_a_closed_mechanism_moves_as_its_loop_allows_and_the_ground_moves_its_mo
 @pytest.mark.parametrize(
     ("name", "drive"), [("four_bar", "M"), ("slider_crank", "M"), ("governor", "T"), ("rsup", "M")]
 )
-def test_both_roads_have_the_same_drives_in_numbers(name: str, drive: str) -> None:
-    (first, second) = table(name, "roads")[drive]
+def test_both_formulations_have_the_same_drives_in_numbers(name: str, drive: str) -> None:
+    (first, second) = table(name, "formulations")[drive]
     assert first == second != 0
 
 
 @pytest.mark.long
 def test_a_freedom_that_nothing_drives_is_counted_and_needs_no_drive() -> None:
     ball = "drive:ball:2"
-    step = next(s for s in lesson("spatial_slider_crank", road="dalembert").sections[3].steps if s.key == "count")
+    step = next(
+        s for s in lesson("spatial_slider_crank", formulation="dalembert").sections[3].steps if s.key == "count"
+    )
     words = " ".join(str(part) for block in step.blocks if isinstance(block, Words) for part in block.parts)
     assert "Freedoms that nothing drives: 1 (written in joint ball)" in words
     assert "18 = 2 + 16" in words
@@ -238,11 +240,11 @@ def test_a_freedom_that_nothing_drives_is_counted_and_needs_no_drive() -> None:
     assert idle == {ball: [0]}
 
 
-def test_errata_of_the_other_road_say_what_is_right_and_check_it() -> None:
+def test_errata_of_the_other_formulation_say_what_is_right_and_check_it() -> None:
     for name in ("two_link", "four_bar", "pendulum"):
-        boxes = [b for _, b in lesson(name, road="dalembert").blocks() if isinstance(b, Box)]
+        boxes = [b for _, b in lesson(name, formulation="dalembert").blocks() if isinstance(b, Box)]
         assert [re.findall(r"5\.\w+", str(box.title)) for box in boxes] == [["5.1b"], ["5.3"], ["5.16"]]
-    box = next(b for s, b in lesson("two_link", road="dalembert").blocks() if s.key == "errata:moved:link2")
+    box = next(b for s, b in lesson("two_link", formulation="dalembert").blocks() if s.key == "errata:moved:link2")
     told = re.findall(r"[=≈] (−?[0-9.]*[0-9])", " ".join(map(str, box.blocks[-1].parts)))
     wrong, right = (float(x.replace("−", "-")) for x in told)
     state = table("two_link", "state")
@@ -254,23 +256,26 @@ def test_errata_of_the_other_road_say_what_is_right_and_check_it() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "four_bar"])
-def test_parts_of_the_other_road(name: str) -> None:
+def test_parts_of_the_other_formulation(name: str) -> None:
     parts = {
-        until: walkthrough(scene(name), until=until, road="dalembert").sections for until in ROADS["dalembert"].until
+        until: walkthrough(scene(name), until=until, formulation="dalembert").sections
+        for until in FORMULATIONS["dalembert"].until
     }
     before = 4 if scene(name).loops else 3  # scene, method, loops
     assert [len(sections) for sections in parts.values()] == [before, before + 1, before + 2, before + 4]
     ends = {until: [one.key for one in sections if one.key != "errata"][-1] for until, sections in parts.items()}
     assert all(end == until for until, end in ends.items())
-    assert parts["roads"][-1].key == "errata"
-    with pytest.raises(EmitError, match="'energies' is no part of the road dalembert; give one of count, bodies"):
-        walkthrough(scene(name), until="energies", road="dalembert")
+    assert parts["formulations"][-1].key == "errata"
+    with pytest.raises(
+        EmitError, match="'energies' is no part of the formulation dalembert; give one of count, bodies"
+    ):
+        walkthrough(scene(name), until="energies", formulation="dalembert")
 
 
 def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Energies, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
-    with pytest.raises(AssertionError, match="the two roads differ"):
-        walkthrough(scene("two_link"), road="dalembert")
+    with pytest.raises(AssertionError, match="the two formulations differ"):
+        walkthrough(scene("two_link"), formulation="dalembert")
 
 
 def test_a_wrong_formula_is_noticed() -> None:
@@ -351,10 +356,10 @@ origin = [0.5, 0, 0]
 
 
 @pytest.mark.long
-def test_joints_of_several_freedoms_go_both_roads() -> None:
+def test_joints_of_several_freedoms_go_both_formulations() -> None:
     one = read_text(BALL, "ball")
-    document = walkthrough(one, road="dalembert")  # proves that both roads give the same drives
-    assert "roads" in [section.key for section in document.sections]
+    document = walkthrough(one, formulation="dalembert")  # proves that both formulations give the same drives
+    assert "formulations" in [section.key for section in document.sections]
     drives = [key for key in document.names if key.startswith("tau")]
     assert drives == [f"tau{i}" for i in range(1, 6)]
 
@@ -379,11 +384,11 @@ child = "a"
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind in JOINTS if kind != "fixed"])
-def test_every_type_of_joint_goes_dalemberts_road(kind: str) -> None:
+def test_every_type_of_joint_goes_dalemberts_formulation(kind: str) -> None:
     one = read_text(ROD, "rod") if kind == "rod" else jointed(kind, orientation="zyx")
-    document = walkthrough(one, road="dalembert")  # which proves itself
+    document = walkthrough(one, formulation="dalembert")  # which proves itself
     closed = ["loops"] if one.is_closed else []
-    keys = ["scene", "method", *closed, "count", "bodies", "reactions", "roads", "errata"]
+    keys = ["scene", "method", *closed, "count", "bodies", "reactions", "formulations", "errata"]
     assert [section.key for section in document.sections] == keys
 
 
@@ -414,13 +419,13 @@ mimic = { joint = "j1", ratio = -2 }
 """
 
 
-def test_coupled_joints_and_forces_in_time_go_both_roads() -> None:
+def test_coupled_joints_and_forces_in_time_go_both_formulations() -> None:
     one = read_text(COUPLED, "coupled")
-    first, second = walkthrough(one), walkthrough(one, road="dalembert")
+    first, second = walkthrough(one), walkthrough(one, formulation="dalembert")
     state = {row[0].parts[0]: row[1].parts[0] for s, b in first.blocks() if s.key == "state" for row in b.rows}
     assert state[Symbol("t")] == "0.4"
     chart = next(block for _, block in first.blocks() if isinstance(block, Shares))
-    (drive,) = (row for s, b in second.blocks() if s.key == "roads" and isinstance(b, Values) for row in b.rows)
+    (drive,) = (row for s, b in second.blocks() if s.key == "formulations" and isinstance(b, Values) for row in b.rows)
     assert [cell.parts[0] for cell in drive[1:]] == [written(chart.value)] * 2
 
 
@@ -574,10 +579,10 @@ mimic = { joint = "pivot", ratio = -2, offset = 0.5 }
 )
 
 
-@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
-def test_a_joint_that_follows_another_one_says_so(road: str) -> None:
-    until = "energies" if road == "lagrange" else "count"
-    document = walkthrough(read_text(FOLLOWING, "following"), until=until, road=road)
+@pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
+def test_a_joint_that_follows_another_one_says_so(formulation: str) -> None:
+    until = "energies" if formulation == "lagrange" else "count"
+    document = walkthrough(read_text(FOLLOWING, "following"), until=until, formulation=formulation)
     steps = {step.key: step for section in document.sections for step in section.steps}
     joints = next(block for block in steps["scene"].blocks if isinstance(block, Values))
     position = "0.5 - 2*phi"
@@ -586,7 +591,7 @@ def test_a_joint_that_follows_another_one_says_so(road: str) -> None:
     (row,) = [row for row in table.rows if row[0].parts == ("coupling",)]
     assert row[1].parts[0] == "joint elbow follows joint pivot: its coordinate is "
     assert text_of(row[1].parts[1]) == position
-    if road == "dalembert":
+    if formulation == "dalembert":
         words = [str(block.parts[0]) for block in steps["count"].blocks if isinstance(block, Words)]
         assert any("A joint that follows another one (elbow)" in text for text in words)
         meanings = [row[1].parts for row in steps["unknowns"].blocks[0].rows]
@@ -609,7 +614,7 @@ def test_until_and_detail_shorten() -> None:
     ]
     brief = walkthrough(arm, detail="brief")
     assert sum(len(s.steps) for s in brief.sections) < sum(len(s.steps) for s in lesson("two_link").sections)
-    with pytest.raises(EmitError, match="until 'now' is no part of the road lagrange"):
+    with pytest.raises(EmitError, match="until 'now' is no part of the formulation lagrange"):
         walkthrough(arm, until="now")
 
 
@@ -618,22 +623,22 @@ def test_long_expressions_of_large_scenes_are_folded() -> None:
 
 
 def test_quaternions_are_told_what_would_work() -> None:
-    for road in ("lagrange", "multipliers", "dalembert"):
-        with pytest.raises(DerivationError, match=r'--road quaternions .* orientation = "zyx"'):
-            walkthrough(read(EXAMPLES / "heavy_top.toml"), road=road)
+    for formulation in ("lagrange", "multipliers", "dalembert"):
+        with pytest.raises(DerivationError, match=r'--formulation quaternions .* orientation = "zyx"'):
+            walkthrough(read(EXAMPLES / "heavy_top.toml"), formulation=formulation)
 
 
-def test_closed_mechanisms_are_told_the_other_roads() -> None:
-    with pytest.raises(DerivationError, match=r"--road multipliers .*, --road dalembert"):
-        walkthrough(read(EXAMPLES / "four_bar.toml"), road="lagrange")
+def test_closed_mechanisms_are_told_the_other_formulations() -> None:
+    with pytest.raises(DerivationError, match=r"--formulation multipliers .*, --formulation dalembert"):
+        walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="lagrange")
 
 
 @pytest.mark.parametrize(
-    ("name", "road"),
+    ("name", "formulation"),
     [("cart_pole", "lagrange"), ("four_bar", "multipliers"), ("heavy_top", "quaternions"), ("rssr", "quaternions")],
 )
-def test_a_lesson_takes_the_road_that_fits_its_scene(name: str, road: str) -> None:
-    assert usual_road(read(EXAMPLES / f"{name}.toml")) == road
+def test_a_lesson_takes_the_formulation_that_fits_its_scene(name: str, formulation: str) -> None:
+    assert usual_formulation(read(EXAMPLES / f"{name}.toml")) == formulation
 
 
 def test_without_gravity_every_position_is_an_equilibrium() -> None:

@@ -135,12 +135,13 @@ def test_transcribed_form_is_wrong(arm, derived, formula):
     assert verdict(derived(arm), arm.typed(formula)) == Verdict.DIFFERENT
 
 
-# Definitions and equations without a formula of their own: identities between what was derived by different roads
+# Definitions and equations without a formula of their own: identities between what was derived by different
+# formulations
 
 
 @pytest.fixture
 def other(arm):
-    return Arm({"lagrange": "recursive", "recursive": "lagrange"}[arm.road])
+    return Arm({"lagrange": "recursive", "recursive": "lagrange"}[arm.formulation])
 
 
 @pytest.mark.parametrize("i", [1, 2])
@@ -156,7 +157,7 @@ def test_equation_5_22_generalized_force_is_action_less_the_slope_of_potential_e
     K, P = arm.entries("kinetic_energy")[0], arm.entries("potential_energy")[0]
     force = arm.rate(gradient(K, arm.state.qd)[i - 1]) - gradient(K, arm.state.q)[i - 1]
     friction = arm.graph.symbol("b") * arm.state.qd[i - 1]
-    rubbing = Arm(other.road, with_friction())
+    rubbing = Arm(other.formulation, with_friction())
 
     action = force + gradient(P, arm.state.q)[i - 1]  # Q^A = M - b q̇
 

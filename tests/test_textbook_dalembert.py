@@ -1,7 +1,7 @@
 """Every numbered equation (5.1)-(5.20) of the textbook, on a single-loop spatial mechanism and on trees.
 
 What symdyn builds for D'Alembert's method is compared with the equation written out from positions, which the other
-road differentiates; equality is proved over finite fields.
+formulation differentiates; equality is proved over finite fields.
 """
 
 from __future__ import annotations

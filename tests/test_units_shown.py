@@ -67,8 +67,8 @@ DOORS = {
     "linear": ("linearize", "--at", "x=0,phi=-pi/2"),
     "linear, of a point": ("linearize", "--at", "x=0,phi=-pi/2", "--outputs", "x, phi"),
     "latex": ("equations", "--document"),
-    "dalembert": ("equations", "--as", "dalembert", "--format", "text"),
-    "dalembert, latex": ("equations", "--as", "dalembert", "--document"),
+    "dalembert": ("equations", "--formulation", "dalembert", "--format", "text"),
+    "dalembert, latex": ("equations", "--formulation", "dalembert", "--document"),
 }  # fmt: skip
 
 

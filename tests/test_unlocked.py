@@ -13,7 +13,7 @@ from patience import HANG
 
 import symdyn
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads import workspace
+from symdyn.dynamics.outputs import workspace
 from symdyn.unlocked import cached_property
 
 ROOT = Path(symdyn.__file__).parent

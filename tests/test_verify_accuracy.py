@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from formulas import argument, function
 
-from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.scene import Scene

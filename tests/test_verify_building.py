@@ -13,11 +13,11 @@ import pytest
 from patience import HANG
 
 import symdyn
-from symdyn.build import RUNNERS, run_octave
-from symdyn.build.commands import threads
-from symdyn.build.compiler import find_compiler
 from symdyn.emit import emit
 from symdyn.program import lower
+from symdyn.runtime import RUNNERS, run_octave
+from symdyn.runtime.commands import threads
+from symdyn.runtime.compiler import find_compiler
 from symdyn.verify import building as room
 from symdyn.verify.building import Building
 

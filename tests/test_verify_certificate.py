@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from mechanisms import random_tree
 
-from symdyn.build import run_python
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import lower
+from symdyn.runtime import run_python
 from symdyn.scene import read, read_text
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, measure
@@ -125,7 +125,7 @@ def test_a_compiler_that_refuses_fails_the_certificate(monkeypatch: pytest.Monke
 def test_no_compiler_is_no_claim(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
     certificate = certify(read(EXAMPLES[0]), ("mass_matrix",))
 
     assert certificate.passed

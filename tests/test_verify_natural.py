@@ -15,13 +15,15 @@ import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, derive, reactions_at, unique_reactions
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.loops.partition import Block, Partition, blocks
+from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
-from symdyn.verify.natural import forward_findings, natural_places, reaction_findings
+from symdyn.verify.special_positions import forward_findings, natural_places, reaction_findings
 
-ties_room = import_module("symdyn.dynamics.reactions.ties")  # a name that its package offers for something else
+ties_room = import_module(
+    "symdyn.dynamics.reactions.closure_equations"
+)  # a name that its package offers for something else
 
 DATA = Path(__file__).parent / "data"
 
@@ -76,7 +78,7 @@ def test_natural_positions_are_closed_and_each_is_another():
 def test_rows_picked_beforehand_are_seen_at_natural_positions_and_nowhere_else(monkeypatch):
     """λ of a disc from three of its six equations: right wherever they are independent, and no proof knows better."""
     scene = scene_of("rolling_disc_zxy")
-    monkeypatch.setattr(ties_room, "blocks", lambda uses: [Block((0, 1, 2), (0, 3, 4))])
+    monkeypatch.setattr(ties_room, "blocks", lambda uses: [LoopBlock((0, 1, 2), (0, 3, 4))])
     findings, _ = found_naturally(scene)
     claims = [one for one in laws(Workspace(scene), ("reactions",)) if one.name == "reactions"]
 
@@ -214,15 +216,15 @@ def test_a_piston_that_starts_at_its_dead_centre_has_inverse_dynamics():
 def test_velocities_left_over_are_solved_with_in_least_squares():
     """λ0 is told by velocity 0 alone; λ1 and λ2 by velocities 1, 2, 3 together."""
     uses = [[0, 1], [1, 2], [2, 3]]
-    assert blocks(uses) == [Block((0,), (0,)), Block((1, 2), (1, 2, 3))] or blocks(uses) == [
-        Block((0, 1, 2), (0, 1, 2, 3))
+    assert blocks(uses) == [LoopBlock((0,), (0,)), LoopBlock((1, 2), (1, 2, 3))] or blocks(uses) == [
+        LoopBlock((0, 1, 2), (0, 1, 2, 3))
     ]
-    assert blocks([[0], [0, 1, 2]]) == [Block((0,), (0,)), Block((1,), (1, 2))]
+    assert blocks([[0], [0, 1, 2]]) == [LoopBlock((0,), (0,)), LoopBlock((1,), (1, 2))]
 
     g = symdyn.graph.Graph()
     zero, two, three = g.zero, g.constant(2), g.constant(3)
     G = [[two, zero, zero], [g.one, three, g.one]]
-    partition = Partition((), (0, 1, 2), (Block((0,), (0,)), Block((1,), (1, 2))))
+    partition = Partition((), (0, 1, 2), (LoopBlock((0,), (0,)), LoopBlock((1,), (1, 2))))
     x = partition.solve_transposed(G, list(map(g.symbol, "abc")))
     values = dict(zip(map(g.symbol, "abc"), (2 * 5 + 7, 3 * 7, 7), strict=True))
     from symdyn.algebra.numeric import Floats

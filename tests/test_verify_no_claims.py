@@ -32,7 +32,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
     monkeypatch.setattr("symdyn.verify.texts.prove_texts", no_grammar)
 
 
@@ -158,10 +158,10 @@ def test_a_formulation_that_is_refused_for_a_scene_is_told(monkeypatch: pytest.M
 
     real = claims.derive_one
 
-    def derive(w: Any, name: str, road: str | None = None) -> Any:
-        if road == "lagrange":
+    def derive(w: Any, name: str, formulation: str | None = None) -> Any:
+        if formulation == "lagrange":
             raise DerivationError("M is singular")
-        return real(w, name, road)
+        return real(w, name, formulation)
 
     monkeypatch.setattr(claims, "derive_one", derive)
     found = certify(PENDULUM, ["inverse_dynamics"])

@@ -324,8 +324,8 @@ def test_every_single_mistake_in_a_graph_is_caught(scene, output):
 
 def test_swapped_indices_are_caught():
     w = Workspace(spatial_arm())
-    for name, road in [("coriolis_matrix", "rnea"), ("k_D", "rnea"), ("k_C", "crba"), ("mass_matrix", "crba")]:
-        entries, witness = derive_one(w, name, road).entries, derive_one(w, name, "lagrange").entries
+    for name, formulation in [("coriolis_matrix", "rnea"), ("k_D", "rnea"), ("k_C", "crba"), ("mass_matrix", "crba")]:
+        entries, witness = derive_one(w, name, formulation).entries, derive_one(w, name, "lagrange").entries
         n = w.state.n
         transposed = tuple(entries[j * n + i] for i in range(n) for j in range(n))
         shifted = (*entries[1:], entries[0])

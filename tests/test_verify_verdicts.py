@@ -18,6 +18,7 @@ from closed_mechanisms import slider_crank
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import MissingProgram
+from symdyn.program import Sampling
 from symdyn.scene import read_text
 from symdyn.verify import Claim, Law, certify, measure, prove, rigorous
 from symdyn.verify.equality import Fields
@@ -142,7 +143,7 @@ def test_a_law_that_compares_nothing_is_not_passed(monkeypatch: pytest.MonkeyPat
 @numpy_alone
 @pytest.mark.mends("30.class.verdicts")
 def test_closed_mechanisms_without_one_position_to_compare_at_are_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.verify.natural._at", lambda entries, values: None)
+    monkeypatch.setattr("symdyn.verify.special_positions._at", lambda entries, values: None)
     found = certify(slider_crank(), ["forward_dynamics", "multipliers", "reactions"])
 
     assert not found.passed
@@ -155,7 +156,7 @@ def test_a_derived_entry_that_is_not_finite_where_the_equations_have_a_solution_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A crank determines its slider everywhere: a hole of the code is not forward dynamics that does not exist."""
-    natural = import_module("symdyn.verify.natural")
+    natural = import_module("symdyn.verify.special_positions")
     scene, real, holes = slider_crank(), natural._at, [True]
 
     def with_a_hole(entries: Any, values: Any) -> Any:
@@ -176,10 +177,11 @@ def test_a_derived_entry_that_is_not_finite_where_the_equations_have_a_solution_
 @numpy_alone
 @pytest.mark.mends("30.class.verdicts")
 def test_a_mass_matrix_that_is_finite_nowhere_is_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(arguments: Any, rng: Any, real: str = "double", widen: float = 1.0) -> list[Any]:
-        return [np.full(argument.shape, np.nan) for argument in arguments]
+    class Lost(Sampling):
+        def state(self, widen: float = 1.0) -> list[Any]:
+            return [np.full(argument.shape, np.nan) for argument in self.arguments]
 
-    monkeypatch.setattr("symdyn.verify.laws_in_numbers.sample", lost)
+    monkeypatch.setattr("symdyn.verify.laws_in_numbers.Sampling", Lost)
     found = certify(TWO_LINK, ["mass_matrix", "forward_dynamics"])
 
     assert not found.passed
@@ -217,7 +219,7 @@ def test_numbers_beyond_those_of_the_type_are_compared_with_nothing() -> None:
     """A bound that is infinite allows everything."""
     from formulas import argument, function
 
-    from symdyn.dynamics.roads.named_functions import Equations
+    from symdyn.dynamics.outputs.named_functions import Equations
     from symdyn.graph import Graph
     from symdyn.program import lower
     from symdyn.scene import Scene

@@ -33,7 +33,7 @@ REFUSED = r"there are no reactions: rows\.slip is a formula in rates, .* type = 
 def test_a_wheel_that_rolls_is_pushed_at_its_rim(symbol: str, expected: str) -> None:
     """By hand: m a = F_axle + (M + m) a + b v, at M = 10, m = 1, b = 2, v = 0.2, a = 0.1."""
     scene = read(ROOT.parent / "examples" / "cart_with_wheel.toml")
-    page = str(next(iter(rendered(walkthrough(scene, road="dalembert"), "md").values())))
+    page = str(next(iter(rendered(walkthrough(scene, formulation="dalembert"), "md").values())))
     rows = [line for line in page.splitlines() if line.startswith(f"| ${symbol}$ | ")]
 
     assert rows[-1].split(" | ")[1] == expected
@@ -59,8 +59,8 @@ def test_no_run_has_columns_of_reactions_then() -> None:
 @pytest.mark.mends("30.lessons.1.0")
 def test_nor_are_there_lessons_or_equations_by_dalembert(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SymdynError, match=REFUSED):
-        walkthrough(read(CART), road="dalembert")
-    assert main(["equations", str(CART), "--as", "dalembert"]) == 1
+        walkthrough(read(CART), formulation="dalembert")
+    assert main(["equations", str(CART), "--formulation", "dalembert"]) == 1
     assert "there are no reactions: rows.slip is a formula in rates" in capsys.readouterr().err
 
 

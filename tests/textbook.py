@@ -47,22 +47,24 @@ def with_friction() -> Scene:
 
 
 class Arm:
-    """What symdyn derives for example 5.28 by one road, under the book's names."""
+    """What symdyn derives for example 5.28 by one formulation, under the book's names."""
 
-    def __init__(self, road: str, scene: Scene | None = None) -> None:
+    def __init__(self, formulation: str, scene: Scene | None = None) -> None:
         """Choose "lagrange" (positions differentiated) or "recursive" (Newton-Euler along the tree)."""
-        self.road = road
+        self.formulation = formulation
         self.w = Workspace(with_ends(scene or two_link()))
         self.graph, self.state = self.w.graph, self.w.state
 
     def entries(self, request: str, workspace: Workspace | None = None) -> tuple[Expr, ...]:
-        """Return the entries of an output by this road."""
+        """Return the entries of an output by this formulation."""
         name = request.partition(":")[0]
         recursive = {"mass_matrix": "crba", "k_z": "crba", "potential_energy": "recursive", "pose": "recursive"}
         recursive["jacobian"] = "recursive"
         by_positions = {"pose": "positions", "jacobian": "differentiation"}
-        road = recursive.get(name, "rnea") if self.road == "recursive" else by_positions.get(name, "lagrange")
-        return derive_one(workspace or self.w, request, road).entries
+        formulation = (
+            recursive.get(name, "rnea") if self.formulation == "recursive" else by_positions.get(name, "lagrange")
+        )
+        return derive_one(workspace or self.w, request, formulation).entries
 
     # Energies
 

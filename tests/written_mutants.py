@@ -25,14 +25,14 @@ from typing import Any
 import numpy as np
 
 import symdyn
-from symdyn.build import RUNNERS
 from symdyn.emit import Sources, emit
 from symdyn.errors import SymdynError
 from symdyn.program import Program, prepare as prepare_program
+from symdyn.runtime import RUNNERS
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 from symdyn.verify.written.proof import read_text
-from symdyn.verify.written.reading import Language
+from symdyn.verify.written.reading import ReadLanguage
 from symdyn.verify.written.syntax import parse
 
 STATES = 1000
@@ -60,7 +60,7 @@ class Mutant:
     text: str
 
 
-def tokens(source: bytes, language: Language) -> Iterator[tuple[int, int, int]]:
+def tokens(source: bytes, language: ReadLanguage) -> Iterator[tuple[int, int, int]]:
     """Yield start, end and line of every token that is no comment; -1 as a line for one in a comment."""
     stack = [parse(language.grammar, language.plain(source))]
     while stack:
@@ -73,7 +73,7 @@ def tokens(source: bytes, language: Language) -> Iterator[tuple[int, int, int]]:
             yield node.start_byte, node.end_byte, node.start_point[0] + 1
 
 
-def mutants(file: str, text: str, language: Language, every: int, inside: Spans) -> tuple[list[Mutant], int]:
+def mutants(file: str, text: str, language: ReadLanguage, every: int, inside: Spans) -> tuple[list[Mutant], int]:
     """Return a mutant of every so many tokens, and how many were left out since they are comments.
 
     Of tokens `inside` these parts of the file alone, where they are not None.

@@ -11,10 +11,10 @@ from cases import Case
 from harness import Timed, moved
 from native import address, compiled, loops
 
-from symdyn.build import find_compiler
-from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.emit.code import stem
+from symdyn.runtime import find_compiler
+from symdyn.runtime.dialects import FLAGS
 
 NAME, FILLING, ALONE = "symdyn", "filling the result's array", "symdyn, arithmetic alone"
 

@@ -9,9 +9,9 @@ from cases import Case
 from harness import Timed, python_sweep
 from native import NATIVE, compiled
 
-from symdyn.build.run_casadi import run_casadi
 from symdyn.emit import emit
 from symdyn.emit.targets.casadi import EXTERNAL
+from symdyn.runtime.run_casadi import run_casadi
 
 ID, DERIVATIVES = "inverse_dynamics", "inverse_dynamics_derivatives"
 

@@ -13,9 +13,9 @@ from cases import Array, Case
 from harness import Timed
 from native import MissingError
 
-from symdyn.build.run_node import find_node
 from symdyn.emit import emit, write
 from symdyn.errors import MissingProgram
+from symdyn.runtime.run_node import find_node
 
 OUTPUT = "inverse_dynamics"
 

@@ -14,8 +14,8 @@ from cases import Case
 from harness import Timed
 from native import MissingError
 
-from symdyn.build.run_opencl import compiled_kernels
 from symdyn.emit import emit
+from symdyn.runtime.run_opencl import compiled_kernels
 from tools.ours import MANY, OUTPUTS, many
 
 os.environ.setdefault("POCL_MAX_PTHREAD_COUNT", "1")

@@ -7,8 +7,8 @@ from cases import Case
 from harness import Timed, python_sweep
 from peers import ours_c
 
-from symdyn.build import build_extension
 from symdyn.emit import emit
+from symdyn.runtime import build_extension
 
 MANY = 10_000
 """States of a batch that a tool gets."""

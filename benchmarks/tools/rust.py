@@ -5,11 +5,11 @@ from __future__ import annotations
 from cases import Case
 from harness import Timed
 
-from symdyn.build import find_compiler
-from symdyn.build.c_module import run_rust
-from symdyn.build.compiler import RUSTC
-from symdyn.build.dialects import RUST
 from symdyn.emit import emit
+from symdyn.runtime import find_compiler
+from symdyn.runtime.c_module import run_rust
+from symdyn.runtime.compiler import RUSTC
+from symdyn.runtime.dialects import RUST
 from tools.cpp import many_states, one_state
 
 

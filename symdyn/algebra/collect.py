@@ -14,7 +14,7 @@ Item = tuple[Fraction, Mapping[int, int]]  # one term: a number times powers of 
 SMALL = 12  # integers up to this size may stay behind when a common number is taken out
 
 
-class Words:
+class Monomials:
     """The forms that terms are products of, numbered, so that collecting compares integers."""
 
     def __init__(self) -> None:

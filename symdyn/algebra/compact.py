@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import gcd, lcm
 
-from symdyn.algebra.collect import SMALL, Item, Words, content, partition, take_out
+from symdyn.algebra.collect import SMALL, Item, Monomials, content, partition, take_out
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol
 from symdyn.algebra.sums_of_angles import AngleGroup, SumFinder
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
@@ -60,7 +60,7 @@ class Compactor:
             node = ring.generators[atom].node
             self._finders.append(SumFinder((atom,), ((1,),), node is not None and node.op is not Op.PI))
         self._short: dict[tuple[tuple[Powers, int], ...], tuple[Fraction, Key]] = {}
-        self._words = Words()
+        self._words = Monomials()
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
 
     def __call__(self, p: Polynomial) -> Form:

@@ -43,10 +43,10 @@ class Degree(NamedTuple):
 class Degrees:
     """The algebra of these bounds."""
 
-    def __init__(self, wanted: Needs) -> None:
-        """Start without divisors; `wanted` tells D and how finely angles are divided."""
-        self.needs = wanted
-        self.denominator_bits = float((2 * wanted.denominator).bit_length())  # 2 is below every sine
+    def __init__(self, needs: Needs) -> None:
+        """Start without divisors; `needs` tells D and how finely angles are divided."""
+        self.needs = needs
+        self.denominator_bits = float((2 * needs.denominator).bit_length())  # 2 is below every sine
         self.divisors: list[Degree] = []  # N of g_k
         self.hashed: list[int] = []  # degree of whatever stands below a function or an angle
 
@@ -137,30 +137,30 @@ class Bound:
     degree: int
     height: float
 
-    def error_log10(self, wanted: Needs, primes: int, points: int) -> float:
+    def error_log10(self, needs: Needs, primes: int, points: int) -> float:
         """Return log10 of the probability that two different functions agree everywhere.
 
         Over each prime: it divides all coefficients (there are at most height / log2(p) such primes, among all that
         could have been drawn), or all points are zeros of the difference (degree / p each, Schwartz 1980, Zippel 1979).
         """
-        low = wanted.lowest_bit
-        candidates = low * log10(2) - log10(low * log(2)) - log10(wanted.order) - len(wanted.radicands) * log10(2)
+        low = needs.lowest_bit
+        candidates = low * log10(2) - log10(low * log(2)) - log10(needs.order) - len(needs.radicands) * log10(2)
         unlucky = log10(max(self.height, 1.0) / low * UNEVENNESS) - candidates
         zeros = points * (log10(max(self.degree, 1)) - low * log10(2))
         return primes * min(0.0, log10(10**unlucky + 10**zeros))
 
 
-def bound(left: Sequence[Expr], right: Sequence[Expr], wanted: Needs) -> Bound:
+def bound(left: Sequence[Expr], right: Sequence[Expr], needs: Needs) -> Bound:
     """Return the bound for the differences left[i] - right[i]."""
-    return Bounds(wanted).of(left, right)
+    return Bounds(needs).of(left, right)
 
 
 class Bounds:
     """Bounds of many differences: what was found of a node is kept, and a divisor of several of them is one."""
 
-    def __init__(self, wanted: Needs) -> None:
+    def __init__(self, needs: Needs) -> None:
         """Start without nodes."""
-        self._algebra = Degrees(wanted)
+        self._algebra = Degrees(needs)
         self._known: dict[Expr, Degree] = {}
         self._below: dict[Expr, int] = {}  # bit k: list k of `_hashed` is of a node below
         self._hashed: list[list[int]] = []

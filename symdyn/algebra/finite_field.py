@@ -115,25 +115,25 @@ class Needs:
 class FiniteField:
     """The field of p elements as an algebra; values are ints in 0 .. p - 1."""
 
-    def __init__(self, prime: int, seed: int, wanted: Needs, signs: int = 0) -> None:
+    def __init__(self, prime: int, seed: int, needs: Needs, signs: int = 0) -> None:
         """Prepare the field.
 
         Args:
             prime: from `wanted.prime`.
             seed: of the uninterpreted functions and of the units that stand for angles.
-            wanted: needs of all graphs that will be compared.
+            needs: needs of all graphs that will be compared.
             signs: bit j turns the sign of the root of the j-th value of which one is taken, constants left out.
         """
         self.p = prime
         self.seed = seed
-        self.needs = wanted
-        self._order = wanted.order
+        self.needs = needs
+        self._order = needs.order
         self._root = _root_of_unity(prime, self._order)
         self._i = pow(self._root, self._order // 4, prime)
         self._half = (prime + 1) // 2
         self._signs = signs
         self._rooted: dict[int, int] = {}
-        self._radicals = {n: self._radical(n) for n in wanted.radicands}
+        self._radicals = {n: self._radical(n) for n in needs.radicands}
 
     def constant(self, value: Fraction) -> int:
         """Return numerator / denominator mod p."""

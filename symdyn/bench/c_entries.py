@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import build
 from symdyn.emit import Sources, render
 from symdyn.emit.code import REALS
 from symdyn.program import Routine, shared
+from symdyn.runtime import build
 
 Array = npt.NDArray[Any]
 States = Mapping[str, Array]

@@ -15,12 +15,12 @@ import numpy as np
 
 from symdyn.bench.c_entries import ALONE, ENTRIES, MANY, Array, Call, Prepare, States, addressed_in, as_it_is, with_loop
 from symdyn.bench.reference import state_of
-from symdyn.build import RUNNERS, Runner, build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS, SINGLE, ShortSines
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
+from symdyn.runtime import RUNNERS, Runner, build_extension
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The nouns of this room: what was measured of one implementation, and all of it together."""
+"""The nouns of this package: what was measured of one implementation, and all of it together."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Measured:
         way: how it is called, such as "C batch".
         real: "double", "float" or "dd".
         machine: "native", "portable", or "" where no compiler took part.
-        road: the derivation that the code was generated from.
+        formulation: the derivation that the code was generated from.
         operations: of one call, by name.
         generate: seconds to derive, lower and emit it.
         compile: seconds to compile it; None where nothing is compiled.
@@ -55,7 +55,7 @@ class Measured:
     way: str
     real: str
     machine: str
-    road: str
+    formulation: str
     operations: Mapping[str, int]
     generate: float
     compile: float | None
@@ -67,7 +67,7 @@ class Measured:
     @property
     def label(self) -> str:
         """What it is, in one phrase."""
-        words = [self.way, self.road]
+        words = [self.way, self.formulation]
         words += [self.real] if self.real != "double" else []
         words += [self.machine] if self.machine == "portable" else []
         return ", ".join(words)

@@ -32,7 +32,7 @@ SPREADS = (
 
 
 @dataclass(frozen=True)
-class Table:
+class BenchTable:
     """Cells as text; columns of `numbers` are aligned to the right; what it is about, where it is one region's."""
 
     columns: Sequence[str]
@@ -47,7 +47,7 @@ class Section:
     """A part of a report; `choices` are the best ones, told on pages."""
 
     title: str
-    tables: Sequence[Table]
+    tables: Sequence[BenchTable]
     pictures: Sequence[str] = ()
     words: Sequence[str] = ()
     choices: Sequence[str] = ()
@@ -121,15 +121,15 @@ def _sections(bench: Bench) -> Iterator[Section]:
     """Yield a section a function, and one about trajectories."""
     drawn = pictures(bench)
     for function in bench.functions:
-        tables = [Table(COLUMNS, rows(bench, function), range(1, 6))]
+        tables = [BenchTable(COLUMNS, rows(bench, function), range(1, 6))]
         for name, text in bench.regions.items():
-            tables.append(Table(DEEPER, regions(bench, function, name), range(1, 5), name, text))
+            tables.append(BenchTable(DEEPER, regions(bench, function, name), range(1, 5), name, text))
         choices = [f"{o.label}: {o.nanoseconds} ns, error {o.relative:.1e}" for o in bench.best(function)]
         yield Section(function, tables, [drawn[name] for name in (function,) if name in drawn], (), choices)
     if (motion := bench.motion) is not None:
         tables = [
-            Table(PRECISION, curve_rows(motion.precision), range(1, 5)),
-            Table(DRIFT, curve_rows(motion.drift), range(1, 5)),
+            BenchTable(PRECISION, curve_rows(motion.precision), range(1, 5)),
+            BenchTable(DRIFT, curve_rows(motion.drift), range(1, 5)),
         ]
         choices = [
             f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}" for c, p in motion.choices
@@ -221,7 +221,7 @@ def html(bench: Bench) -> str:
 HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
 
 
-def stress_rows(found: Stress) -> list[tuple[str, ...]]:
+def stress_rows(stress: Stress) -> list[tuple[str, ...]]:
     """Return the table of hard cases, cell by cell as text."""
     return [
         (
@@ -233,34 +233,34 @@ def stress_rows(found: Stress) -> list[tuple[str, ...]]:
             "pass" if c.passed else "FAIL" if c.verdict == Verdict.DIFFERENT else c.verdict,
             c.worst,
         )
-        for c in found.cases
+        for c in stress.cases
     ]
 
 
-def stress_markdown(found: Stress) -> str:
+def stress_markdown(stress: Stress) -> str:
     """Return the hard cases as Markdown."""
-    cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
-    title = f"{found.scene or 'Built-in scenes'}: hard cases"
-    return _markdown(title, found.command, table(HARD, cells, numbers=(3, 4)), (), found.lines)
+    cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(stress)]
+    title = f"{stress.scene or 'Built-in scenes'}: hard cases"
+    return _markdown(title, stress.command, table(HARD, cells, numbers=(3, 4)), (), stress.lines)
 
 
-def stress_html(found: Stress) -> str:
+def stress_html(stress: Stress) -> str:
     """Return the hard cases as one HTML page."""
-    cells = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
+    cells = [(*row[:5], row[6], row[5]) for row in stress_rows(stress)]
     values = {
-        "title": f"{found.scene or 'built-in scenes'}: hard cases",
-        "command": found.command,
-        "about": [f"{len(found.cases)} cases, {len(found.failed)} failed"],
+        "title": f"{stress.scene or 'built-in scenes'}: hard cases",
+        "command": stress.command,
+        "about": [f"{len(stress.cases)} cases, {len(stress.failed)} failed"],
         "words": (),
-        "sections": [Section("cases", [Table((*HARD[:5], HARD[6], HARD[5]), cells)])],
-        "notes": found.lines,
+        "sections": [Section("cases", [BenchTable((*HARD[:5], HARD[6], HARD[5]), cells)])],
+        "notes": stress.lines,
     }
     return render("bench/report.html.jinja", values)
 
 
-def files(name: str, page: str, text: str, told: Mapping[str, Any]) -> dict[str, str]:
+def files(name: str, page: str, text: str, reported: Mapping[str, Any]) -> dict[str, str]:
     """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
-    facts = json.dumps(finite(told), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    facts = json.dumps(finite(reported), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     return {f"{name}.html": page, f"{name}.md": text, f"{name}.json": facts}
 
 
@@ -269,6 +269,6 @@ def bench_files(bench: Bench) -> dict[str, str]:
     return files("bench", html(bench), markdown(bench), bench.as_dict())
 
 
-def stress_files(found: Stress) -> dict[str, str]:
+def stress_files(stress: Stress) -> dict[str, str]:
     """Return the reports of hard cases by the names of their files."""
-    return files("stress", stress_html(found), stress_markdown(found), found.as_dict())
+    return files("stress", stress_html(stress), stress_markdown(stress), stress.as_dict())

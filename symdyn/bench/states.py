@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from symdyn.dynamics import Argument
 from symdyn.dynamics.loops import Numbers
-from symdyn.dynamics.roads import DIRECTIONS
+from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
 from symdyn.program import quaternion_places
 from symdyn.scene import Scene, SceneUnits

@@ -1,4 +1,4 @@
-"""Run time against error of every function of a scene, in every implementation: the door is `bench`."""
+"""Run time against error of every function of a scene, in every implementation: the entry point is `bench`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
-from symdyn.build import CACHE_VARIABLE, RUNNERS, find_compiler, python_headers
-from symdyn.dynamics import Equations, Unasked, Wanted, Workspace, derive_one, roads_of, row_of
+from symdyn.dynamics import Equations, Unasked, Wanted, Workspace, derive_one, formulations_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import Candidates, formulate, lower
+from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, python_headers
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]
@@ -103,7 +103,7 @@ def _check(scene: Scene, functions: Sequence[str]) -> None:
     faults = []
     for name in functions:
         try:
-            roads_of(name, scene)
+            formulations_of(name, scene)
         except DerivationError as fault:
             faults.append(str(fault))
     if faults:
@@ -164,16 +164,16 @@ def _function(
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
     made = list(implementations(equations, derived, machines, reals, extra=1 if quick else 2))
-    for road in () if machines == () else Candidates(workspace, name).names:
-        if road != chosen.formulation:
+    for formulation in () if machines == () else Candidates(workspace, name).names:
+        if formulation != chosen.formulation:
             start = time.perf_counter()
             other = Workspace(scene)
-            rival = Equations(scene, other.graph, (derive_one(other, name, road),))
+            rival = Equations(scene, other.graph, (derive_one(other, name, formulation),))
             took = time.perf_counter() - start
             made += implementations(rival, took, ("native",), ("double",), extra=0)
     times = _times(made, positions, quick, seed)
     references: dict[tuple[str, str, str], dict[str, _Region]] = {}
-    for one in made:  # every road has error bounds of its own
+    for one in made:  # every formulation has error bounds of its own
         key = (one.routine.function.formulation, one.real, one.accuracy)
         if key not in references:
             references[key] = _references(one, scene, name, positions, STATES_QUICK if quick else STATES, seed)

@@ -42,6 +42,8 @@ VERBS = {
 }
 """What each verb does; it is a file here, read once it is chosen."""
 
+RENAMED = {"--road": "--formulation"}
+"""Options by the names that they had, for errors alone."""
 
 CTRL_C = 130
 """Exit status of what was interrupted."""
@@ -83,7 +85,7 @@ class Parser(argparse.ArgumentParser):
         self._refuse_unknown([word for word in rest if word.startswith("-") and word not in ("-", "--")])
         return found, self._taken_late(found, rest)
 
-    def _taken_late(self, found: argparse.Namespace, rest: list[str]) -> list[str]:
+    def _taken_late(self, options: argparse.Namespace, rest: list[str]) -> list[str]:
         """Give files behind options to the list that takes any number of them, and return what nothing takes.
 
         argparse closes that list, empty, at the first option behind the scene: `identify SCENE --bind g=9.81 DATA.csv`.
@@ -91,7 +93,7 @@ class Parser(argparse.ArgumentParser):
         for action in self._actions:
             if not action.option_strings and action.nargs == argparse.ZERO_OR_MORE:
                 late = [word for word in rest if word != "--"]
-                setattr(found, action.dest, [*getattr(found, action.dest), *late])
+                setattr(options, action.dest, [*getattr(options, action.dest), *late])
                 return []
         return rest
 
@@ -108,6 +110,8 @@ class Parser(argparse.ArgumentParser):
 
 def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
+    if RENAMED.get(word) in known:
+        return f"; it is called {RENAMED[word]} now"
     longer = [name for name in known if len(word) > 2 and name.startswith(word)]
     near = longer or get_close_matches(word, known, n=2)
     return f"; {' or '.join(near)}?" if near else ""

@@ -52,25 +52,25 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def show(found: Bench) -> None:
+def show(result: Bench) -> None:
     """Print the best choices of every function."""
     lines = [
         (one.function, one.label, one.nanoseconds, in_digits(one.relative, 2, "e"), _worst(one.errors))
-        for function in found.functions
-        for one in found.best(function)
+        for function in result.functions
+        for one in result.best(function)
     ]
     columns = ("function", "implementation", "ns a state ", "error 99 % ", "backward ")
-    print_table(f"{found.scene}: the best choices, none beaten in both time and error", columns, lines)
+    print_table(f"{result.scene}: the best choices, none beaten in both time and error", columns, lines)
     print("Errors are relative to the largest entry, in the worst region; backward errors in units of the roundoff.")
-    if found.motion is not None:
+    if result.motion is not None:
         ends = [
             (c.method, f"{p.tolerance:.0e}", in_digits(p.seconds, 3), in_digits(p.error, 2, "e"))
-            for c, p in found.motion.choices
+            for c, p in result.motion.choices
         ]
         print()
         heads = ("method", "rtol ", "seconds ", "error at the end ")
-        print_table(f"{found.scene}: the best choices for {found.motion.until:g} s of motion", heads, ends)
-    for note in (*found.notes, *(found.motion.notes if found.motion is not None else ())):
+        print_table(f"{result.scene}: the best choices for {result.motion.until:g} s of motion", heads, ends)
+    for note in (*result.notes, *(result.motion.notes if result.motion is not None else ())):
         print(f"Note: {note}")
 
 

@@ -14,10 +14,10 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from importlib.util import find_spec
 from typing import Any
 
-from symdyn.build import CACHE_VARIABLE, RUNTIMES, here
 from symdyn.cli.talk import give, print_table, print_text
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
+from symdyn.runtime import CACHE_VARIABLE, RUNTIMES, here
 
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich", "platformdirs", "defusedxml")
 
@@ -91,21 +91,21 @@ def _program(title: str) -> dict[str, Any]:
     return {"name": title, "path": path, "without": None if path else without}
 
 
-def show(found: Mapping[str, Any]) -> None:
+def show(result: Mapping[str, Any]) -> None:
     """Print what is there for people."""
-    python, cache, compiler = found["python"], found["cache"], found["compiler"]
-    print_text(f"symdyn {found['symdyn']}, Python {python['version']} ({python['path']}), {found['system']}")
-    print_text(", ".join(f"{name} {version or 'MISSING'}" for name, version in found["packages"].items()) + "\n")
+    python, cache, compiler = result["python"], result["cache"], result["compiler"]
+    print_text(f"symdyn {result['symdyn']}, Python {python['version']} ({python['path']}), {result['system']}")
+    print_text(", ".join(f"{name} {version or 'MISSING'}" for name, version in result["packages"].items()) + "\n")
     used = f"{cache['entries']} files, {cache['bytes'] / 2**20:.0f} MB"
     unsafe = f"compiled for each process anew; give {CACHE_VARIABLE} a folder that only you may write to"
-    headers = found["headers"]
+    headers = result["headers"]
     rows = [
         ("C compiler", compiler["version"] if compiler["works"] else f"no: {compiler['why']}", compiler["without"]),
         ("Python.h", headers["folder"] or "no", headers["without"]),
         ("cache", cache["folder"], None),
         ("", used if cache["safe"] else f"NOT SAFE: {cache['why']}", None if cache["safe"] else unsafe),
     ]
-    rows += [(one["name"], one["path"] or "no", one["without"]) for one in found["programs"]]
+    rows += [(one["name"], one["path"] or "no", one["without"]) for one in result["programs"]]
     print_table("Programs and folders", ("", "found", "without it"), [(a, b, c or "") for a, b, c in rows])
     extras = [
         (
@@ -114,6 +114,6 @@ def show(found: Mapping[str, Any]) -> None:
             one["without"] or "",
             "" if one["there"] else one["install"],
         )
-        for one in found["extras"]
+        for one in result["extras"]
     ]
     print_table("Extras", ("", "found", "without it", "to install"), extras)

@@ -19,7 +19,13 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         choices=CHOICES["what"],
         default="equations",
         help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c; in "
-        "place of them the regrouped inertias that they depend on, or D'Alembert's system (5.18) for all reactions",
+        "place of them the regrouped inertias that they depend on",
+    )
+    verb.add_argument(
+        "--formulation",
+        choices=CHOICES["formulation"],
+        default="lagrange",
+        help="Lagrange's equations (default), or D'Alembert's system (5.18) for all reactions",
     )
     verb.add_argument("--angles", choices=CHOICES["angles"], default="long", help="sin(q1 + q2) or s_{12}")
     verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
@@ -30,6 +36,6 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     with Waiting() as progress:
         progress("expanding")
-        text = printed_text(scene, options.format, options.group, options.angles, options.document)
+        text = printed_text(scene, options.format, options.group, options.angles, options.document, options.formulation)
     print_text(text)
     return 0

@@ -9,7 +9,7 @@ from typing import Any
 
 from symdyn.cli.frames_text import frame_texts
 from symdyn.dynamics import Equations, LoopChoices, Wanted, Workspace
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print import base_parameter_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
@@ -24,15 +24,15 @@ MEASURED = 50
 
 
 @growing()
-def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
+def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     workspace = Workspace(scene, closing)
     wanted = Wanted.of(workspace)
     outputs, left_out = wanted.available()
     if workspace.state.n > wanted.LARGEST:  # deriving is most of the work, and the order of nodes counts for nothing
-        equations = Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
+        equations = Equations(scene, workspace.graph, choose(workspace, outputs, formulation), closing)
     else:
-        equations = formulate(scene, outputs, road, closing)
+        equations = formulate(scene, outputs, formulation, closing)
     counted, more = _counted(equations, outputs)
     left_out += [*more, *_no_reactions(scene)]
     freedoms = _mobility(scene, closing)
@@ -127,7 +127,7 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
         {
             "name": function.name,
             "shape": function.shape,
-            "road": function.formulation,
+            "formulation": function.formulation,
             "operations": asdict(sum(binding.values(), Counts()) - binding["params"]),
             "prepare": asdict(binding["params"]),
             "binding": {time: asdict(part) for time, part in binding.items()},

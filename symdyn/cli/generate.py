@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symdyn.build import complete
 from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
@@ -24,6 +23,7 @@ from symdyn.emit import TARGETS, emit, write
 from symdyn.emit.code import REALS, ShortSines
 from symdyn.errors import EmitError
 from symdyn.program import formulate, lower, prepare, tunable
+from symdyn.runtime import complete
 from symdyn.scene import Scene
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000

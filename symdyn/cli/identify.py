@@ -120,19 +120,28 @@ def _check_way(options: argparse.Namespace, way: str) -> None:
         raise IdentifyError(list(dict.fromkeys(faults)))
 
 
-def show(found: Identification) -> None:
+def show(identification: Identification) -> None:
     """Print the tables."""
-    regression = found.regression
+    regression = identification.regression
     rows = []
-    count = len(found.names) - len(found.gains)  # which have a table of their own, with units
-    columns = zip(found.names[:count], found.before, found.after, found.errors, regression.told, strict=False)
+    count = len(identification.names) - len(identification.gains)  # which have a table of their own, with units
+    columns = zip(
+        identification.names[:count],
+        identification.before,
+        identification.after,
+        identification.errors,
+        regression.told,
+        strict=False,
+    )
     for name, before, after, error, told in columns:
         part = 100 * error / abs(after) if told and after else math.nan
         rows.append((name, _told(before), _told(after), _told(error, 2) if told else "not told", _told(part, 2)))
     print_table(
-        f"base parameters of {found.scene.name}", ("parameter", "before ", "after ", "standard error ", "% "), rows
+        f"base parameters of {identification.scene.name}",
+        ("parameter", "before ", "after ", "standard error ", "% "),
+        rows,
     )
-    if found.gains:
+    if identification.gains:
         print_table(
             "gains of drives",
             ("drive", "unit", "gain ", "standard error ", "% "),
@@ -144,7 +153,7 @@ def show(found: Identification) -> None:
                     _told(one.error, 2) if math.isfinite(one.error) else "not told",
                     _told(100 * one.error / abs(one.value), 2),
                 )
-                for one in found.gains
+                for one in identification.gains
             ],
         )
     print_table(
@@ -161,11 +170,11 @@ def show(found: Identification) -> None:
                 _told(one.held_back, 3),
                 _told(one.held_back_percent, 2),
             )
-            for one in found.fits
+            for one in identification.fits
         ],
     )
     print_text(
-        f"condition number {in_digits(regression.condition, 3)}, band {in_digits(found.band, 3)} Hz, "
+        f"condition number {in_digits(regression.condition, 3)}, band {in_digits(identification.band, 3)} Hz, "
         f"{len(regression.tau)} rows, {regression.dof} degrees of freedom"
     )
 

@@ -17,7 +17,7 @@ from symdyn.identification import Identification, Outcome
 
 
 @dataclass(frozen=True)
-class Kind:
+class FileKind:
     """A kind of file.
 
     Attributes:
@@ -31,23 +31,23 @@ class Kind:
     scene: bool = False
 
 
-def _page(asked: Outcome) -> str:
-    text, why = asked.page()
+def _page(outcome: Outcome) -> str:
+    text, why = outcome.page()
     if why:
         say(f"symdyn: the page has no identified scene: {why}")
     return text
 
 
-def _scene(asked: Outcome, format: str) -> str:
-    text = asked.text(format)
+def _scene(outcome: Outcome, format: str) -> str:
+    text = outcome.text(format)
     for line in text.lost:
         say(f"symdyn: left out: {line}")
     return text.text
 
 
-def _table(asked: Outcome) -> str:
+def _table(outcome: Outcome) -> str:
     """Return the base parameters as CSV."""
-    found, file = asked.found, io.StringIO()
+    found, file = outcome.found, io.StringIO()
     lines = csv.writer(file, lineterminator="\n")
     lines.writerow(("parameter", "before", "after", "standard error", "from", "to"))
     columns = (found.names, found.before, found.after, found.errors, found.interval())
@@ -57,10 +57,10 @@ def _table(asked: Outcome) -> str:
 
 
 FILES = {
-    ".html": Kind("a page with all of it", _page),
-    ".toml": Kind("the identified scene", partial(_scene, format="toml"), True),
-    ".urdf": Kind("the same as URDF", partial(_scene, format="urdf"), True),
-    ".csv": Kind("the base parameters", _table),
+    ".html": FileKind("a page with all of it", _page),
+    ".toml": FileKind("the identified scene", partial(_scene, format="toml"), True),
+    ".urdf": FileKind("the same as URDF", partial(_scene, format="urdf"), True),
+    ".csv": FileKind("the base parameters", _table),
 }
 """By ending."""
 
@@ -98,9 +98,9 @@ def check_files(options: argparse.Namespace) -> None:
         raise IdentifyError(faults)
 
 
-def write_files(found: Identification, outputs: Sequence[str], total_mass: float | None, command: str) -> None:
+def write_files(identification: Identification, outputs: Sequence[str], total_mass: float | None, command: str) -> None:
     """Write what `-o` asks for, all of it or nothing, and say where."""
-    asked = Outcome(found, total_mass, command)
+    asked = Outcome(identification, total_mass, command)
     paths = [Path(name) for name in outputs]
     contents = [FILES[path.suffix.lower()].contents(asked) for path in paths]
     if any(FILES[path.suffix.lower()].scene for path in paths):

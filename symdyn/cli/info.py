@@ -15,7 +15,7 @@ from typing import Any
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
 from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
 from symdyn.scene import schema
 
@@ -79,13 +79,13 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def show_parts(found: dict[str, Any]) -> None:
+def show_parts(result: dict[str, Any]) -> None:
     """Print chosen frames and base parameters for people."""
-    if "frames" in found:
+    if "frames" in result:
         columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
-        rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in found["frames"]]
+        rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in result["frames"]]
         print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
-    for parameter in found.get("base_parameters", ()):
+    for parameter in result.get("base_parameters", ()):
         formula = short(parameter["formula"])
         print(f"{parameter['name']} {formula}" if formula[0] == "≈" else f"{parameter['name']} = {formula}")
 
@@ -124,12 +124,12 @@ def show(facts: dict[str, Any]) -> None:
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
     for said in (*facts.get("values_with_units", ()), *facts.get("doubtful_units", ())):
         print(f"{said}\n")
-    columns = ("function", "shape", "road", "mul ", "add ", "div ", "sin/cos ", "other ")
+    columns = ("function", "shape", "formulation", "mul ", "add ", "div ", "sin/cos ", "other ")
     rows = []
     for function in facts["functions"]:
         operations = function["operations"]
         shape = " x ".join(map(str, function["shape"])) or "scalar"
-        rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
+        rows.append((function["name"], shape, function["formulation"], *(str(count) for count in operations.values())))
     print_table("Operations of one call that depend on the state", columns, rows)
     print(f"with --functions also: {', '.join(facts['on_request'])}\n")
     show_skipped(facts)

@@ -29,7 +29,7 @@ PICTURES = (".svg", ".pdf", ".png")
 
 
 @dataclass(frozen=True)
-class Asked:
+class LinearRequest:
     """What more can be asked of a linear system.
 
     Attributes:
@@ -118,7 +118,7 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         if system.found.kind != "moving"
         else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
     )
-    return lines, told.as_json() | {"roads_differ_by": apart}
+    return lines, told.as_json() | {"formulations_differ_by": apart}
 
 
 def _matrix(name: str, M: Any) -> Lines:
@@ -153,24 +153,24 @@ def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     return lines + list(found.notes), found.as_json()
 
 
-ASKED: tuple[Asked, ...] = (
-    Asked(
+ASKED: tuple[LinearRequest, ...] = (
+    LinearRequest(
         "--transfer",
         {"action": "store_true", "help": "transfer functions from every input to every output: gains, zeros, poles"},
         _transfer,
     ),
-    Asked(
+    LinearRequest(
         "--reach",
         {"action": "store_true", "help": "controllability and observability: ranks, how far from less, hidden modes"},
         _reach,
     ),
-    Asked(
+    LinearRequest(
         "--bode",
         {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .pdf, .png; without a file as CSV"},
         _bode,
         "bode",
     ),
-    Asked(
+    LinearRequest(
         "--dt",
         {
             "type": seconds,
@@ -179,7 +179,7 @@ ASKED: tuple[Asked, ...] = (
         },
         _sampled,
     ),
-    Asked(
+    LinearRequest(
         "--lqr",
         {
             "nargs": "*",
@@ -190,7 +190,7 @@ ASKED: tuple[Asked, ...] = (
         _lqr,
         "gains",
     ),
-    Asked(
+    LinearRequest(
         "--kalman",
         {
             "nargs": "*",
@@ -200,7 +200,7 @@ ASKED: tuple[Asked, ...] = (
         },
         _kalman,
     ),
-    Asked(
+    LinearRequest(
         "--animate",
         {"metavar": "FILE", "help": f"every mode as a moving picture, numbered: {ANIMATED}"},
         _animate,

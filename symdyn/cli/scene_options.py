@@ -70,12 +70,12 @@ def add_formulation(verb: argparse.ArgumentParser) -> None:
     """Add the choice of the derivation that becomes code: those that a first look at a scene can be had by."""
     from symdyn.dynamics import OUTPUTS, Unasked
 
-    looked_at = [row.roads.items() for row in OUTPUTS.values() if row.unasked is Unasked.AT_A_LOOK]
-    roads = [road for some in looked_at for road in some]
-    growing = {name for name, road in roads if road.up_to < inf}
+    looked_at = [row.formulations.items() for row in OUTPUTS.values() if row.unasked is Unasked.AT_A_LOOK]
+    formulations = [formulation for some in looked_at for formulation in some]
+    growing = {name for name, formulation in formulations if formulation.up_to < inf}
     verb.add_argument(
         "--formulation",
-        choices=sorted(dict.fromkeys(name for name, _ in roads), key=growing.__contains__),
+        choices=sorted(dict.fromkeys(name for name, _ in formulations), key=growing.__contains__),
         help="take this derivation where a function has it; without this, the one with the fewest operations",
     )
 

@@ -37,13 +37,13 @@ def check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
 
 
-def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
+def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
     if study.has_indices:
         told["indices"] = _indices(study, options.json)
     if options.first_order:
-        told["first_order"] = _first_order(study, scene, options, asked)
+        told["first_order"] = _first_order(study, scene, options, requested)
     if options.plot is not None:
         study.save_plot(options.plot, kind=options.plot_kind)
         wrote(options.plot)
@@ -80,9 +80,9 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
     return told
 
 
-def _first_order(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
+def _first_order(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
     """Return standard deviations both ways, and print them."""
-    found = beside(study, scene, options.over, options.measure, **asked)
+    found = beside(study, scene, options.over, options.measure, **requested)
     rows = []
     for one in found:
         shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())

@@ -110,7 +110,7 @@ def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> No
         shown, note = reel(options), lambda line: say(f"symdyn: {line}")
         film(
             trajectory.scene, trajectory.t, trajectory.q, path,
-            fps=shown.fps, size=shown.size, loop=shown.loop, told=progress, note=note,
+            fps=shown.fps, size=shown.size, loop=shown.loop, reported=progress, note=note,
         )  # fmt: skip
 
 

@@ -175,12 +175,12 @@ def numbers(text: str, scene: Scene) -> dict[str, float]:
     return values
 
 
-def show_bounds(found: Rigorous) -> None:
+def show_bounds(result: Rigorous) -> None:
     """Print guaranteed bounds for people: a row an entry, a column a module."""
-    modules = list(dict.fromkeys(bound.module for bound in found.bounds))
+    modules = list(dict.fromkeys(bound.module for bound in result.bounds))
     rows: dict[tuple[str, tuple[int, ...]], dict[str, str]] = {}
     exact: dict[str, int] = {}
-    for bound in found.bounds:
+    for bound in result.bounds:
         cell = f"{in_digits(bound.error, 3, 'e')} ({in_digits(bound.ulps, 2)})" if bound.error else "0"
         rows.setdefault((bound.function, bound.index), {})[bound.module] = cell
     for (function, _), cells in rows.items():
@@ -193,18 +193,18 @@ def show_bounds(found: Rigorous) -> None:
     lines += [(function, f"{number} others", *("0" for _ in modules)) for function, number in exact.items() if number]
     lines.sort(key=lambda line: list(exact).index(line[0]))
     columns = ("function", "entry", *(f"{module} " for module in modules))
-    print_table(f"{found.scene}: guaranteed error (in ulps of the entry)", columns, lines)
-    states = max((len(states) for states in found.states.values()), default=0)
+    print_table(f"{result.scene}: guaranteed error (in ulps of the entry)", columns, lines)
+    states = max((len(states) for states in result.states.values()), default=0)
     print(
-        f"Guaranteed at {states} state{'s' * (states != 1)}; balls of up to {found.bits} bits; --json has the states."
+        f"Guaranteed at {states} state{'s' * (states != 1)}; balls of up to {result.bits} bits; --json has the states."
     )
-    show_claims(found)
-    print(f"{found.scene}: {'every error is bounded' if found.passed else found.verdict}")
+    show_claims(result)
+    print(f"{result.scene}: {'every error is bounded' if result.passed else result.verdict}")
 
 
-def show_claims(found: Certificate | Rigorous) -> None:
+def show_claims(result: Certificate | Rigorous) -> None:
     """Print what does not hold and why, what is no claim, and notes."""
-    for line in (*found.lines, *(f"Note: {note}" for note in found.notes)):
+    for line in (*result.lines, *(f"Note: {note}" for note in result.notes)):
         print(line)
 
 

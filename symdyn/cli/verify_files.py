@@ -151,22 +151,22 @@ def _of_command(
     options: argparse.Namespace,
     folder: Path,
     command: str,
-    asked: argparse.Namespace,
+    requested: argparse.Namespace,
     progress: Callable[[str], None],
 ) -> Certificate:
     """Return the certificate of the files of one command, made again for the scene."""
-    asked.scene = options.scene
-    scene = read_scene(asked)
-    closing = closing_of(asked, scene)
+    requested.scene = options.scene
+    scene = read_scene(requested)
+    closing = closing_of(requested, scene)
     progress("deriving")
-    names = split(asked.functions)
+    names = split(requested.functions)
     outputs = Wanted.of(Workspace(scene, closing)).available()[0] if names is None else names
-    equations = generate.equations_of(asked, scene, outputs, closing)
+    equations = generate.equations_of(requested, scene, outputs, closing)
     program = lower(equations)
-    if asked.prepare:
+    if requested.prepare:
         program = prepare(program)
     progress("reading files back")
-    fresh = emit(program, asked.target, asked.real, command, asked.option, asked.accuracy)
+    fresh = emit(program, requested.target, requested.real, command, requested.option, requested.accuracy)
     there = {name: (folder / name).read_bytes() for name in fresh if (folder / name).is_file()}
     return Certificate.of_files(
         equations, program, fresh, there, options.seed, (f"made by: {command}",), progress

@@ -31,12 +31,12 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--until",
         metavar="PART",
         default="",
-        help="the last part: energies, lagrangian, equations, coefficients, numbers; or, of D'Alembert's road, count, "
-        "bodies, reactions, roads; the others are told by an unknown one (default: all)",
+        help="the last part: energies, lagrangian, equations, coefficients, numbers; or, by D'Alembert, count, "
+        "bodies, reactions, formulations; the others are told by an unknown one (default: all)",
     )
     verb.add_argument("--language", choices=languages(), default="en", help="of the prose (default: en)")
     verb.add_argument(
-        "--road",
+        "--formulation",
         choices=("lagrange", "multipliers", "quaternions", "dalembert"),
         default="",
         help="energies and Lagrange's equations, of open mechanisms; the same with multipliers, where loops or rolling "
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     with Waiting() as progress:
         progress("deriving")
         asked = Handout(
-            scene, options.language, options.detail, options.until, options.road, options.seed,
+            scene, options.language, options.detail, options.until, options.formulation, options.seed,
             practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",
         )  # fmt: skip
         if options.format == (SLIDERS,):

@@ -1,6 +1,6 @@
 """Pictures and animations of a scene: SVG and HTML text that needs nothing else, and files of many kinds.
 
-Doors are imported when they are first used: a plot of a run needs none of them.
+Entry points are imported when they are first used: a plot of a run needs none of them.
 """
 
 import lazy_loader

@@ -167,10 +167,10 @@ def _kept(t: Array, fps: float, most: int) -> Indices:
     return np.unique(np.where(grid - t[after - 1] < t[after] - grid, after - 1, after))
 
 
-def _traces(found: Places, view: View) -> tuple[Item, ...]:
+def _traces(result: Places, view: View) -> tuple[Item, ...]:
     """Return the paths of the named points."""
     items = []
-    for name, (_, frame) in found.points.items():
+    for name, (_, frame) in result.points.items():
         way = view.flat(frame.p)
         if float(np.ptp(way, axis=0).max(initial=0.0)) > 1.0:
             shape = path("trace", way[None], size=1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.draw.outlines import Outlined
-from symdyn.draw.places import Array, Hinge, Placed, Places, unit
+from symdyn.draw.places import Array, JointAxis, Placed, Places, unit
 from symdyn.draw.shapes import Item, Shape, disc, dot, line, path, sign
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -16,39 +16,39 @@ COLOURS = 6  # of bodies, in turns; the style sheet has as many
 QUARTERS = "M0 0V{m}A{r} {r} 0 0 1 {r} 0ZM0 0V{r}A{r} {r} 0 0 1 {m} 0Z"
 
 
-def carrier(found: Places, body: str) -> Hinge:
+def carrier(places: Places, body: str) -> JointAxis:
     """Return the joint that carries a body."""
-    return next(hinge for hinge in found.hinges if hinge.joint.child == body and not hinge.closes)
+    return next(hinge for hinge in places.hinges if hinge.joint.child == body and not hinge.closes)
 
 
-def spots(scene: Scene, found: Places, body: str) -> list[Array]:
+def spots(scene: Scene, result: Places, body: str) -> list[Array]:
     """Return what is on a body: joints, loops, particles, points, ends of springs and loads; shape (N, 3) each."""
-    ends = [hinge.fixed.p for hinge in found.hinges if hinge.joint.parent == body]
-    ends += [hinge.moved.p for hinge in found.hinges if hinge.joint.child == body and hinge.closes]
-    ends += [at for _, at in found.body(body).particles]
-    ends += [frame.p for owner, frame in found.points.values() if owner == body]
-    for one, places in found.ends.items():
+    ends = [hinge.fixed.p for hinge in result.hinges if hinge.joint.parent == body]
+    ends += [hinge.moved.p for hinge in result.hinges if hinge.joint.child == body and hinge.closes]
+    ends += [at for _, at in result.body(body).particles]
+    ends += [frame.p for owner, frame in result.points.values() if owner == body]
+    for one, places in result.ends.items():
         ends += [at for at, end in zip(places, one.ends, strict=True) if end.body == body]
     return ends
 
 
-def farthest(scene: Scene, found: Places, body: str, start: Array) -> Array:
+def farthest(scene: Scene, places: Places, body: str, start: Array) -> Array:
     """Return the spot, or the centre of mass, of a body that is farthest from a point, shape (N, 3)."""
-    com = found.body(body).com
-    ends = spots(scene, found, body) or ([] if com is None else [com])
+    com = places.body(body).com
+    ends = spots(scene, places, body) or ([] if com is None else [com])
     return max(ends, key=lambda end: round(float(np.linalg.norm(end[0] - start[0])), 9), default=start)
 
 
-def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> tuple[Item, ...]:
+def link(scene: Scene, places: Places, body: Placed, view: View, colour: int) -> tuple[Item, ...]:
     """Return a body and, on top of it, its centre of mass and its particles."""
-    start = carrier(found, body.name).moved.p
-    outline, rod, shapes = found.outlines.get(body.name), list[Array](), list[Shape]()
+    start = carrier(places, body.name).moved.p
+    outline, rod, shapes = places.outlines.get(body.name), list[Array](), list[Shape]()
     if outline is not None and outline.look == "rod":
         rod = ends_of(outline, body)
     elif outline is not None:
         shapes += outlined(outline, body, view, colour)
     along = rod if rod and between_ends(rod[0], rod[1], start, view) else []
-    tips = outer(start, [*spots(scene, found, body.name), *along], view)
+    tips = outer(start, [*spots(scene, places, body.name), *along], view)
     com = body.com
     if com is not None and not tips:
         tips = outer(start, [com], view)
@@ -60,17 +60,17 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
     for row in scene.contacts:
-        if row.name in found.wheels and row.place.body == body.name:
-            centre, axis, radius = found.wheels[row.name]
+        if row.name in places.wheels and row.place.body == body.name:
+            centre, axis, radius = places.wheels[row.name]
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]
             shapes += [disc(f"link body{colour}", view, centre, rim, radius * view.scale) for rim in rims]
     middle = np.mean([view.depth(start), *(view.depth(tip) for tip in tips)], axis=0)
     items = [Item(f"body-{body.name}", Title("body {name}", name=body.name), 1, middle, tuple(shapes))]
-    heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)
+    heaviest = max((mass for one in places.bodies for mass, _ in one.particles), default=0.0)
     for k, (mass, at) in enumerate(body.particles):
         share = (max(mass, 0.0) / heaviest) ** (1 / 3) if heaviest > 0 else 1.0
         size = view.size * (0.4 + 0.6 * share)
-        if any(float(np.linalg.norm(hinge.moved.p[0] - at[0])) < view.reach * 0.1 for hinge in found.hinges):
+        if any(float(np.linalg.norm(hinge.moved.p[0] - at[0])) < view.reach * 0.1 for hinge in places.hinges):
             size = max(size, 1.4 * view.size)  # it stays to be seen around the joint's symbol
         grain = dot(f"particle body{colour}", view.flat(at), size)
         title = Title("point mass {number} of {name}", number=str(k + 1), name=body.name)

@@ -12,7 +12,7 @@ import numpy as np
 from symdyn.draw.body_shapes import farthest
 from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import Text
-from symdyn.draw.places import Array, Hinge, Places, Step, across, unit
+from symdyn.draw.places import Array, FrameStep, JointAxis, Places, across, unit
 from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -23,22 +23,22 @@ SENSE = np.radians(55)
 
 
 def marks(
-    scene: Scene, found: Places, view: View, latex: Mapping[str, str]
+    scene: Scene, places: Places, view: View, latex: Mapping[str, str]
 ) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return arcs and dimensions of all coordinates, which `latex` spells, and their labels, at one moment."""
     items: list[Item] = []
     labels: list[Label] = []
     taken: list[tuple[Array, float]] = []
-    for hinge in found.hinges:
+    for hinge in places.hinges:
         if hinge.closes or not hinge.joint.coordinates:
             continue
         named = [step for step in hinge.steps if step.name]
         told = {step.name for step in named}
         for step in named:
             if step.slides:
-                drawn, label = _slide(found, hinge, step, view, latex)
+                drawn, label = _slide(places, hinge, step, view, latex)
             else:
-                drawn, label = _turn(scene, found, hinge, step, view, latex, taken)
+                drawn, label = _turn(scene, places, hinge, step, view, latex, taken)
             items.append(drawn)
             labels.append(label)
         rest = [name for name in hinge.joint.coordinates if name not in told]
@@ -50,12 +50,12 @@ def marks(
 
 
 def _turn(
-    scene: Scene, found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[str, str],
+    scene: Scene, places: Places, hinge: JointAxis, step: FrameStep, view: View, latex: Mapping[str, str],
     taken: list[tuple[Array, float]],
 ) -> tuple[Item, Label]:  # fmt: skip
     at, axis, amount = step.at, step.axis, float(step.amount[0])
     amount = float(np.fmod(amount, 2 * np.pi)) if abs(amount) > 2 * np.pi else amount
-    reach = farthest(scene, found, hinge.joint.child, at) - at
+    reach = farthest(scene, places, hinge.joint.child, at) - at
     level = reach - np.einsum("ni,ni->n", reach, axis)[:, None] * axis
     length = float(np.linalg.norm(level[0])) * view.scale
     arbitrary = length < 2.0
@@ -87,13 +87,15 @@ def _turn(
     return item, Label(f"label-{step.name}", Text.of_latex(latex[step.name]), middle, 4.0, away, "mark-text")
 
 
-def _slide(found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[str, str]) -> tuple[Item, Label]:
+def _slide(
+    places: Places, hinge: JointAxis, step: FrameStep, view: View, latex: Mapping[str, str]
+) -> tuple[Item, Label]:
     a, b = view.flat(step.at), view.flat(step.at + step.axis * step.amount[:, None])
     tiny = float(np.linalg.norm(b - a)) < SHORT
     way = unit(view.lean(step.axis))
     side = np.stack([-way[:, 1], way[:, 0]], axis=1)
-    others = [view.flat(one.moved.p) for one in found.hinges] + [
-        view.flat(one.com) for one in found.bodies if one.com is not None
+    others = [view.flat(one.moved.p) for one in places.hinges] + [
+        view.flat(one.com) for one in places.bodies if one.com is not None
     ]
     lie = float(np.mean([np.sum((other - a) * side) for other in others]))
     side = -side if lie > 1e-6 or (abs(lie) <= 1e-6 and side[0, 1] < 0) else side

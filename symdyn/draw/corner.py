@@ -24,11 +24,11 @@ LONG, AXIS = 34.0, 26.0  # lengths of the arrows of gravity and of axes
 NEAR = 100.0  # so that no line leads to the letters
 
 
-def with_corner(drawing: Drawing, scene: Scene, found: Places, view: View, segments: Array) -> Drawing:
+def with_corner(drawing: Drawing, scene: Scene, places: Places, view: View, segments: Array) -> Drawing:
     """Return the drawing with arrows in a free corner, or beside it where no corner is free."""
     blocks = []
-    if np.any(found.gravity):
-        blocks.append(_gravity(scene, found, view))
+    if np.any(places.gravity):
+        blocks.append(_gravity(scene, places, view))
     if not view.planar:
         blocks.append(_axes(view))
     for items, labels in blocks:
@@ -44,11 +44,11 @@ def with_corner(drawing: Drawing, scene: Scene, found: Places, view: View, segme
 Block = tuple[tuple[Item, ...], tuple[Put, ...]]
 
 
-def _gravity(scene: Scene, found: Places, view: View) -> Block:
-    way = view.lean(unit(found.gravity[None, :]))
+def _gravity(scene: Scene, places: Places, view: View) -> Block:
+    way = view.lean(unit(places.gravity[None, :]))
     start = np.zeros((1, 2))
     if float(np.linalg.norm(way)) < END_ON:
-        near = float(found.gravity @ view.toward) > 0
+        near = float(places.gravity @ view.toward) > 0
         shapes, beside = end_on("gravity", start, 7.0, near), np.array([16.0, 0.0])
     else:
         flat = unit(way)

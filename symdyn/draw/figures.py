@@ -61,9 +61,9 @@ class FilledFigure:
 
 
 def _bundle(
-    found: Figure, title: str, kind: str, media: str, include: object = None, exclude: object = None
+    figure: Figure, title: str, kind: str, media: str, include: object = None, exclude: object = None
 ) -> dict[str, str | bytes]:
     """Return what a notebook shows of a figure, as it is now."""
     with settings(SETTINGS | {"svg.hashsalt": title}):
-        picture = saved(found, kind, DPI)
-    return {media: picture.decode() if kind == "svg" else picture, "text/plain": repr(found)}
+        picture = saved(figure, kind, DPI)
+    return {media: picture.decode() if kind == "svg" else picture, "text/plain": repr(figure)}

@@ -89,7 +89,7 @@ def film(
     fps: float | None = None,
     size: int | tuple[int, int] | None = None,
     loop: bool = True,
-    told: Told | None = None,
+    reported: Told | None = None,
     note: Callable[[str], None] | None = None,
 ) -> Path:
     """Write a motion to a .html, .svg, .gif, .mp4 or .glb file and return its path; all of it or nothing.
@@ -107,7 +107,7 @@ def film(
         fps: frames a second of real time: 30, 25 of a .gif (which shows 50 at most).
         size: width in pixels, or width and height, of .svg, .gif and .mp4.
         loop: whether a .html, .svg or .gif begins again at its end; of others, who plays them decides.
-        told: is called with the share that is done.
+        reported: is called with the share that is done.
         note: is called with what a user should know, such as a mesh that could not be read.
 
     Raises:
@@ -126,8 +126,8 @@ def film(
     reel = Reel(fps, _sides(size), loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]
-    told, note = told or (lambda share: None), note or (lambda line: None)
-    shown = Motion(scene, *as_arrays(scene, times, positions), parameters, view, scheme, told, note)
+    reported, note = reported or (lambda share: None), note or (lambda line: None)
+    shown = Motion(scene, *as_arrays(scene, times, positions), parameters, view, scheme, reported, note)
     write_whole(path, kind.write(shown, reel, fps or kind.fps))
     return path
 

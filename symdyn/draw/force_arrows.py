@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import Text
-from symdyn.draw.places import Array, Hinge, Places, unit
+from symdyn.draw.places import Array, JointAxis, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -108,13 +108,13 @@ def _turning(look: str, view: View, at: Array, axis: Array) -> tuple[tuple[Shape
 # Struts
 
 
-def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
     for one in scene.struts:
-        shapes, at = _link(one, scene, found, view)
-        depth = np.zeros(found.count) if view.planar else np.full(found.count, -1e6)
+        shapes, at = _link(one, scene, places, view)
+        depth = np.zeros(places.count) if view.planar else np.full(places.count, -1e6)
         items.append(
             Item(f"{one.kind}-{one.name}", Title("{type} {name}", type=one.kind, name=one.name), 1, depth, shapes)
         )
@@ -122,16 +122,16 @@ def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tu
     return tuple(items), tuple(labels)
 
 
-def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+def _link(one: Strut, scene: Scene, places: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
     if one.ends:
-        a, b = (view.flat(end) for end in found.ends[one])
+        a, b = (view.flat(end) for end in places.ends[one])
         walls = [
             _wall(at, other, view.size)
             for at, other, end in ((a, b, 0), (b, a, 1))
             if one.ends[end].body == Scene.GROUND
         ]
         return (*walls, *_between(one, a, b, view.size)), (a + b) / 2
-    hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
+    hinge = next(hinge for hinge in places.hinges if hinge.joint.name == one.joint)
     if hinge.slides:
         return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)
@@ -141,7 +141,7 @@ def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Sh
     return (path(one.kind, at[:, None] + curve[None], size=width),), at + curve[-1]
 
 
-def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
+def _beside(one: Strut, hinge: JointAxis, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
     """Return a strut of a slide: from the joint's zero, or from a wall behind it, to the slider."""
     along = hinge.slides[0]
     way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, along)

@@ -16,7 +16,7 @@ from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import Text
 from symdyn.draw.picture_files import File, check_picture
 from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench
-from symdyn.draw.places import Array, Frame, Hinge, Places, unit
+from symdyn.draw.places import Array, Frame, JointAxis, Places, unit
 from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.shown_text import SvgText
@@ -146,13 +146,13 @@ def _stage(
     return Stage(scene, shown.reshape(1, -1), values, view)
 
 
-def _alone(scene: Scene, found: Places, body: str) -> Places:
+def _alone(scene: Scene, places: Places, body: str) -> Places:
     """Return only the joints of a body."""
-    hinges = tuple(h for h in found.hinges if body in (h.joint.parent, h.joint.child))
-    return replace(found, hinges=hinges)
+    hinges = tuple(h for h in places.hinges if body in (h.joint.parent, h.joint.child))
+    return replace(places, hinges=hinges)
 
 
-def _cut(hinge: Hinge, body: str) -> Array:
+def _cut(hinge: JointAxis, body: str) -> Array:
     """Return where a joint is on a body: the moved frame, where its wrenches act."""
     slides = JOINTS[hinge.joint.type].slides(hinge.joint)
     return hinge.moved.p if hinge.joint.child == body or not slides else hinge.fixed.p
@@ -189,19 +189,19 @@ def _triple(x: Array) -> tuple[float, float, float]:
     return float(x[0]), float(x[1]), float(x[2])
 
 
-def _pulls(one: Strut, body: str, found: Places) -> list[Wrench]:
+def _pulls(one: Strut, body: str, places: Places) -> list[Wrench]:
     """Return the pull of a strut between points at each of its ends on the body."""
     pulls = []
     for k, end in enumerate(one.ends):
-        here, there = found.ends[one][k][0], found.ends[one][1 - k][0]
+        here, there = places.ends[one][k][0], places.ends[one][1 - k][0]
         if end.body == body:
             pulls.append(Wrench(rf"F_{{\mathrm{{{in_latex(one.name)}}}}}", _triple(here), _triple(unit(there - here))))
     return pulls
 
 
-def _pushed(row: Contact, body: str, found: Places) -> list[Wrench]:
+def _pushed(row: Contact, body: str, places: Places) -> list[Wrench]:
     """Return the forces of a contact on a body, positive on what touches the plane, opposite on what carries it."""
-    at, forces = pushes(row, found)
+    at, forces = pushes(row, places)
     acting = []
     for own, sense in ((row.place.body, 1.0), (row.plane.body, -1.0)):
         for k, force in enumerate(forces, 1) if own == body else ():
@@ -211,7 +211,7 @@ def _pushed(row: Contact, body: str, found: Places) -> list[Wrench]:
     return acting
 
 
-def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
+def _transmitted(hinge: JointAxis, body: str) -> list[Wrench]:
     """Return the wrenches that a joint transmits to a body, and its drives."""
     joint, found = hinge.joint, []
     sense = 1.0 if joint.child == body else -1.0
@@ -235,7 +235,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
     return found
 
 
-def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
+def _unit_wrenches(hinge: JointAxis) -> list[tuple[Array, Array]]:
     """Return the wrenches that the joint's kind can transmit, axes of the joint frame."""
     given = JOINTS[hinge.joint.type].forbids
     if given is None:

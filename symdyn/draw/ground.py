@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.draw.body_shapes import farthest
 from symdyn.draw.joint_symbols import parts, rail_ends
-from symdyn.draw.places import Array, Hinge, Places, across, unit
+from symdyn.draw.places import Array, JointAxis, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -23,35 +23,35 @@ AROUND, SHARE = 1.5, 0.3
 STROKES = 9
 
 
-def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
+def ground(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
     """Return the supports, one item each."""
     items = []
-    held = [hinge for hinge in found.hinges if Scene.GROUND in (hinge.joint.parent, hinge.joint.child)]
+    held = [hinge for hinge in places.hinges if Scene.GROUND in (hinge.joint.parent, hinge.joint.child)]
     for hinge in held:
         if not JOINTS[hinge.joint.type].class_t(hinge.joint):
             continue  # nothing holds it
         rail = next((part for part in parts(hinge, view) if part.shape == "rail"), None)
         if not view.planar:
-            shapes = _stand(hinge, found, view, alone=len(held) == 1)
+            shapes = _stand(hinge, places, view, alone=len(held) == 1)
         elif rail:
             shapes = _hatched_rail(hinge, view, rail)
         else:
-            shapes = _bearing(scene, hinge, found, view)
+            shapes = _bearing(scene, hinge, places, view)
         title = Title("ground at joint {name}", name=hinge.joint.name)
-        items.append(Item(f"ground-{hinge.joint.name}", title, 0, np.zeros(found.count), shapes))
+        items.append(Item(f"ground-{hinge.joint.name}", title, 0, np.zeros(places.count), shapes))
     return tuple(items)
 
 
-def _seat(hinge: Hinge) -> Array:
+def _seat(hinge: JointAxis) -> Array:
     """Return where the joint sits on the ground, shape (N, 3)."""
     return hinge.fixed.p if hinge.joint.parent == Scene.GROUND else hinge.moved.p
 
 
-def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Shape, ...]:
+def _bearing(scene: Scene, hinge: JointAxis, places: Places, view: View) -> tuple[Shape, ...]:
     """Return a triangle on a hatched line, on the side of the joint that its body leaves free."""
     at, s = view.flat(_seat(hinge)), view.size
     other = hinge.joint.child if hinge.joint.parent == Scene.GROUND else hinge.joint.parent
-    tip = at if other == Scene.GROUND else view.flat(farthest(scene, found, other, _seat(hinge)))
+    tip = at if other == Scene.GROUND else view.flat(farthest(scene, places, other, _seat(hinge)))
     hangs = float(np.mean(tip[:, 1] - at[:, 1])) > 1e-6
     down = np.array([0.0, -1.0 if hangs else 1.0])
     base = at + down * 2.4 * s
@@ -60,7 +60,7 @@ def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Sha
     return (triangle, *hatches(base - wide * 1.7, base + wide * 1.7, down, s))
 
 
-def _hatched_rail(hinge: Hinge, view: View, rail: MarkPart) -> tuple[Shape, ...]:
+def _hatched_rail(hinge: JointAxis, view: View, rail: MarkPart) -> tuple[Shape, ...]:
     """Return the line that a slider sits on, hatched below or on the left."""
     a, b = rail_ends(hinge, view, rail, 4.0)
     way = unit(b - a)[0]
@@ -81,15 +81,15 @@ def hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:
     return (path("hatch", *strokes, size=1.2), line("floor", a, b, size=2.0))
 
 
-def _stand(hinge: Hinge, found: Places, view: View, alone: bool) -> tuple[Shape, ...]:
+def _stand(hinge: JointAxis, places: Places, view: View, alone: bool) -> tuple[Shape, ...]:
     """Return a hatched plate and the post on it that carries the joint.
 
     The plate is level. One joint right above the origin of the ground stands on a plate there.
     """
-    seat, up = _seat(hinge), -unit(found.gravity) if np.any(found.gravity) else np.array([0.0, 0.0, 1.0])
-    rise = seat[0] - found.ground.p[0]
+    seat, up = _seat(hinge), -unit(places.gravity) if np.any(places.gravity) else np.array([0.0, 0.0, 1.0])
+    rise = seat[0] - places.ground.p[0]
     column = alone and float(np.linalg.norm(np.cross(rise, up))) < 1e-6 and float(rise @ up) > 3 * view.reach
-    foot = found.ground.p if column else seat - up * view.reach * 2.6
+    foot = places.ground.p if column else seat - up * view.reach * 2.6
     x = across(np.broadcast_to(up, seat.shape))
     y = np.cross(up, x)
     half = view.reach * 3.2
@@ -107,29 +107,29 @@ def _stand(hinge: Hinge, found: Places, view: View, alone: bool) -> tuple[Shape,
 # Planes
 
 
-def planes(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
+def planes(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
     """Return the planes, one item each, as large as what happens on them at all moments that are found."""
     items = []
-    for row, corners in patches(scene, found):
+    for row, corners in patches(scene, places):
         title = Title("plane of contact {name}", name=row.name)
-        shapes = _shown(view.flat(corners), view.lean(found.touches[row.name].normal), view)
-        items.append(Item(f"plane-{row.name}", title, 0, np.zeros(found.count), shapes))
+        shapes = _shown(view.flat(corners), view.lean(places.touches[row.name].normal), view)
+        items.append(Item(f"plane-{row.name}", title, 0, np.zeros(places.count), shapes))
     return tuple(items)
 
 
-def patches(scene: Scene, found: Places) -> list[tuple[Contact, Array]]:
+def patches(scene: Scene, places: Places) -> list[tuple[Contact, Array]]:
     """Return every plane by the first row that is about it, with the corners of what is drawn, shape (N, 4, 3)."""
     rows_of: dict[object, list[Contact]] = {}
     for row in scene.contacts:
-        if found.touches[row.name].drawn:
+        if places.touches[row.name].drawn:
             rows_of.setdefault(row.plane, []).append(row)
     corners = []
     for rows in rows_of.values():
-        plane = found.touches[rows[0].name]
+        plane = places.touches[rows[0].name]
         ways = (plane.along, np.cross(plane.normal, plane.along))
-        margin = AROUND * max(found.wheels[row.name][2] if row.name in found.wheels else 0.0 for row in rows)
-        margin = margin or SHARE * _size(found)
-        spots = np.stack([found.touches[row.name].spot - plane.at for row in rows])
+        margin = AROUND * max(places.wheels[row.name][2] if row.name in places.wheels else 0.0 for row in rows)
+        margin = margin or SHARE * _size(places)
+        spots = np.stack([places.touches[row.name].spot - plane.at for row in rows])
         if rows[0].plane.body != Scene.GROUND:  # out to where the body is
             spots = np.concatenate([spots, np.zeros_like(spots[:1])])
         low, high = [], []
@@ -143,10 +143,10 @@ def patches(scene: Scene, found: Places) -> list[tuple[Contact, Array]]:
     return corners
 
 
-def _size(found: Places) -> float:
+def _size(places: Places) -> float:
     """Return the largest distance of joints and contacts in the mechanism, 1 m if there is none."""
-    spots = [hinge.moved.p for hinge in found.hinges] + [hinge.fixed.p for hinge in found.hinges]
-    spots += [touch.spot for touch in found.touches.values()]
+    spots = [hinge.moved.p for hinge in places.hinges] + [hinge.fixed.p for hinge in places.hinges]
+    spots += [touch.spot for touch in places.touches.values()]
     return float(np.ptp(np.concatenate(spots), axis=0).max(initial=0.0)) or 1.0
 
 
@@ -162,13 +162,13 @@ def _shown(corners: Array, normal: Array, view: View) -> tuple[Shape, ...]:
     return (path("stand", corners, closed=True), path("hatch", *strokes, size=0.8))
 
 
-def pushes(row: Contact, found: Places) -> tuple[Array, list[Array]]:
+def pushes(row: Contact, places: Places) -> tuple[Array, list[Array]]:
     """Return where a contact acts at the first position that is found, and its unit forces, as its multipliers go."""
-    touch = found.touches[row.name]
+    touch = places.touches[row.name]
     n, spot = touch.normal[0], touch.spot[0]
     if touch.across is not None:
         return spot, [touch.across[0]]
-    _, axis, radius = found.wheels[row.name]
+    _, axis, radius = places.wheels[row.name]
     a = np.cross(n, touch.along[0]) if axis is None else axis[0]
     w = float(np.linalg.norm(np.cross(a, n))) or 1.0
     along = np.cross(a, n) / w

@@ -11,14 +11,14 @@ from functools import partial
 
 import numpy as np
 
-from symdyn.draw.places import Array, Hinge, across
+from symdyn.draw.places import Array, JointAxis, across
 from symdyn.draw.shapes import Shape, arrow, box, circle_points, cylinder, dot, joined, line, path
 from symdyn.draw.view import View
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, MarkPart
 
 
-def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:
+def symbol(hinge: JointAxis, view: View) -> tuple[Shape, ...]:
     """Return the symbol of a joint; that of a loop which does not close shows its gap."""
     shown = joined([PARTS[part.shape](hinge, view, part) for part in parts(hinge, view)])
     if not hinge.closes:
@@ -29,13 +29,13 @@ def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:
     return (gap, *shown) if parted else shown
 
 
-def parts(hinge: Hinge, view: View) -> tuple[MarkPart, ...]:
+def parts(hinge: JointAxis, view: View) -> tuple[MarkPart, ...]:
     """Return what the symbol of a joint is made of."""
     mark = JOINTS[hinge.joint.type].mark
     return mark.flat if view.planar and mark.flat else mark.parts
 
 
-def direction(hinge: Hinge, part: MarkPart) -> Array:
+def direction(hinge: JointAxis, part: MarkPart) -> Array:
     """Return the direction of a part, unit vectors."""
     return hinge.ways[part.way] if part.way in hinge.ways else hinge.fixed.R[:, :, "xyz".index(part.way)]
 
@@ -49,30 +49,30 @@ def triad(view: View, at: Array, R: Array, half: float = 3.0) -> tuple[Shape, ..
 # Along a direction
 
 
-def _line(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _line(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (line("axis", *_ends(hinge, view, part), size=1.2),)
 
 
-def _arm(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _arm(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     ends = _ends(hinge, view, part)
     return (line("cross", *ends, size=2.6), *(dot("joint", end, view.size * 0.42) for end in ends))
 
 
-def _ends(hinge: Hinge, view: View, part: MarkPart) -> list[Array]:
+def _ends(hinge: JointAxis, view: View, part: MarkPart) -> list[Array]:
     reach = direction(hinge, part) * view.reach
     return [view.flat(hinge.moved.p + reach * k) for k in (-part.half, part.half)]
 
 
-def _arrow(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _arrow(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     tip = hinge.moved.p + direction(hinge, part) * view.reach * part.half
     return arrow("axis", view.flat(hinge.moved.p), view.flat(tip), 1.2, 6.0)
 
 
-def _solid(make: Callable[..., tuple[Shape, ...]], hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _solid(make: Callable[..., tuple[Shape, ...]], hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return make("joint", view, hinge.moved.p, direction(hinge, part), part.half * view.size, view.size)
 
 
-def _slider(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _slider(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     at, way = view.flat(hinge.moved.p), view.lean(direction(hinge, part))
     side = np.stack([-way[:, 1], way[:, 0]], axis=1) * view.size * 1.25
     way = way * view.size * part.half
@@ -80,7 +80,7 @@ def _slider(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (path("joint", corners, closed=True),)
 
 
-def _thread(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _thread(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     axis = direction(hinge, part)
     front = view.toward - (axis @ view.toward)[:, None] * axis
     length = np.linalg.norm(front, axis=1, keepdims=True)
@@ -95,14 +95,14 @@ def _thread(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (path("thread", *threads, size=1.2),)
 
 
-def _rail(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _rail(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     """Return what a slide runs on, as long as all its ways; on the ground of a planar scene `ground` draws it."""
     if view.planar and Scene.GROUND in (hinge.joint.parent, hinge.joint.child):
         return ()
     return (line("rail", *rail_ends(hinge, view, part, 3.2), size=2.4),)
 
 
-def rail_ends(hinge: Hinge, view: View, part: MarkPart, beyond: float) -> tuple[Array, Array]:
+def rail_ends(hinge: JointAxis, view: View, part: MarkPart, beyond: float) -> tuple[Array, Array]:
     """Return the ends of a rail in the picture, some sizes of a symbol beyond all places of the slider."""
     axis = direction(hinge, part)
     way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, axis)
@@ -110,7 +110,7 @@ def rail_ends(hinge: Hinge, view: View, part: MarkPart, beyond: float) -> tuple[
     return view.flat(hinge.fixed.p + axis * low), view.flat(hinge.fixed.p + axis * high)
 
 
-def _plate(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _plate(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     """Return the plate that a joint moves on, as wide as all its ways."""
     axis = direction(hinge, part)
     first = across(axis)
@@ -124,44 +124,44 @@ def _plate(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
 # At a point, or between the ends
 
 
-def _ring(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _ring(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (dot("joint", view.flat(hinge.moved.p), view.size * 0.8),)
 
 
-def _ball(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _ball(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (dot("joint ball", view.flat(hinge.moved.p), view.size * part.half),)
 
 
-def _socket(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _socket(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     angles = np.linspace(np.radians(-35), np.radians(215), 19)
     around = np.stack([np.cos(angles), np.sin(angles)], axis=1)[None] * view.size * 1.45
     return (path("socket", view.flat(hinge.moved.p)[:, None] + around, size=2.0),)
 
 
-def _polygon(look: str, corners: list[list[int]], hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _polygon(look: str, corners: list[list[int]], hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     around = np.array(corners) * (view.size * part.half)
     return (path(look, view.flat(hinge.moved.p)[:, None] + around[None], closed=True),)
 
 
-def _rod(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _rod(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     ends = (view.flat(hinge.fixed.p), view.flat(hinge.moved.p))
     balls = (dot("joint ball", end, view.size * part.half) for end in ends)
     return (line("halo", *ends, size=5.4), line("rod", *ends, size=2.4), *balls)
 
 
-def _flight(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _flight(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (_apart("flight", hinge, view),)
 
 
-def _apart(look: str, hinge: Hinge, view: View) -> Shape:
+def _apart(look: str, hinge: JointAxis, view: View) -> Shape:
     return line(look, view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
 
 
-def _frames(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+def _frames(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return joined([triad(view, frame.p, frame.R, part.half) for frame in (hinge.fixed, hinge.moved)])
 
 
-PARTS: dict[str, Callable[[Hinge, View, MarkPart], tuple[Shape, ...]]] = {
+PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
     "line": _line,
     "arm": _arm,
     "arrow": _arrow,

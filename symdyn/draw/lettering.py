@@ -30,7 +30,7 @@ LEGAL = {"var" + name: name for name in ("theta", "phi", "epsilon", "rho")}
 
 
 @dataclass(frozen=True)
-class Run:
+class LetterRun:
     """Characters of one face ("i", "t" or ""), on level -1 (subscript), 0 or 1."""
 
     text: str
@@ -42,7 +42,7 @@ class Run:
 class Text:
     """A lettered name."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[LetterRun, ...]
 
     @property
     def spoken(self) -> str:
@@ -66,7 +66,7 @@ class Text:
 
     def with_unit(self, unit: str) -> Text:
         """Return the words of an axis with its unit behind, as they are where it has none."""
-        return Text((*self.runs, Run(f", {unit}", "", 0))) if unit else self
+        return Text((*self.runs, LetterRun(f", {unit}", "", 0))) if unit else self
 
     def svg(self) -> str:
         """Return the tspans."""
@@ -98,7 +98,7 @@ class Text:
     @classmethod
     def of_latex(cls, latex: str) -> Text:
         """Return the LaTeX of a symbol as runs; what a name does not need is set as it stands."""
-        runs: list[Run] = []
+        runs: list[LetterRun] = []
         stack: list[tuple[str, int]] = [("", 0)]  # face and level of every open brace
         ahead, face_ahead, level_ahead = "", "", 0
         for command, escaped, script, brace, character in TOKEN.findall(latex):
@@ -126,15 +126,15 @@ class Text:
             text = {"-": "−", "'": "′"}.get(text, text)
             face, face_ahead = face_ahead or face, ""
             slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
-            runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
+            runs.append(LetterRun(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
             ahead, level_ahead = "", 0
         alike = groupby(runs, lambda run: (run.face, run.level))
-        return cls(tuple(Run("".join(run.text for run in group), face, level) for (face, level), group in alike))
+        return cls(tuple(LetterRun("".join(run.text for run in group), face, level) for (face, level), group in alike))
 
     @classmethod
     def as_written(cls, text: str) -> Text:
         """Return words that are no symbol."""
-        return cls((Run(text, "", 0),))
+        return cls((LetterRun(text, "", 0),))
 
 
 def lowered(text: Text) -> float:
@@ -155,7 +155,7 @@ def _capital(letter: str) -> bool:
     return letter.isupper() and "GREEK" in unicodedata.name(letter, "")
 
 
-def _wide(run: Run) -> float:
+def _wide(run: LetterRun) -> float:
     """Return the width in heights of the line of a wide serif type."""
     total = 0.0
     for character in run.text:

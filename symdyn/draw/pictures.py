@@ -143,14 +143,14 @@ def drawing(
     return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)
 
 
-def mechanism(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+def mechanism(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return planes, ground, springs, bodies and joints, and the labels of springs, at every moment that is found."""
-    items = [*planes(scene, found, view), *ground(scene, found, view)]
-    elastic, labels = links(scene, found, view)
+    items = [*planes(scene, places, view), *ground(scene, places, view)]
+    elastic, labels = links(scene, places, view)
     items += elastic
-    for k, body in enumerate(found.bodies):
-        items += link(scene, found, body, view, k % COLOURS)
-    for hinge in found.hinges:
+    for k, body in enumerate(places.bodies):
+        items += link(scene, places, body, view, k % COLOURS)
+    for hinge in places.hinges:
         joint = hinge.joint
         kind = "loop" if hinge.closes else "joint"
         text = Title(JOINT[kind], type=joint.type, name=joint.name)
@@ -169,21 +169,21 @@ def lines(items: Sequence[Item], count: int) -> Array:
 
 
 def _acting(
-    found: Places, scene: Scene, view: View, wrenches: Sequence[Wrench]
+    places: Places, scene: Scene, view: View, wrenches: Sequence[Wrench]
 ) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return the arrows of the scene's loads and of other wrenches, and their labels."""
     items: tuple[Item, ...] = ()
     labels: tuple[Label, ...] = ()
-    loads = [(f"load-{load.name}", load_wrench(load, found)) for load in scene.loads]
+    loads = [(f"load-{load.name}", load_wrench(load, places)) for load in scene.loads]
     for id, one in (*loads, *((f"wrench-{k + 1}", one) for k, one in enumerate(wrenches))):
         drawn, named = wrench(one, view, id)
         items, labels = items + drawn, labels + named
     return items, labels
 
 
-def load_wrench(load: Load, found: Places) -> Wrench:
+def load_wrench(load: Load, places: Places) -> Wrench:
     """Return a load of the scene as it is now."""
-    (at,), (force, couple) = found.ends[load], found.acting[load]
+    (at,), (force, couple) = places.ends[load], places.acting[load]
     return Wrench(load.name, at[0].tolist(), force[0].tolist(), couple[0].tolist())
 
 
@@ -195,11 +195,13 @@ def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
         raise DrawError(f"{scene.name}: q = {quoted(q)} is no position; give a number for each of {names}") from fault
 
 
-def _triads(found: Places, view: View) -> tuple[Item, ...]:
+def _triads(places: Places, view: View) -> tuple[Item, ...]:
     items = [
-        Item("frame-ground", Title("frame of the ground"), 2, np.zeros(1), triad(view, found.ground.p, found.ground.R))
+        Item(
+            "frame-ground", Title("frame of the ground"), 2, np.zeros(1), triad(view, places.ground.p, places.ground.R)
+        )
     ]
-    for hinge in found.hinges:
+    for hinge in places.hinges:
         if not hinge.closes:
             shapes = triad(view, hinge.moved.p, hinge.moved.R)
             title = Title("moved frame of joint {name}", name=hinge.joint.name)
@@ -207,27 +209,27 @@ def _triads(found: Places, view: View) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def _names(found: Places, view: View, labels: Collection[str]) -> tuple[Label, ...]:
+def _names(places: Places, view: View, labels: Collection[str]) -> tuple[Label, ...]:
     names: list[Label] = []
     gap = view.size * 1.1
     if "points" in labels:
-        for name, (_, frame) in found.points.items():
+        for name, (_, frame) in places.points.items():
             names.append(Label(f"label-point-{name}", Text.of_part(name), view.flat(frame.p), gap))
     if "joints" in labels:
-        for hinge in found.hinges:
+        for hinge in places.hinges:
             name = hinge.joint.name
             names.append(Label(f"label-joint-{name}", Text.of_part(name), view.flat(hinge.moved.p), gap * 1.3))
     if "bodies" in labels:
-        names += body_names(found, view)
+        names += body_names(places, view)
     return tuple(names)
 
 
-def body_names(found: Places, view: View) -> list[Label]:
+def body_names(places: Places, view: View) -> list[Label]:
     """Return labels of all bodies, at their centres of mass or at their only particle, else at their joint."""
     names = []
-    for body in found.bodies:
+    for body in places.bodies:
         at = body.com if body.com is not None else body.particles[0][1] if len(body.particles) == 1 else None
-        place = carrier(found, body.name).moved.p if at is None else at
+        place = carrier(places, body.name).moved.p if at is None else at
         names.append(Label(f"label-body-{body.name}", Text.of_part(body.name), view.flat(place), view.size * 1.1))
     return names
 

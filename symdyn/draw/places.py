@@ -44,7 +44,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Step:
+class FrameStep:
     """One turn or slide of a joint by an amount, shape (N,), rad or m, from `at` about or along `axis`.
 
     Attributes:
@@ -59,7 +59,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Hinge:
+class JointAxis:
     """A joint in place: the joint frame on its parent, and the moved joint frame on its child.
 
     Attributes:
@@ -73,7 +73,7 @@ class Hinge:
     fixed: Frame
     moved: Frame
     ways: dict[str, Array]
-    steps: tuple[Step, ...]
+    steps: tuple[FrameStep, ...]
     closes: bool
     turns: tuple[Array, ...]
     slides: tuple[Array, ...]
@@ -126,7 +126,7 @@ class Places:
     count: int
     ground: Frame
     bodies: tuple[Placed, ...]
-    hinges: tuple[Hinge, ...]
+    hinges: tuple[JointAxis, ...]
     points: dict[str, tuple[str, Frame]]
     ends: dict[Element, tuple[Array, ...]]
     acting: dict[Element, tuple[Array, Array]]
@@ -220,14 +220,14 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     for joint in (*scene.joints, *scene.loops):
         fixed, moved = frame("fixed", joint.name), frame("moved", joint.name)
         own = [(key, x) for key, x in arrays.items() if key[0] in ("step", "move") and key[1] == joint.name]
-        steps = [Step(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step"]
+        steps = [FrameStep(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step"]
         ways = {
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
         }
         moves = [(key[3], unit(x)) for key, x in own if key[0] == "move"]
         free = (tuple(x for slides, x in moves if slides is kind) for kind in (False, True))
-        hinges.append(Hinge(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, *free))
+        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, *free))
     return Places(
         count,
         frame("frame", Scene.GROUND),

@@ -61,16 +61,16 @@ def _key_times(t: Array) -> str:
     return f' keyTimes="{";".join(f"{x:.5g}" for x in shares)}"'
 
 
-def _still(found: re.Match[str]) -> str:
-    return f"<{found['element']} {found['before']}{found['after']}{found['end']}>"
+def _still(match: re.Match[str]) -> str:
+    return f"<{match['element']} {match['before']}{match['after']}{match['end']}>"
 
 
-def _animated(rows: Rows, clock: str, found: re.Match[str]) -> str:
+def _animated(rows: Rows, clock: str, match: re.Match[str]) -> str:
     """Return an element with what moves it inside."""
-    k, closing = int(found["k"]), f"</{found['element']}>" if found["end"] else ""
-    parts = [int(count) for count in (found["parts"] or "").split()]
-    inside = MOVES[found["kind"]](rows, k, clock, parts, "Z" if found["closed"] else "")
-    return f"<{found['element']} {found['before']}{found['after']}>{inside}{closing}"
+    k, closing = int(match["k"]), f"</{match['element']}>" if match["end"] else ""
+    parts = [int(count) for count in (match["parts"] or "").split()]
+    inside = MOVES[match["kind"]](rows, k, clock, parts, "Z" if match["closed"] else "")
+    return f"<{match['element']} {match['before']}{match['after']}>{inside}{closing}"
 
 
 def _values(rows: Rows, write: Callable[[list[int]], str]) -> str:

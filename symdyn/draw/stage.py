@@ -54,13 +54,13 @@ class Stage:
         return float(np.ptp(spread(self.scene, self.found), axis=0).max()) or 1.0
 
 
-def spread(scene: Scene, found: Places) -> Array:
+def spread(scene: Scene, result: Places) -> Array:
     """Return all points that a picture must hold, shape (K, 3)."""
-    spots = found.spots + [at for ends in found.ends.values() for at in ends]
-    for centre, _, radius in found.wheels.values():
+    spots = result.spots + [at for ends in result.ends.values() for at in ends]
+    for centre, _, radius in result.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
-    for body in found.bodies:
-        if (outline := found.outlines.get(body.name)) is not None:
+    for body in result.bodies:
+        if (outline := result.outlines.get(body.name)) is not None:
             spots += [body.frame.point(outline.centre + sign * x) for x in outline.ways for sign in (-1, 1)]
-    spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
+    spots += [corners[:, k] for _, corners in patches(scene, result) for k in range(4)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))

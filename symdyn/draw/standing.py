@@ -9,7 +9,7 @@ import numpy as np
 from symdyn.draw.body_shapes import COLOURS, between_ends, carrier, outer, spots
 from symdyn.draw.ground import patches
 from symdyn.draw.outlines import Outlined
-from symdyn.draw.places import Frame, Hinge, Placed, Places
+from symdyn.draw.places import Frame, JointAxis, Placed, Places
 from symdyn.draw.solids import Solid, along, ball, bar, box, cylinder, patch
 from symdyn.draw.style import LIGHT
 from symdyn.draw.view import View, vertical
@@ -21,22 +21,24 @@ JOINT, DARK, FLOOR = "#9aa4af", LIGHT["ink"], "#c5ced8"
 LINK, SHAFT, THIN = 0.45, 0.7, 0.15  # half the width of a link, the radius of a joint, and of what is thin, in reaches
 
 
-def standing(scene: Scene, found: Places, view: View, given: Mapping[str, tuple[Solid, ...]]) -> dict[str, list[Solid]]:
+def standing(
+    scene: Scene, places: Places, view: View, given: Mapping[str, tuple[Solid, ...]]
+) -> dict[str, list[Solid]]:
     """Return the solids of every body and of the ground, by name, each in the frame of its body.
 
     Args:
         scene: any scene.
-        found: where everything is, at every moment; solids are made at the first.
+        places: where everything is, at every moment; solids are made at the first.
         view: says how large joints are.
         given: solids that are known of bodies, such as meshes of a robot: no link or joint is drawn in their place.
     """
     solids: dict[str, list[Solid]] = {Scene.GROUND: list(given.get(Scene.GROUND, ()))}
-    for k, body in enumerate(found.bodies):
+    for k, body in enumerate(places.bodies):
         colour = LIGHT[f"body{k % COLOURS}"]
-        made = given[body.name] if body.name in given else _link(scene, found, body, view, colour)
-        solids[body.name] = [*made, *_wheels(scene, found, body, view, colour)]
-    frames = {Scene.GROUND: found.ground, **{body.name: body.frame for body in found.bodies}}
-    for hinge in found.hinges:
+        made = given[body.name] if body.name in given else _link(scene, places, body, view, colour)
+        solids[body.name] = [*made, *_wheels(scene, places, body, view, colour)]
+    frames = {Scene.GROUND: places.ground, **{body.name: body.frame for body in places.bodies}}
+    for hinge in places.hinges:
         joint = hinge.joint
         if joint.child not in given:
             solids[joint.child] += _inside(frames[joint.child], _joint(hinge, view))
@@ -47,8 +49,8 @@ def standing(scene: Scene, found: Places, view: View, given: Mapping[str, tuple[
             and JOINTS[joint.type].class_t(joint)
             and Scene.GROUND not in given
         ):
-            solids[Scene.GROUND] += _inside(found.ground, _stand(hinge, found, view))
-    for row, corners in patches(scene, found):
+            solids[Scene.GROUND] += _inside(places.ground, _stand(hinge, places, view))
+    for row, corners in patches(scene, places):
         owner = row.plane.body
         solids[owner] += _inside(frames[owner], (patch(corners[0], FLOOR),))
     return solids
@@ -60,20 +62,20 @@ def _inside(frame: Frame, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     return tuple(one.put(R.T, -R.T @ p) for one in solids)
 
 
-def _link(scene: Scene, found: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+def _link(scene: Scene, places: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
     """Return bars from the joint that carries a body to all that is on it, its centre of mass and its particles."""
-    start, com = carrier(found, body.name).moved.p, body.com
-    tips = outer(start, spots(scene, found, body.name), view)
+    start, com = carrier(places, body.name).moved.p, body.com
+    tips = outer(start, spots(scene, places, body.name), view)
     made: list[Solid] = []
     if com is not None and not tips:
         tips = outer(start, [com], view)
     elif com is not None and not any(between_ends(start, tip, com, view) for tip in tips):
         made += bar(start[0], com[0], THIN * view.reach, JOINT)
-    if (outline := found.outlines.get(body.name)) is not None:
+    if (outline := places.outlines.get(body.name)) is not None:
         made += _outlined(outline, body, view, colour)
     for tip in tips:
         made += bar(start[0], tip[0], LINK * view.reach, colour)
-    heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)
+    heaviest = max((mass for one in places.bodies for mass, _ in one.particles), default=0.0)
     for mass, at in body.particles:
         share = (max(mass, 0.0) / heaviest) ** (1 / 3) if heaviest > 0 else 1.0
         made.append(ball((0.5 + 0.7 * share) * view.reach, colour).put(np.eye(3), at[0]))
@@ -102,13 +104,13 @@ def _outlined(outline: Outlined, body: Placed, view: View, colour: str) -> tuple
     return (made[outline.look]().put(body.frame.R[0] @ R, body.frame.point(outline.centre)[0]),)
 
 
-def _wheels(scene: Scene, found: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+def _wheels(scene: Scene, places: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
     """Return rims of what rolls, with a spoke that shows how it turns."""
     made: list[Solid] = []
     for row in scene.contacts:
-        if row.name not in found.wheels or row.place.body != body.name:
+        if row.name not in places.wheels or row.place.body != body.name:
             continue
-        centre, axis, radius = found.wheels[row.name]
+        centre, axis, radius = places.wheels[row.name]
         if axis is None:
             made.append(ball(radius, colour).put(np.eye(3), centre[0]))
             continue
@@ -118,7 +120,7 @@ def _wheels(scene: Scene, found: Places, body: Placed, view: View, colour: str) 
     return _inside(body.frame, tuple(made))
 
 
-def _joint(hinge: Hinge, view: View) -> tuple[Solid, ...]:
+def _joint(hinge: JointAxis, view: View) -> tuple[Solid, ...]:
     """Return a cylinder about the axis of a turn, a box along a slide, a ball where it turns in more ways."""
     at, reach = hinge.moved.p[0], view.reach
     turns, slides = len(hinge.turns), len(hinge.slides)
@@ -131,7 +133,7 @@ def _joint(hinge: Hinge, view: View) -> tuple[Solid, ...]:
     return (ball(SHAFT * reach, JOINT).put(np.eye(3), at),)
 
 
-def _rail(hinge: Hinge, view: View) -> tuple[Solid, ...]:
+def _rail(hinge: JointAxis, view: View) -> tuple[Solid, ...]:
     """Return what a slide runs on, as long as all its ways."""
     if len(hinge.slides) != 1 or len(hinge.turns) > 1:
         return ()
@@ -141,9 +143,9 @@ def _rail(hinge: Hinge, view: View) -> tuple[Solid, ...]:
     return bar(start + low * axis, start + high * axis, THIN * view.reach, JOINT)
 
 
-def _stand(hinge: Hinge, found: Places, view: View) -> tuple[Solid, ...]:
+def _stand(hinge: JointAxis, places: Places, view: View) -> tuple[Solid, ...]:
     """Return a plate and the post on it that carries a joint."""
-    up, reach = vertical(found.gravity), view.reach
+    up, reach = vertical(places.gravity), view.reach
     seat = (hinge.fixed if hinge.joint.parent == Scene.GROUND else hinge.moved).p[0]
     foot = seat - 2.4 * reach * up
     plate = box(np.array([1.8, 1.8, 0.12]) * reach, FLOOR).put(along(up), foot)

@@ -152,9 +152,9 @@ def _crowding(spots: Array, axes: tuple[Array, Array, Array]) -> float:
     return float(np.round(np.sum(1 / (apart + 0.05) ** 2), 6))
 
 
-def _edge_on(found: Places, axes: tuple[Array, Array, Array]) -> float:
+def _edge_on(places: Places, axes: tuple[Array, Array, Array]) -> float:
     """Return how much the planes of turns are seen edge-on, where angles cannot be read."""
-    turns = [step.axis[0] for hinge in found.hinges for step in hinge.steps if not step.slides]
+    turns = [step.axis[0] for hinge in places.hinges for step in hinge.steps if not step.slides]
     return float(np.round(sum(EDGE_ON * max(0.0, 0.3 - abs(float(axis @ axes[2]))) for axis in turns), 6))
 
 

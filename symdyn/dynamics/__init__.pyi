@@ -13,28 +13,28 @@ from .closed_forms.parallel import angle_groups as angle_groups
 from .lagrange.second_kind import Energies as Energies, rotor_energy as rotor_energy
 from .loops.continuation import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
-from .recursive.sweeps import Sweep as Sweep
-from .recursive.table_loops import TableLoop as TableLoop
-from .roads.derive import called as called, derive as derive, derive_one as derive_one, loop_alone as loop_alone
-from .roads.named_functions import Argument as Argument, Equations as Equations, Function as Function
-from .roads.output import Output as Output, Road as Road, Unasked as Unasked
-from .roads.outputs import OUTPUTS as OUTPUTS
-from .roads.regressor_outputs import linear_parameters as linear_parameters
-from .roads.requests import (
+from .outputs.derive import called as called, derive as derive, derive_one as derive_one, loop_alone as loop_alone
+from .outputs.named_functions import Argument as Argument, Equations as Equations, Function as Function
+from .outputs.output import Formulation as Formulation, Output as Output, Unasked as Unasked
+from .outputs.output_table import OUTPUTS as OUTPUTS
+from .outputs.regressor_outputs import linear_parameters as linear_parameters
+from .outputs.requests import (
     expected as expected,
+    formulations_lacking as formulations_lacking,
+    formulations_of as formulations_of,
     kept_in_lines as kept_in_lines,
-    known_road as known_road,
+    known_formulation as known_formulation,
     looped as looped,
     of_place as of_place,
     request_of as request_of,
-    roads_lacking as roads_lacking,
-    roads_of as roads_of,
     row_of as row_of,
 )
-from .roads.unique_reactions import (
+from .outputs.unique_reactions import (
     loose_reactions as loose_reactions,
     reactions_at as reactions_at,
     unique_reactions as unique_reactions,
 )
-from .roads.wanted import Wanted as Wanted, available as available
-from .roads.workspace import Workspace as Workspace
+from .outputs.wanted import Wanted as Wanted, available as available
+from .outputs.workspace import Workspace as Workspace
+from .recursive.sweeps import Sweep as Sweep
+from .recursive.table_loops import TableLoop as TableLoop

@@ -1,4 +1,4 @@
-"""Emitters: the only room that knows syntax."""
+"""Emitters: the only package that knows syntax."""
 
 import lazy_loader
 

@@ -9,10 +9,10 @@ from .escape import (
 )
 from .render import render as render, verbatim as verbatim
 from .targets.c.c99 import C as C
-from .targets.door import TARGETS as TARGETS, beside as beside, emit as emit
+from .targets.emit_program import TARGETS as TARGETS, beside as beside, emit as emit
 from .targets.entries import Entries as Entries
 from .targets.fmu.archive import packed as packed
-from .targets.gpu.kernels import rooms as rooms
+from .targets.gpu.kernels import budgets as budgets
 from .targets.json_reader import read_program as read_program
-from .targets.later import Code as Code
+from .targets.lazy import Code as Code
 from .writing import Contents as Contents, write as write, write_file as write_file

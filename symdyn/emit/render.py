@@ -1,4 +1,4 @@
-"""The outside door to Jinja: templates hold the shape of a file, everything else comes in as finished text."""
+"""What reaches Jinja: templates hold the shape of a file, everything else comes in as finished text."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,
     )
-    escapes = (in_comment, in_docstring, in_html, in_percent_comment, in_rustdoc, in_script, in_script_code)
-    environment.filters |= {escape.__name__: escape for escape in escapes}
+    environment.filters |= {
+        "in_comment": in_comment, "in_docstring": in_docstring, "in_html": in_html, "in_rustdoc": in_rustdoc,
+        "in_percent_comment": in_percent_comment, "in_script": in_script, "in_script_code": in_script_code,
+    }  # fmt: skip
     environment.globals |= {"verbatim": verbatim, "script": script}
     return environment

@@ -1,12 +1,12 @@
 """Names that `symdyn.identification` offers; each is imported when it is first used."""
 
 from .criteria import CRITERIA as CRITERIA
-from .door import identify as identify
 from .excitation import Excitation as Excitation
 from .exciting_motion import excite as excite
 from .families import FAMILIES as FAMILIES
 from .gains import Gain as Gain
 from .identification import Identification as Identification
+from .identify_logs import identify as identify
 from .linear_model import TERMS as TERMS
 from .log import Log as Log
 from .outcome import Outcome as Outcome

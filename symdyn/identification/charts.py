@@ -60,12 +60,12 @@ class Frame:
 
 
 def curves(
-    told: str, x_label: str, y_label: str, shown: Sequence[Curve], shaded: Sequence[tuple[float, float]] = ()
+    reported: str, x_label: str, y_label: str, shown: Sequence[Curve], shaded: Sequence[tuple[float, float]] = ()
 ) -> str:
     """Return curves over one axis as an SVG element.
 
     Args:
-        told: what the picture shows, for who does not see it.
+        reported: what the picture shows, for who does not see it.
         x_label: name and unit of what goes across.
         y_label: the same of what goes up.
         shown: in the order of drawing.
@@ -79,11 +79,17 @@ def curves(
         for a, b in shaded
     ]
     body += [f'<path class="{one.kind}" d="{_path(one, frame)}"/>' for one in shown]
-    return _svg(told, x_label, y_label, frame, body)
+    return _svg(reported, x_label, y_label, frame, body)
 
 
 def bars(
-    told: str, x_label: str, y_label: str, edges: Array, heights: Array, curve: Curve | None = None, limit: float = 0.0
+    reported: str,
+    x_label: str,
+    y_label: str,
+    edges: Array,
+    heights: Array,
+    curve: Curve | None = None,
+    limit: float = 0.0,
 ) -> str:
     """Return bars between edges, shape (n + 1,), with heights, shape (n,); a curve over them, and lines at ± limit."""
     heights = np.nan_to_num(heights)
@@ -101,14 +107,14 @@ def bars(
     body += [f'<path class="{curve.kind}" d="{_path(curve, frame)}"/>'] if curve else []
     for level in (limit, -limit) if limit else ():
         body.append(f'<path class="c1 dash" d="M{LEFT},{_n(frame.up(level))}H{frame.width - RIGHT}"/>')
-    return _svg(told, x_label, y_label, frame, body)
+    return _svg(reported, x_label, y_label, frame, body)
 
 
-def ellipses(told: str, x_label: str, y_label: str, shown: Sequence[tuple[str, Array, Array]]) -> str:
+def ellipses(reported: str, x_label: str, y_label: str, shown: Sequence[tuple[str, Array, Array]]) -> str:
     """Return ellipses as an SVG element, both axes at one scale.
 
     Args:
-        told: what the picture shows.
+        reported: what the picture shows.
         x_label: name and unit of what goes across.
         y_label: the same of what goes up.
         shown: class, centre, shape (2,), and matrix A, shape (2, 2), of the ellipse x^T A^-1 x = 1 about it.
@@ -137,7 +143,7 @@ def ellipses(told: str, x_label: str, y_label: str, shown: Sequence[tuple[str, A
             f'<circle class="{kind} point" cx="{_n(frame.across(float(centre[0])))}" '
             f'cy="{_n(frame.up(float(centre[1])))}" r="2.5"/>'
         )
-    return _svg(told, x_label, y_label, frame, body)
+    return _svg(reported, x_label, y_label, frame, body)
 
 
 def _frame(x: Array, y: Array) -> Frame:
@@ -167,7 +173,7 @@ def _path(curve: Curve, frame: Frame) -> str:
     return "".join(words)
 
 
-def _svg(told: str, x_label: str, y_label: str, frame: Frame, body: Sequence[str]) -> str:
+def _svg(reported: str, x_label: str, y_label: str, frame: Frame, body: Sequence[str]) -> str:
     right, bottom = frame.width - RIGHT, frame.height - BOTTOM
     lines = []
     for value in _ticks(frame.low, frame.high):
@@ -184,7 +190,7 @@ def _svg(told: str, x_label: str, y_label: str, frame: Frame, body: Sequence[str
         f'<text transform="translate(12,{middle}) rotate(-90)" text-anchor="middle">{in_html(y_label)}</text>',
     ]
     edge = f'<path class="axis" d="M{LEFT},{TOP}V{bottom}H{right}"/>'
-    label = in_html(told)
+    label = in_html(reported)
     return (
         f'<svg role="img" aria-label="{label}" viewBox="0 0 {frame.width} {frame.height}">'
         f"<title>{label}</title>{''.join(lines)}{''.join(body)}{edge}</svg>"

@@ -1,4 +1,4 @@
-"""The door `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
+"""The entry point `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
 
 Many motions are drawn (Sobol's sequence, moved at random), each scaled into the limits of positions and speeds; the
 best are improved (motion_search.py), and the best of those that keep all limits between samples too is returned.
@@ -215,7 +215,7 @@ def _drawn(search: Search, starts: int, seed: int) -> list[Array]:
 
 
 def _best(
-    search: Search, fine: Basis, drawn: Sequence[Array], told: Callable[[float], None]
+    search: Search, fine: Basis, drawn: Sequence[Array], report: Callable[[float], None]
 ) -> tuple[Array, float, tuple[Improved, ...]]:
     """Return the best improved motion that keeps all limits, its margin, and what became of every start.
 
@@ -224,7 +224,7 @@ def _best(
     """
     found: list[tuple[Array, float]] = []
     for k, z in enumerate(drawn):
-        found.append(_kept(search, fine, z, lambda part, k=k: told((k + part) / len(drawn))))  # type: ignore[misc]
+        found.append(_kept(search, fine, z, lambda part, k=k: report((k + part) / len(drawn))))  # type: ignore[misc]
     improved = tuple(
         Improved(search.value(before), search.value(after), margin > 0)
         for before, (after, margin) in zip(drawn, found, strict=True)
@@ -246,11 +246,11 @@ def _best(
     return *found[best], improved
 
 
-def _kept(search: Search, fine: Basis, z: Array, told: Callable[[float], None]) -> tuple[Array, float]:
+def _kept(search: Search, fine: Basis, z: Array, report: Callable[[float], None]) -> tuple[Array, float]:
     """Return an improved motion and its margin, which is above zero where it keeps all limits."""
     margin, found, left = MARGIN, z, -math.inf
     for tried in range(TRIES):
-        found = search.minimum(z if tried == 0 else found, margin, told if tried == 0 else lambda part: None)
+        found = search.minimum(z if tried == 0 else found, margin, report if tried == 0 else lambda part: None)
         left = _margin(search, fine, found)
         if left > 0:
             break

@@ -158,11 +158,11 @@ def _far(residuals: list[Array], used: list[Flags], taus: list[Array], rows: tup
     return np.split(every, lengths)
 
 
-def _told_of(found: list[Outlier], out: list[Flags]) -> list[str]:
+def _told_of(outliers: list[Outlier], out: list[Flags]) -> list[str]:
     count = int(sum(one.sum() for one in out))
     if not count:
         return []
-    worst = sorted(found, key=lambda one: -abs(one.worst))[:3]
+    worst = sorted(outliers, key=lambda one: -abs(one.worst))[:3]
     where = "; ".join(f"{one.drive} at t = {one.start:.6g} s, off by {one.worst:.3g}" for one in worst)
     return [f"{count} sample{'s' * (count != 1)} of a force left out that no noise explains: {where}"]
 

@@ -13,11 +13,11 @@ from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
+from symdyn.identification.identifiability import Untold
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.outliers import Outlier
 from symdyn.identification.regression import Regression
-from symdyn.identification.told_apart import Untold
 from symdyn.identification.validation import Fit
 from symdyn.scene import INERTIAL, Scene
 from symdyn.scene.values import choice

@@ -13,12 +13,12 @@ from functools import cache
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.build import load
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads import BaseColumns, Linear
+from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
 from symdyn.identification.unknowns import TEN
+from symdyn.runtime import load
 from symdyn.scene import Quantity, Scene, bind
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS

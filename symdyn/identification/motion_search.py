@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.build import Loaded, load
 from symdyn.identification.bounds import Bound
 from symdyn.identification.criteria import Criterion
 from symdyn.identification.families import Basis
+from symdyn.runtime import Loaded, load
 from symdyn.scene import Scene
 
 ROUNDS, STEPS = 6, 40
@@ -163,7 +163,7 @@ class Search:
         found = self.basis.position.T @ q + self.basis.rate.T @ u + self.basis.second.T @ a
         return value, found * self.half
 
-    def minimum(self, z: Array, margin: float, told: Callable[[float], None] = lambda part: None) -> Array:
+    def minimum(self, z: Array, margin: float, report: Callable[[float], None] = lambda part: None) -> Array:
         """Return coefficients next to z at which no number is nearer to a bound than `margin`, as far as that goes."""
         from scipy.optimize import minimize
 
@@ -175,7 +175,7 @@ class Search:
             z = minimize(self._flat, z.ravel(), more, "L-BFGS-B", True, options=options).x.reshape(z.shape)
             multipliers = np.maximum(0.0, multipliers + weight * (self.outside(self.motion(z)) + margin))
             weight *= HEAVIER
-            told((turn + 1) / ROUNDS)
+            report((turn + 1) / ROUNDS)
         return z
 
     def _flat(self, x: Array, shape: tuple[int, int], *more: Any) -> tuple[float, Array]:

@@ -1,4 +1,4 @@
-"""Output error: parameters and starts with which a simulated run is closest to what was measured, door `output_error`.
+"""Output error: parameters and starts with which a simulated run is closest to what was measured: `output_error`.
 
     min  Σ ((x(t_k; p, x_0) - x_k) / σ)²        over named parameters p and the unknown start x_0 of every piece
 

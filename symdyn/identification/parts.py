@@ -21,7 +21,7 @@ SLOW = 3.0
 
 
 @dataclass(frozen=True)
-class Part:
+class DataPart:
     """One motion, and what it is held against.
 
     Attributes:
@@ -47,7 +47,7 @@ class Evidence:
         rows: of these samples.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[DataPart, ...]
     used: tuple[Flags, ...]
     rows: Rows
 
@@ -71,7 +71,7 @@ def moving(model: LinearModel, motion: Motion) -> Flags:
     return used
 
 
-def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> Part:
+def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> DataPart:
     """Return a motion with the columns that it is held against."""
 
     def columns(*state: Array) -> Array:
@@ -88,7 +88,7 @@ def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold
     drawn = None
     if motion.noise.any() and motion.q.shape == motion.qd.shape:
         drawn = columns(*_shaken(motion)) - both
-    return Part(motion, both, drawn, tuple(blocks(len(motion.t), hold_back)))
+    return DataPart(motion, both, drawn, tuple(blocks(len(motion.t), hold_back)))
 
 
 def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
@@ -105,7 +105,7 @@ def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
     return q, qd, qdd
 
 
-def held_in(part: Part) -> Flags:
+def held_in(part: DataPart) -> Flags:
     """Return which samples of a motion are held back, shape (N,)."""
     mask = np.zeros(len(part.motion.t), bool)
     for samples, back in part.blocks:
@@ -113,7 +113,7 @@ def held_in(part: Part) -> Flags:
     return mask
 
 
-def rows_of(model: LinearModel, parts: Sequence[Part], used: Sequence[Flags], back: bool) -> Rows:
+def rows_of(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], back: bool) -> Rows:
     """Return what drives show and the columns beside it, of samples that are held back, or of those that are not."""
     found: list[tuple[Any, ...]] = []
     group = 0

@@ -21,7 +21,7 @@ from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
 from symdyn.identification.report_bodies import scene_section
-from symdyn.identification.report_sections import Picture, Section, Table, figure
+from symdyn.identification.report_sections import Picture, ReportTable, Section, figure
 from symdyn.identification.scene import Identified
 from symdyn.simulation.prescribed import drive_names
 
@@ -32,55 +32,62 @@ MOST_BINS = 41
 """Of histograms, from -5 to 5 standard deviations."""
 
 
-def report(found: Identification, made: Identified | None = None, command: str = "") -> str:
+def report(identification: Identification, made: Identified | None = None, command: str = "") -> str:
     """Return the page.
 
     Args:
-        found: what `identify` returned.
+        identification: what `identify` returned.
         made: the identified scene, told too where it is given.
         command: what made it, shown on top.
     """
     check_arguments(report, locals(), IdentifyError)
     sections = [
-        _parameters(found),
-        _gains(found),
-        _untold(found),
-        _fits(found),
-        *_plots(found),
-        *_residuals(found),
-        _outliers(found),
+        _parameters(identification),
+        _gains(identification),
+        _untold(identification),
+        _fits(identification),
+        *_plots(identification),
+        *_residuals(identification),
+        _outliers(identification),
     ]
     if made is not None:
         sections.append(scene_section(made))
     parts = [one for one in sections if one is not None]
     facts = {
-        "title": printable(f"Identification of {found.scene.name}", keep=""),
+        "title": printable(f"Identification of {identification.scene.name}", keep=""),
         "command": printable(command, keep=""),
-        "facts": list(_facts(found)),
-        "notes": [printable(note, keep="") for note in found.notes],
+        "facts": list(_facts(identification)),
+        "notes": [printable(note, keep="") for note in identification.notes],
         "sections": parts,
     }
     return render("identify/report.html.jinja", facts)
 
 
-def _facts(found: Identification) -> Iterator[tuple[str, str]]:
-    regression = found.regression
-    yield "logs", ", ".join(printable(log.source, keep="") for log in found.logs)
-    yield "samples", f"{sum(len(log.t) for log in found.logs)}"
-    yield "band", f"{figure(found.band, 3)} Hz"
+def _facts(identification: Identification) -> Iterator[tuple[str, str]]:
+    regression = identification.regression
+    yield "logs", ", ".join(printable(log.source, keep="") for log in identification.logs)
+    yield "samples", f"{sum(len(log.t) for log in identification.logs)}"
+    yield "band", f"{figure(identification.band, 3)} Hz"
     yield "rows of the regressor", f"{len(regression.tau)}"
     yield "degrees of freedom", f"{regression.dof}"
     yield "condition number of the weighted rows, columns scaled", figure(regression.condition, 3)
-    count = len(found.model.names)
+    count = len(identification.model.names)
     yield "base parameters told", f"{int(regression.told[:count].sum())} of {count}"
 
 
 # Tables
 
 
-def _parameters(found: Identification) -> Section:
+def _parameters(identification: Identification) -> Section:
     rows = []
-    columns = (found.names, found.before, found.after, found.errors, found.interval(), found.regression.told)
+    columns = (
+        identification.names,
+        identification.before,
+        identification.after,
+        identification.errors,
+        identification.interval(),
+        identification.regression.told,
+    )
     for name, before, after, error, (low, high), told in zip(*columns, strict=True):
         if told:
             moved = (after - before) / error if error else float("nan")
@@ -108,60 +115,60 @@ def _parameters(found: Identification) -> Section:
         "Base parameters: what a motion can tell of masses and inertias. Before is what the scene says; after is what "
         "the data say; SI units. An interval holds the true value in 95 of 100 logs, if the model is right.",
     )
-    table = Table("Base parameters before and after", heads, (False, *(True,) * 7), tuple(rows))
+    table = ReportTable("Base parameters before and after", heads, (False, *(True,) * 7), tuple(rows))
     return Section("Parameters", words, (table,))
 
 
-def _gains(found: Identification) -> Section | None:
-    if not found.gains:
+def _gains(identification: Identification) -> Section | None:
+    if not identification.gains:
         return None
     rows = tuple(
         (one.drive, one.unit, figure(one.value), figure(one.error, 2), figure(100 * one.error / abs(one.value), 2))
         if isfinite(one.error)
         else (one.drive, one.unit, "\u2013", "not told", "")
-        for one in found.gains
+        for one in identification.gains
     )
     heads = ("drive", "unit", "gain", "standard error", "% of it")
     words = (
         "What the column of a drive is multiplied by to become its force. Their errors go with those of the other "
         "parameters: in the covariance they are one with them.",
     )
-    table = Table("Gains of drives", heads, (False, False, *(True,) * 3), rows)
+    table = ReportTable("Gains of drives", heads, (False, False, *(True,) * 3), rows)
     return Section("Gains", words, (table,))
 
 
-def _untold(found: Identification) -> Section:
+def _untold(identification: Identification) -> Section:
     title = "What the data do not tell"
-    if not found.untold:
+    if not identification.untold:
         return Section(title, ("The data tell every base parameter.",))
-    rows = tuple((one.combination, one.why or "not known", one.helps) for one in found.untold)
-    table = Table(
+    rows = tuple((one.combination, one.why or "not known", one.helps) for one in identification.untold)
+    table = ReportTable(
         "Combinations that keep the value of the scene", ("combination", "why", "what would help"), (False,) * 3, rows
     )
     return Section(title, (), (table,))
 
 
-def _fits(found: Identification) -> Section:
+def _fits(identification: Identification) -> Section:
     rows = tuple(
         (one.drive, one.unit, figure(one.size), figure(one.error, 3), figure(one.percent, 2), figure(one.before, 3),
          figure(one.held_back, 3), figure(one.held_back_percent, 2))
-        for one in found.fits
+        for one in identification.fits
     )  # fmt: skip
     heads = ("drive", "unit", "measured", "error", "%", "error before", "error held back", "%")
-    held = any(isfinite(one.held_back) for one in found.fits)
+    held = any(isfinite(one.held_back) for one in identification.fits)
     words = (
         "Root mean squares; errors are those in the band.",
         "What was held back was not fitted: an error much larger there means that too much was fitted."
         if held
         else "Nothing was held back: --hold-back 0.25 judges the parameters by data that they were not fitted to.",
     )
-    table = Table("Driving forces, measured and predicted", heads, (False, False, *(True,) * 6), rows)
+    table = ReportTable("Driving forces, measured and predicted", heads, (False, False, *(True,) * 6), rows)
     return Section("Driving forces", words, (table,))
 
 
-def _outliers(found: Identification) -> Section:
+def _outliers(identification: Identification) -> Section:
     title = "Outliers"
-    if not found.outliers:
+    if not identification.outliers:
         return Section(title, ("No sample was left out.",))
     rows = tuple(
         (
@@ -172,25 +179,27 @@ def _outliers(found: Identification) -> Section:
             f"{one.samples}",
             figure(one.worst, 3),
         )
-        for one in found.outliers
+        for one in identification.outliers
     )
     heads = ("log", "drive", "from, s", "to, s", "samples", "largest error")
     words = ("Samples that no noise of their drive explains; they were not fitted.",)
-    return Section(title, words, (Table("Samples left out", heads, (False, False, *(True,) * 4), rows),))
+    return Section(title, words, (ReportTable("Samples left out", heads, (False, False, *(True,) * 4), rows),))
 
 
 # Pictures
 
 
-def _plots(found: Identification) -> Iterator[Section]:
-    names = drive_names(found.model.scene)
-    units = {one.drive: one.unit for one in found.fits}
-    time = _axis("t", found.model.scene.shown_unit("s"))
-    for motion, predicted, used, held in zip(found.motions, found.predicted, found.used, found.held, strict=True):
+def _plots(identification: Identification) -> Iterator[Section]:
+    names = drive_names(identification.model.scene)
+    units = {one.drive: one.unit for one in identification.fits}
+    time = _axis("t", identification.model.scene.shown_unit("s"))
+    for motion, predicted, used, held in zip(
+        identification.motions, identification.predicted, identification.used, identification.held, strict=True
+    ):
         pictures = []
         t = motion.t
         shaded = _ranges(t, held)
-        for j in found.model.rows:
+        for j in identification.model.rows:
             name, unit = names[j], units.get(names[j], "")
             both = (Curve("c0", t, motion.tau[:, j]), Curve("c1", t, predicted[:, j]))
             left = motion.tau[:, j] - predicted[:, j]
@@ -216,12 +225,12 @@ def _ranges(t: Array, mask: NDArray[Any]) -> list[tuple[float, float]]:
     return [(float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _residuals(found: Identification) -> Iterator[Section]:
-    regression, names = found.regression, drive_names(found.model.scene)
+def _residuals(identification: Identification) -> Iterator[Section]:
+    regression, names = identification.regression, drive_names(identification.model.scene)
     pictures = []
     x = np.linspace(-5, 5, 101)
     normal = Curve("c1", x, np.exp(-(x**2) / 2) / np.sqrt(2 * pi))
-    for j in found.model.rows:
+    for j in identification.model.rows:
         of = regression.joint == j
         if not of.any():
             continue
@@ -233,7 +242,7 @@ def _residuals(found: Identification) -> Iterator[Section]:
         pictures.append(
             Picture(charts.bars(told, "residual, standard deviations", "share", edges, count, normal), names[j])
         )
-        lags, limit = autocorrelation(found.motions, found.predicted, found.used, j)
+        lags, limit = autocorrelation(identification.motions, identification.predicted, identification.used, j)
         told = f"{names[j]}: autocorrelation of the error over {len(lags)} lags"
         at = np.array([k + 0.5 for k in range(len(lags) + 1)])
         pictures.append(

@@ -10,7 +10,7 @@ import numpy as np
 from symdyn.errors import printable
 from symdyn.identification import charts
 from symdyn.identification.physical import Physical
-from symdyn.identification.report_sections import Picture, Section, Table, figure
+from symdyn.identification.report_sections import Picture, ReportTable, Section, figure
 from symdyn.identification.scene import Identified
 from symdyn.identification.unknowns import ten_of_body
 
@@ -28,7 +28,7 @@ def scene_section(made: Identified) -> Section:
             for name, before, value, error in zip(one.names, one.before, one.values, one.errors, strict=True)
         )
         heads = ("parameter", "before", "after", "standard error")
-        tables.append(Table("Parameters with names", heads, (False, True, True, True), rows))
+        tables.append(ReportTable("Parameters with names", heads, (False, True, True, True), rows))
     legend: tuple[tuple[str, str], ...] = ()
     if made.physical is not None:
         tables.append(_bodies(made.physical))
@@ -45,11 +45,11 @@ def scene_section(made: Identified) -> Section:
     return Section("The identified scene", words, tuple(tables), tuple(pictures), legend, small=True)
 
 
-def _bodies(found: Physical) -> Table:
+def _bodies(physical: Physical) -> ReportTable:
     rows = []
-    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
-    margins = zip(found.before, found.margins, strict=True)
-    for name, was, now, (old, new) in zip(found.unknowns.bodies, before, after, margins, strict=True):
+    before, after = physical.unknowns.ten(physical.unknowns.values), physical.unknowns.ten(physical.values)
+    margins = zip(physical.before, physical.margins, strict=True)
+    for name, was, now, (old, new) in zip(physical.unknowns.bodies, before, after, margins, strict=True):
         for label, ten, margin in (("before", was, old), ("after", now, new)):
             mass, centre, moments, _ = ten_of_body(ten)
             rows.append((name, label, figure(mass), *map(figure, centre), *map(figure, moments), figure(margin, 2)))
@@ -58,22 +58,24 @@ def _bodies(found: Physical) -> Table:
         "Masses, centres of mass and principal moments about them; margin: smallest eigenvalue of the pseudo-inertia "
         "by its trace, above zero for what a body can be"
     )
-    return Table(caption, heads, (False, False, *(True,) * 8), tuple(rows))
+    return ReportTable(caption, heads, (False, False, *(True,) * 8), tuple(rows))
 
 
-def _acting(found: Physical) -> Table:
-    count = 10 * len(found.unknowns.bodies)
-    known = found.unknowns
+def _acting(physical: Physical) -> ReportTable:
+    count = 10 * len(physical.unknowns.bodies)
+    known = physical.unknowns
     rows = tuple(
         (name, figure(before), figure(after))
-        for name, before, after in zip(known.names[count:], known.values[count:], found.values[count:], strict=True)
+        for name, before, after in zip(known.names[count:], known.values[count:], physical.values[count:], strict=True)
     )
-    return Table("Friction, armatures and what else acts", ("parameter", "before", "after"), (False, True, True), rows)
+    return ReportTable(
+        "Friction, armatures and what else acts", ("parameter", "before", "after"), (False, True, True), rows
+    )
 
 
-def _ellipsoids(found: Physical) -> Iterator[Picture]:
-    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
-    for name, was, now in list(zip(found.unknowns.bodies, before, after, strict=True))[:MOST_BODIES]:
+def _ellipsoids(physical: Physical) -> Iterator[Picture]:
+    before, after = physical.unknowns.ten(physical.unknowns.values), physical.unknowns.ten(physical.values)
+    for name, was, now in list(zip(physical.unknowns.bodies, before, after, strict=True))[:MOST_BODIES]:
         for i, j, words in ((0, 1, "xy"), (0, 2, "xz")):
             shown = []
             for kind, ten in (("c0 dash", was), ("c1", now)):

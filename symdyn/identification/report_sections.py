@@ -9,7 +9,7 @@ from symdyn.rounding import in_digits
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table of words: its caption, its columns, whether each holds numbers, and its rows."""
 
     caption: str
@@ -32,7 +32,7 @@ class Section:
 
     title: str
     words: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
+    tables: tuple[ReportTable, ...] = ()
     pictures: tuple[Picture, ...] = ()
     legend: tuple[tuple[str, str], ...] = ()
     small: bool = False

@@ -17,7 +17,7 @@ from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification.by_name import places_of
 from symdyn.identification.identification import Identification
-from symdyn.identification.named import Named, fit_names, inertial_names
+from symdyn.identification.named_parameters import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene import Quantity, Scene, bind, with_force_parameters
@@ -59,7 +59,7 @@ class Identified(Shown):
 
 
 def identified(
-    found: Identification,
+    identification: Identification,
     total_mass: float | None = None,
     inside: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
     spread: float = SPREAD,
@@ -67,7 +67,7 @@ def identified(
     """Return the scene with identified parameters, which some mechanism can have.
 
     Args:
-        found: what `identify` returned.
+        identification: what `identify` returned.
         total_mass: of all bodies together, kg; None leaves it to the data. It and `inside` are of bodies that were
             declared by numbers: with parameters that have names they do nothing, which is told.
         inside: for bodies by name, an ellipsoid that holds all of their mass: centre and half axes along the body
@@ -80,14 +80,14 @@ def identified(
     """
     check_arguments(identified, locals(), IdentifyError)
     total_mass, spread = doubles(total_mass, spread)
-    told = told_combinations(found)
-    scene = found.model.scene
-    declared = {parameter.name for parameter in found.scene.parameters}
+    told = told_combinations(identification)
+    scene = identification.model.scene
+    declared = {parameter.name for parameter in identification.scene.parameters}
     added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
     if inertial_names(scene):
-        named = fit_names(scene, found.model.names, *told, added)
+        named = fit_names(scene, identification.model.names, *told, added)
         values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
-        notes = [*_named_notes(scene, named), *_gain_notes(found)]
+        notes = [*_named_notes(scene, named), *_gain_notes(identification)]
         if total_mass is not None or inside:
             asked = " and ".join(
                 ["the total mass"] * (total_mass is not None) + ["ellipsoids of bodies"] * bool(inside)
@@ -99,23 +99,27 @@ def identified(
         return Identified(with_parameters(scene, values), values, None, named, tuple(notes))
     known = unknowns(scene, added)
     combinations, estimate, covariance = told
-    rows = known.map[places_of(found.model.names, known.base)]
+    rows = known.map[places_of(identification.model.names, known.base)]
     physical = nearest_physical(known, combinations @ rows, estimate, covariance, total_mass, inside, spread)
     changed = [k for k, name in enumerate(known.bodies) if name not in physical.kept]
     values = {known.names[k]: float(physical.values[k]) for k in _places(changed, len(known.bodies), len(known.names))}
     return Identified(
-        with_parameters(scene, values), values, physical, None, (*_physical_notes(physical), *_gain_notes(found))
+        with_parameters(scene, values),
+        values,
+        physical,
+        None,
+        (*_physical_notes(physical), *_gain_notes(identification)),
     )
 
 
-def told_combinations(found: Identification) -> tuple[Array, Array, Array]:
+def told_combinations(identification: Identification) -> tuple[Array, Array, Array]:
     """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance.
 
     The base parameters are those of `found.model.names`, in their order.
     """
-    regression = found.regression
-    count = len(found.model.names)
-    assert regression.names[:count] == found.model.names, "gains and payloads stand behind base parameters"
+    regression = identification.regression
+    count = len(identification.model.names)
+    assert regression.names[:count] == identification.model.names, "gains and payloads stand behind base parameters"
     estimate, covariance = regression.estimate[:count], regression.covariance[:count, :count]
     if not len(regression.untold):
         return np.eye(count), estimate, covariance
@@ -200,9 +204,9 @@ def _six(matrix: Array) -> tuple[float, ...]:
     return tuple(float(matrix[place]) for place in places)
 
 
-def _like(found: Quantity, *declared: Quantity) -> Quantity:
+def _like(quantity: Quantity, *declared: Quantity) -> Quantity:
     """Return a number that is to be written in the unit that one of the declared ones was written in."""
-    return replace(found, unit=next((one.unit for one in declared if one.unit), ""))
+    return replace(quantity, unit=next((one.unit for one in declared if one.unit), ""))
 
 
 def _exact(value: float, scale: float = 0.0) -> Quantity:
@@ -254,28 +258,31 @@ def _of(body: Body) -> list[Quantity]:
     return [q for q in (*entries, *(p.mass for p in body.particles)) if q.symbols or q.at({})]
 
 
-def _gain_notes(found: Identification) -> list[str]:
-    told = [f"{g.drive} {g.value:.5g} ± {g.error:.2g} {g.unit}" for g in found.gains if np.isfinite(g.error)]
+def _gain_notes(identification: Identification) -> list[str]:
+    told = [f"{g.drive} {g.value:.5g} ± {g.error:.2g} {g.unit}" for g in identification.gains if np.isfinite(g.error)]
     return [f"gains of drives, which a scene does not hold: {listed(told)}"] if told else []
 
 
-def _physical_notes(found: Physical) -> list[str]:
-    count, notes = found.told, list[str]()
-    moved = [name for name in found.unknowns.bodies if name not in found.kept]
+def _physical_notes(physical: Physical) -> list[str]:
+    count, notes = physical.told, list[str]()
+    moved = [name for name in physical.unknowns.bodies if name not in physical.kept]
     if moved:
         notes.append(
             f"{listed(moved)}: ten numbers each, of which data tell {count} combinations; the rest is nearest to the "
             "scene's own"
         )
-    if found.kept:
-        notes.append(f"{listed(found.kept)}: no motion tells anything of it, as declared")
-    if found.projected and found.distance > 0.1:
+    if physical.kept:
+        notes.append(f"{listed(physical.kept)}: no motion tells anything of it, as declared")
+    if physical.projected and physical.distance > 0.1:
         notes.append(
-            f"the estimates themselves are those of no body; the nearest that bodies can have are {found.distance:.3g} "
-            f"standard errors away, all {count} together, and miss {100 * found.missed:.2g} % of them"
+            "the estimates themselves are those of no body; the nearest that bodies can have are "
+            f"{physical.distance:.3g} standard errors away, all {count} together, and miss "
+            f"{100 * physical.missed:.2g} % of them"
         )
-        if found.distance > HARDLY and found.missed < 1:
+        if physical.distance > HARDLY and physical.missed < 1:
             notes.append("standard errors of a log with hardly any noise: that many of them say little of the bodies")
-    if found.at_limit:
-        notes.append(f"{listed(found.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong")
+    if physical.at_limit:
+        notes.append(
+            f"{listed(physical.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong"
+        )
     return notes

@@ -10,7 +10,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.measured import FEWEST, Measured
-from symdyn.identification.shooting import FORGETS, Run, Shooting
+from symdyn.identification.shooting import FORGETS, Shooting, ShootingRun
 
 PARTS = (0.125, 0.25, 0.5, 1.0)
 """Of each piece, what a search looks at, one after the other."""
@@ -44,7 +44,7 @@ class Search:
     loose: float = 0.0
     runs: int = 0
     _at: bytes = b""
-    _runs: list[Run | None] = field(default_factory=list)
+    _runs: list[ShootingRun | None] = field(default_factory=list)
 
     def values(self, unknowns: Array) -> dict[str, float]:
         """Return parameters by name."""
@@ -59,7 +59,7 @@ class Search:
         first = len(self.parameters) + piece * self.starts
         return unknowns[first : first + self.starts]
 
-    def run(self, unknowns: Array) -> list[Run | None]:
+    def run(self, unknowns: Array) -> list[ShootingRun | None]:
         """Return the runs of all pieces; the last ones are kept."""
         if self._at != unknowns.tobytes():
             values = self.values(unknowns)

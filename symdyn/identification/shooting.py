@@ -38,7 +38,7 @@ Nodes = tuple[float, Array, Array, Array]
 
 
 @dataclass(frozen=True)
-class Run:
+class ShootingRun:
     """A run at the samples.
 
     Attributes:
@@ -83,7 +83,7 @@ class Shooting:
         scene = bind(self.scene, values) if values else self.scene
         return Flow.of(scene, self.forces, self.start[: len(scene.coordinates)], self.parameters)
 
-    def grown(self, run: Run | None) -> float:
+    def grown(self, run: ShootingRun | None) -> float:
         """Return how many times moves of the start have grown until the end of a run."""
         count = len(self.chosen[0]) + len(self.chosen[1])
         return 0.0 if run is None else float(np.abs(run.S[-1, :count]).max())
@@ -94,7 +94,7 @@ class Shooting:
         along = self.along({})
         return along.starting(self.start, self.chosen)[2][: -len(self.parameters) or None]
 
-    def run(self, values: Mapping[str, float], moves: Array) -> Run | None:
+    def run(self, values: Mapping[str, float], moves: Array) -> ShootingRun | None:
         """Return the run at values of the parameters, its start moved by independent positions and velocities.
 
         None where there is none: values that the scene cannot have, loops that do not close, a state without a value.
@@ -123,7 +123,7 @@ class Shooting:
             raise IdentifyError("the loops do not close")
         return x
 
-    def _followed(self, along: Flow, x: Array, ways: Array, changes: Array) -> Run | None:
+    def _followed(self, along: Flow, x: Array, ways: Array, changes: Array) -> ShootingRun | None:
         system, nq = along.system, along.system.nq
         xs, S = np.empty((len(self.t), len(x))), np.empty((len(self.t), *ways.shape))
         xs[0], S[0] = x, ways
@@ -137,7 +137,7 @@ class Shooting:
             if system.closed and not system.linear:
                 x = np.concatenate(system.on_manifold(x[:nq], x[nq:]))
             xs[k + 1], S[k + 1] = x, ways
-        return Run(xs, S) if np.all(np.isfinite(S)) else None
+        return ShootingRun(xs, S) if np.all(np.isfinite(S)) else None
 
     def until(self, count: int) -> Shooting:
         """Return the first samples alone."""

@@ -37,7 +37,7 @@ LONG = 20.0
 
 
 @dataclass(frozen=True)
-class Said:
+class ColumnUnits:
     """A gain that was given with the unit of a column, as in "0.12*A".
 
     Attributes:
@@ -114,28 +114,28 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
     return found
 
 
-def said_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, Said]:
+def said_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, ColumnUnits]:
     """Return the gains that are given with the units of drives, by their numbers."""
     found = {}
     for k, name in enumerate(drives):
         said = [str(one) for pattern, one in units.items() if fnmatchcase(name, pattern)][-1:]
         if said and "*" in said[0] and (factor := _factor(said[0]))[1].text in GAINED:
-            found[k] = Said(factor[0], GAINED[factor[1].text])
+            found[k] = ColumnUnits(factor[0], GAINED[factor[1].text])
     return found
 
 
-def _factor(said: str) -> tuple[float, Unit]:
+def _factor(specified: str) -> tuple[float, Unit]:
     """Return the number before a unit, 1 where there is none, and the unit.
 
     Raises:
         UnitError: it is no unit, or no number stands before it.
     """
-    said = str(said).strip()
-    before, times, text = (one.strip() for one in said.rpartition("*"))
+    specified = str(specified).strip()
+    before, times, text = (one.strip() for one in specified.rpartition("*"))
     try:
         number = float(before) if times else 1.0
     except ValueError:
-        return 1.0, Unit.read(said)  # as N*m
+        return 1.0, Unit.read(specified)  # as N*m
     if not isfinite(number) or number == 0:
         raise UnitError("a gain is a number other than zero, such as 0.12*A")
     return number, Unit.read(text)

@@ -18,7 +18,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads import BaseColumns, Linear
+from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import INERTIAL, Quantity, Scene

@@ -10,18 +10,18 @@ from symdyn.identification.scene import Identified
 from symdyn.scene import Written, write_text
 
 
-def written(found: Identified, format: str, about: Sequence[str] = ()) -> Written:
+def written(identified: Identified, format: str, about: Sequence[str] = ()) -> Written:
     """Return the identified scene as text, and what the format cannot hold.
 
     Args:
-        found: the scene.
+        identified: the scene.
         format: "toml" or "urdf", a key of the table of formats.
         about: lines of a comment on top, where the format has comments, before what is written as what.
 
     Raises:
         SceneError: the format is not written, or cannot hold a joint.
     """
-    scene = found.scene
+    scene = identified.scene
     if format != "toml":  # which have one number for dry friction, and no letters
         joints = tuple(
             replace(j, friction=getattr(j.dry, "coulomb", j.friction), dry=None) if j.dry is not None else j
@@ -29,7 +29,7 @@ def written(found: Identified, format: str, about: Sequence[str] = ()) -> Writte
         )
         scene = replace(scene, joints=joints)
     made = write_text(scene, format, lossy=True)
-    lines = [printable(line, keep="") for line in (*about, *found.notes)]
+    lines = [printable(line, keep="") for line in (*about, *identified.notes)]
     return Written(COMMENTED.get(format, lambda text, _: text)(made.text, lines), made.lost)
 
 

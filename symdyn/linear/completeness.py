@@ -34,26 +34,26 @@ MOST_UNKNOWNS, MOST_SOLUTIONS = 4, 32
 """Sines, cosines and slides, and complex solutions, that are few."""
 
 
-def complete(asked: Prepared, found: Equilibria) -> bool:
+def complete(prepared: Prepared, equilibria: Equilibria) -> bool:
     """Tell whether it is proved that a tree has no positions of rest but those found; False where nothing is proved."""
-    if asked.scene.is_closed or asked.functions.multipliers or asked.functions.inputs or found.singular:
+    if prepared.scene.is_closed or prepared.functions.multipliers or prepared.functions.inputs or equilibria.singular:
         return False
-    if asked.forces.tables or any(place.family for place in found.places):
+    if prepared.forces.tables or any(place.family for place in equilibria.places):
         return False
-    equations = _equations(asked)
-    return equations is not None and _real_solutions(*equations) == len(found.places)
+    equations = _equations(prepared)
+    return equations is not None and _real_solutions(*equations) == len(equilibria.places)
 
 
-def _equations(asked: Prepared) -> tuple[list[dict[tuple[int, ...], Fraction]], int] | None:
+def _equations(prepared: Prepared) -> tuple[list[dict[tuple[int, ...], Fraction]], int] | None:
     """Return polynomials that vanish at rest, coefficients by exponents, and how many unknowns; None if not."""
-    w = asked.functions.w
+    w = prepared.functions.w
     values: dict[Expr, Expr] = {}
-    for parameter in asked.scene.parameters:
+    for parameter in prepared.scene.parameters:
         if parameter.value is not None:
             values[w.graph.symbol(parameter.name)] = parameter.value.express(w.graph)
     values |= dict.fromkeys([*w.state.tau, *w.state.qd], w.graph.zero)
     try:
-        forces = substitute(substitute(list(asked.functions.statics.parts["f"][1]), values), values)
+        forces = substitute(substitute(list(prepared.functions.statics.parts["f"][1]), values), values)
         forces = [one for one in forces if not one.is_zero]
         ring = TrigonometricRing(forces)
         polynomials = evaluate(forces, ring, ring.values(forces))
@@ -63,7 +63,7 @@ def _equations(asked: Prepared) -> tuple[list[dict[tuple[int, ...], Fraction]], 
     turning = {one.node for k, one in enumerate(ring.generators) if k in named and one.kind in CIRCLE}
     kept = [k for k, one in enumerate(ring.generators) if k in named or (one.kind in CIRCLE and one.node in turning)]
     generators = [ring.generators[k] for k in kept]
-    units = dict(zip(w.state.q, SceneUnits(asked.scene).coordinates, strict=True))
+    units = dict(zip(w.state.q, SceneUnits(prepared.scene).coordinates, strict=True))
     for one in generators:
         wanted = "rad" if one.kind in CIRCLE and one.unit == 1 else "m" if one.kind == "symbol" else None
         if one.node is None or wanted is None or units.get(one.node) != wanted:

@@ -45,7 +45,7 @@ WELL = 0.02
 
 
 @dataclass(frozen=True)
-class Place:
+class LinearPoint:
     """A state and what its accelerations are.
 
     Attributes:
@@ -66,7 +66,7 @@ class Place:
     sizes: Array
 
 
-def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array) -> Place:
+def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array) -> LinearPoint:
     """Return what happens at a state, forces and inputs beside those of formulas `given`, shape (nv + inputs,).
 
     Raises:
@@ -91,7 +91,7 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
     point = Point(t, q, u, a[:, 0], found["push"] + given[: len(u)], multipliers[:, 0], found["inputs"])
     values |= dict(zip(state.qdd, a[:, 0].tolist(), strict=True))
     values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
-    return Place(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
+    return LinearPoint(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
 
 
 def symbols_at(
@@ -138,31 +138,31 @@ class Choice:
     N: Array
 
 
-def chosen(here: Place, wanted: Sequence[int]) -> Choice:
+def chosen(here: LinearPoint, requested: Sequence[int]) -> Choice:
     """Return which positions and velocities are independent: velocities as wanted if they do, all of them positions."""
-    dependent = [k for k in range(len(here.M)) if k not in wanted]
+    dependent = [k for k in range(len(here.M)) if k not in requested]
     scaled = here.G * here.sizes
     velocities = _dependent(scaled, dependent)
     return independent(here, _dependent(scaled[here.holding], velocities), velocities)
 
 
-def independent(here: Place, positions: Sequence[int], velocities: Sequence[int]) -> Choice:
+def independent(here: LinearPoint, positions: Sequence[int], velocities: Sequence[int]) -> Choice:
     """Return what follows from dependent positions and velocities."""
     N_h, N = _followed(here.G[here.holding], positions), _followed(here.G, velocities)
     every = range(len(here.M))
     return Choice(tuple(k for k in every if k not in positions), tuple(k for k in every if k not in velocities), N_h, N)
 
 
-def _dependent(G: Array, wanted: Sequence[int]) -> list[int]:
+def _dependent(G: Array, requested: Sequence[int]) -> list[int]:
     """Return as many velocities as there are rows that these determine, those wanted if they do it well."""
     if not len(G):
         return []
-    if len(wanted) == len(G):
-        here, best = (np.linalg.svd(part, compute_uv=False) for part in (G[:, list(wanted)], G))
+    if len(requested) == len(G):
+        here, best = (np.linalg.svd(part, compute_uv=False) for part in (G[:, list(requested)], G))
         if here[-1] >= WELL * best[-1]:
-            return sorted(wanted)
+            return sorted(requested)
     others = list(reversed(range(G.shape[1])))
-    return sorted(pivots(G.T, [list(wanted), others] if wanted else [others], len(G))[0])
+    return sorted(pivots(G.T, [list(requested), others] if requested else [others], len(G))[0])
 
 
 def _followed(G: Array, dependent: Sequence[int]) -> Array:
@@ -188,7 +188,7 @@ class Matrices:
     rates: Array
 
 
-def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) -> Matrices:
+def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[int]) -> Matrices:
     """Return the linear system at a place, inputs being `drives` and then those of the scene."""
     n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
     slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)

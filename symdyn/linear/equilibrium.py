@@ -102,20 +102,20 @@ class Equilibria:
     more: int = 0
 
 
-def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
+def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
     """Return the positions of rest that seeded starts lead to, at a time, s.
 
     Raises:
         LinearizeError: a prescribed motion does not rest.
     """
-    scene, u = asked.scene, read_start(asked.scene).u
-    led = ", ".join(f"{scene.velocities[k]} = {u[k]:g}" for k in asked.functions.w.prescribed.place if u[k])
+    scene, u = prepared.scene, read_start(prepared.scene).u
+    led = ", ".join(f"{scene.velocities[k]} = {u[k]:g}" for k in prepared.functions.w.prescribed.place if u[k])
     if led:
         raise LinearizeError(
             f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
             "as in --at NAME=VALUE"
         )
-    search = _Search(asked, t)
+    search = _Search(prepared, t)
     q, good = search.roots(search.drawn(starts))
     clear = np.array([bool(ok) and search.regular(one) for one, ok in zip(q, good, strict=True)])
     places: list[Equilibrium] = []
@@ -145,7 +145,7 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
             crossings[known] = replace(crossings[known], found=crossings[known].found + 1)
     return Equilibria(
         _sorted(places), starts, int(np.sum(np.logical_not(good))), int(np.sum(odd)) - sum(x.found for x in crossings),
-        tuple(name for name, idle in zip(asked.scene.coordinates, search.idle, strict=True) if idle),
+        tuple(name for name, idle in zip(prepared.scene.coordinates, search.idle, strict=True) if idle),
         _sorted(crossings), more,
     )  # fmt: skip
 
@@ -154,12 +154,12 @@ def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
     return tuple(sorted(places, key=lambda place: [round(float(x), 6) + 0.0 for x in place.q]))
 
 
-def nearest(asked: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
+def nearest(prepared: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
     """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere.
 
     Whole turns are taken away, but for those who compare it with where it began.
     """
-    search = _Search(asked, t)
+    search = _Search(prepared, t)
     found, good = search.roots(q[None, :])
     if not (good[0] and search.regular(found[0])):
         return None
@@ -169,18 +169,18 @@ def nearest(asked: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Ar
 class _Search:
     """Newton's method over many positions at once, shape (N, nq)."""
 
-    def __init__(self, asked: Prepared, t: float) -> None:
-        self.asked, self.v, self.scene, self.t = asked, asked.functions, asked.scene, t
+    def __init__(self, prepared: Prepared, t: float) -> None:
+        self.asked, self.v, self.scene, self.t = prepared, prepared.functions, prepared.scene, t
         self.block, state, graph = self.v.statics, self.v.w.state, self.v.w.graph
         self.values: dict[Expr, Any] = {graph.symbol(name): x for name, x in opened(self.scene).values.items()}
         self.values[graph.symbol(TIME)] = t
         acting = (*state.tau, *map(graph.symbol, self.v.inputs))
-        self.values |= dict(zip(acting, asked.forces.tabulated(np.asarray(t), len(acting)).tolist(), strict=True))
+        self.values |= dict(zip(acting, prepared.forces.tabulated(np.asarray(t), len(acting)).tolist(), strict=True))
         parts = self.block.parts
         needed = set(reachable([x for name in "frG" for x in parts[name][1]]))
         self.idle = [q not in needed for q in state.q]
         self.start = read_start(self.scene).q
-        here = asked.place(self.start, np.zeros(state.n), t)
+        here = prepared.place(self.start, np.zeros(state.n), t)
         self.sizes, self.units = here.sizes, SceneUnits(self.scene).coordinates
         self.turns, self.numbers = self._turns(), opened(self.scene).numbers()
 
@@ -234,14 +234,14 @@ class _Search:
         with np.errstate(invalid="ignore"):
             return q, np.isfinite(q).all(axis=1) & (off <= BALANCED)
 
-    def _scaled(self, found: dict[str, Array]) -> tuple[Array, Array]:
+    def _scaled(self, result: dict[str, Array]) -> tuple[Array, Array]:
         """Return the Jacobian and the left side of the equations, velocities in units of their sizes."""
-        G, d = found["G"] * self.sizes, self.sizes
+        G, d = result["G"] * self.sizes, self.sizes
         holding = list(np.flatnonzero(self.v.holding))
-        K = found["K"] * d[:, None] * d
+        K = result["K"] * d[:, None] * d
         top = np.concatenate([K, -G.transpose(0, 2, 1)], axis=2)
         below = np.concatenate([G[:, holding], np.zeros((len(G), len(holding), G.shape[1]))], axis=2)
-        return np.concatenate([top, below], axis=1), np.concatenate([found["f"] * d, found["r"]], axis=1)
+        return np.concatenate([top, below], axis=1), np.concatenate([result["f"] * d, result["r"]], axis=1)
 
     @property
     def _pushed(self) -> float:

@@ -1,4 +1,4 @@
-"""The noun of this room: how a mechanism moves next to an operating point, to first order.
+"""The noun of this package: how a mechanism moves next to an operating point, to first order.
 
     ẋ = A x + B w        x, w, y     deviations of states, inputs and outputs from the point
     y = C x + D w        p, m        independent positions (of rows that hold positions), velocities (of all rows)

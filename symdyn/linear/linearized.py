@@ -1,4 +1,4 @@
-"""The doors: the linear systems of a scene at a point, at all positions of rest, or along a run."""
+"""The entry points: the linear systems of a scene at a point, at all positions of rest, or along a run."""
 
 from __future__ import annotations
 
@@ -105,19 +105,19 @@ def linearize_along(
     return along(prepared(scene, forces, outputs, independent), run)
 
 
-def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
+def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     """Return the systems along a run; see `linearize_along`."""
-    fed, n = [*asked.forces.formulas, *asked.functions.w.prescribed.place], len(asked.scene.velocities)
+    fed, n = [*requested.forces.formulas, *requested.functions.w.prescribed.place], len(requested.scene.velocities)
     usual = [
-        0.0 if k in asked.forces.outside else float(one.value.at({}) or 0)
-        for k, one in enumerate(asked.scene.inputs, n)
+        0.0 if k in requested.forces.outside else float(one.value.at({}) or 0)
+        for k, one in enumerate(requested.scene.inputs, n)
     ]
     found: list[Linearization] = []
     for t, q, u, tau, inputs in zip(run.t, run.q, run.qd, run.tau, run.inputs, strict=True):
         given = np.concatenate([tau, inputs - usual])
         given[fed] = 0.0
         like = found[0] if found else None
-        found.append(replace(asked.at(q, u, float(t), given=given, like=like), kind="moving"))
+        found.append(replace(requested.at(q, u, float(t), given=given, like=like), kind="moving"))
     return tuple(found)
 
 
@@ -125,12 +125,12 @@ MOST = 6
 """Places where branches meet that are told one by one."""
 
 
-def told_of(places: Equilibria, asked: Prepared) -> list[str]:
+def told_of(places: Equilibria, requested: Prepared) -> list[str]:
     """Return what is said of how positions of rest were found."""
     count, crossings = len(places.places), len(places.crossings)
     starts = f"from {places.starts} seeded starts of Newton's method"
     if count:
-        sure = complete(asked, places)
+        sure = complete(requested, places)
         there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
         lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
     elif crossings:
@@ -150,7 +150,7 @@ def told_of(places: Equilibria, asked: Prepared) -> list[str]:
             f"{places.singular} of them led to where angles are singular, a wheel lies flat or loops lose rank and "
             "balance nothing, which are no equilibria"
         )
-    lines += [_crossing(asked, place, places.idle) for place in places.crossings[:MOST]]
+    lines += [_crossing(requested, place, places.idle) for place in places.crossings[:MOST]]
     if len(places.crossings) > MOST:
         lines.append(f"and at {len(places.crossings) - MOST} places more where branches of loops meet")
     if any(place.family for place in places.places):
@@ -160,12 +160,12 @@ def told_of(places: Equilibria, asked: Prepared) -> list[str]:
     return lines
 
 
-def _crossing(asked: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
+def _crossing(requested: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
     """Return what is said of a place where it rests and branches of loops meet."""
-    units = SceneUnits(asked.scene).coordinates
+    units = SceneUnits(requested.scene).coordinates
     values = [
-        f"{name} = {asked.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
-        for name, x, unit in zip(asked.scene.coordinates, place.q, units, strict=True)
+        f"{name} = {requested.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
+        for name, x, unit in zip(requested.scene.coordinates, place.q, units, strict=True)
         if name not in idle
     ]
     times = f"{place.found} start{'s' * (place.found > 1)}"

@@ -184,11 +184,11 @@ def root_locus(name: str, values: Sequence[float] | Array, system: Callable[[flo
     return Locus(name, x, _followed(found), np.array(counts), tuple(critical))
 
 
-def _followed(found: Sequence[Linearization]) -> Complexes:
+def _followed(systems: Sequence[Linearization]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
     from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
 
-    rows = [one.eigenvalues for one in found]
+    rows = [one.eigenvalues for one in systems]
     rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
     for k in range(1, len(rows)):
         before, now = rows[k - 1], rows[k]

@@ -18,7 +18,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads import COLUMNS
+from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Mode, untouched
 from symdyn.simulation import CHECKS, opened

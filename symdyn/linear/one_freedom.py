@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.algebra import Floats, Form, Number, Symbol, with_added_angles
 from symdyn.dynamics import formulas
-from symdyn.dynamics.roads import COLUMNS
+from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.linear.formulas import SAME, Root, Symbolic, negated
@@ -25,27 +25,27 @@ DIGITS = 12
 """Digits of numbers that have no exact form."""
 
 
-def places(asked: Prepared, found: Linearization) -> tuple[list[int], list[int]]:
+def places(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
     """Return independent positions and velocities by number of the velocity."""
-    labels, names, p = COLUMNS["q"](asked.functions.w), found.scene.velocities, found.positions
-    return [labels.index(x) for x in found.states.names[:p]], [names.index(x) for x in found.states.names[p:]]
+    labels, names, p = COLUMNS["q"](prepared.functions.w), system.scene.velocities, system.positions
+    return [labels.index(x) for x in system.states.names[:p]], [names.index(x) for x in system.states.names[p:]]
 
 
-def with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ...]) -> Symbolic | None:
+def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str, ...]) -> Symbolic | None:
     """Return a closed mechanism with one freedom in its coordinates: mass, stiffness, damping and all else named.
 
     m δü + d δu + k δξ = Nᵀ δτ        N  how all velocities follow the independent one, N_h the same at rest
     m = Nᵀ M N,  k = Nᵀ (X e) N,  d = Nᵀ (∂e/∂u) N, with λ of h = Gᵀ λ in X e
     """
-    v = asked.functions
+    v = prepared.functions
     w, n, graph = v.w, v.w.state.n, v.w.graph
-    positions, velocities = places(asked, found)
+    positions, velocities = places(prepared, system)
     rows = len(v.multipliers)
     if positions != velocities or len(positions) != 1 or v.inputs or rows > MOST_ROWS or rows != n - 1:
         return None
     free = positions[0]
-    name, labels = found.states.names[0], COLUMNS["q"](w)
-    taken = {*found.scene.coordinates, *found.scene.velocities, *(one.name for one in found.scene.parameters)}
+    name, labels = system.states.names[0], COLUMNS["q"](w)
+    taken = {*system.scene.coordinates, *system.scene.velocities, *(one.name for one in system.scene.parameters)}
     dependent = [k for k in range(n) if k != free]
     slopes = {k: graph.symbol(_fresh(f"{labels[k]}_{name}", taken)) for k in dependent}
     pulls = [graph.symbol(_fresh(f"lambda{r + 1}", taken)) for r in range(rows)]
@@ -91,17 +91,17 @@ def with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ...
         zero if gone else Form.product((Number.MINUS_ONE, letter, under))
         for gone, letter in zip(nothing, letters[1:], strict=True)
     ]
-    drives = [under if j == free else Form.product((Symbol(str(slopes[j].value)), under)) for j in asked.drives]
+    drives = [under if j == free else Form.product((Symbol(str(slopes[j].value)), under)) for j in prepared.drives]
     named = list(zip(slopes.values(), over, strict=True)) + list(zip(pulls, above, strict=True))
     ratio = {str(symbol.value): x if not x.terms else Form.product((x, down.power(-1))) for symbol, x in named}
     defined = {letter.name: form for letter, form in zip(letters, (m, k, d), strict=True) if form.terms} | ratio
-    rates = tuple((zero,) * len(asked.drives) for _ in y)
+    rates = tuple((zero,) * len(prepared.drives) for _ in y)
     roots = Root("damped" if d.terms else "pair", Form.product((letters[1], under)), negated(lower[1]), 1)
     result = Symbolic(
         ((zero, one), (lower[0], lower[1])), ((zero,) * len(drives), tuple(drives)), tuple(zip(*C, strict=True)), rates,
         (roots,), held, tuple(defined.items()),
     )  # fmt: skip
-    return result if _is_true(result, asked, found) else None
+    return result if _is_true(result, prepared, system) else None
 
 
 def _determinant(A: Sequence[Sequence[Expr]]) -> Expr:
@@ -118,11 +118,11 @@ def _replaced(A: Sequence[Sequence[Expr]], column: int, by: Sequence[Expr]) -> l
     return [[*row[:column], x, *row[column + 1 :]] for row, x in zip(A, by, strict=True)]
 
 
-def _is_true(exact: Symbolic, asked: Prepared, found: Linearization) -> bool:
+def _is_true(exact: Symbolic, prepared: Prepared, system: Linearization) -> bool:
     """Tell whether formulas with definitions have the numbers as values at the point."""
     graph = Graph()
-    values: dict[str, float] = dict(opened(found.scene).values)
-    values |= dict(zip(found.scene.coordinates, found.point.q.tolist(), strict=True))
+    values: dict[str, float] = dict(opened(system.scene).values)
+    values |= dict(zip(system.scene.coordinates, system.point.q.tolist(), strict=True))
 
     def value(form: Form) -> float:
         known = {graph.symbol(name): x for name, x in values.items()}
@@ -130,7 +130,9 @@ def _is_true(exact: Symbolic, asked: Prepared, found: Linearization) -> bool:
 
     for name, form in reversed(exact.defined):
         values[name] = value(form)
-    for matrix, known in zip((exact.A, exact.B, exact.C, exact.D), (found.A, found.B, found.C, found.D), strict=True):
+    for matrix, known in zip(
+        (exact.A, exact.B, exact.C, exact.D), (system.A, system.B, system.C, system.D), strict=True
+    ):
         there = np.array([[value(x) for x in row] for row in matrix]).reshape(known.shape)
         if np.abs(there - known).max(initial=0.0) > SAME * max(1.0, float(np.abs(known).max(initial=0.0))):
             return False

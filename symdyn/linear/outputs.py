@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads import Moving
+from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits

@@ -93,25 +93,25 @@ def systems(
 
 
 def _followed(
-    asked: Prepared, found: Linearization, start: Array, still: bool, last: Sequence[Array]
+    requested: Prepared, system: Linearization, start: Array, still: bool, last: Sequence[Array]
 ) -> Linearization | None:
     """Return the system at the place of rest, or the steady motion, next to the last one; None where none is near."""
     if still:
-        place = nearest(asked, last[-1] if last else start)
-        return None if place is None else asked.at(place, np.zeros(len(found.point.u)), like=found)
-    return steady_next_to(asked, found, last[-1] if last else None)
+        place = nearest(requested, last[-1] if last else start)
+        return None if place is None else requested.at(place, np.zeros(len(system.point.u)), like=system)
+    return steady_next_to(requested, system, last[-1] if last else None)
 
 
-def stays(found: Linearization) -> bool:
+def stays(system: Linearization) -> bool:
     """Whether the independent velocities stay at the point of a system."""
-    velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
-    size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))
-    return bool(np.all(np.abs(found.point.udot[velocities]) <= BALANCED * size))
+    velocities = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    size = max(1.0, float(np.abs(system.A[system.positions :]).max(initial=0.0)))
+    return bool(np.all(np.abs(system.point.udot[velocities]) <= BALANCED * size))
 
 
 def locus_over(
     scene: Scene,
-    said: str,
+    specified: str,
     at: Mapping[str, str],
     rates: Mapping[str, str],
     forces: Sequence[str],
@@ -119,5 +119,5 @@ def locus_over(
     anywhere: bool = False,
 ) -> Locus:
     """Return the root locus over what `read_values` reads; other arguments and errors as of `systems`, `root_locus`."""
-    name, values = read_values(said, scene=scene)
+    name, values = read_values(specified, scene=scene)
     return root_locus(name, values, systems(scene, name, at, rates, forces, (), independent, anywhere))

@@ -10,11 +10,11 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.roads import COLUMNS
+from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Op, reachable
 from symdyn.linear.axis import Axis
-from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrices, place, symbols_at
+from symdyn.linear.eliminated import Choice, LinearPoint, chosen, independent, matrices, place, symbols_at
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
@@ -48,7 +48,7 @@ class Prepared:
         v = self.functions
         return bool(self.forces.tables) or v.w.graph.symbol(TIME) in v.motion.order
 
-    def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> Place:
+    def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> LinearPoint:
         """Return what happens at a state; forces, then inputs, are `given` in place of what tables say."""
         values = opened(self.scene).values
         tables = self.forces.tabulated(np.asarray(t), len(u) + len(self.scene.inputs)) if given is None else given
@@ -106,7 +106,7 @@ class Prepared:
             notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
         )  # fmt: skip
 
-    def _feeding(self, here: Place, given: Array | None) -> tuple[float, ...]:
+    def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:
         """Return the forces at a place, those `given` apart, if formulas of them depend on the state."""
         state, formulas = {*self.scene.coordinates, *self.scene.velocities}, self.forces.formulas
         n = len(self.scene.velocities)
@@ -116,7 +116,7 @@ class Prepared:
         found = np.concatenate([here.point.tau, here.point.inputs])
         return tuple((found - (0.0 if given is None else given)).tolist())
 
-    def _corners(self, here: Place) -> list[str]:
+    def _corners(self, here: LinearPoint) -> list[str]:
         """Return what is said of signs and absolute values that turn over at a place."""
         corners = self.functions.corners
         (_, nodes), values = corners.parts["of"], corners.at(here.values)["of"]
@@ -132,7 +132,7 @@ class Prepared:
             "and absolute values for flat, which dry friction at rest is not"
         ]
 
-    def _like(self, here: Place, other: Linearization) -> Choice:
+    def _like(self, here: LinearPoint, other: Linearization) -> Choice:
         names, labels = self.scene.velocities, COLUMNS["q"](self.functions.w)
         p = other.positions
         positions = [k for k, name in enumerate(labels) if name not in other.states.names[:p]]

@@ -39,20 +39,20 @@ def read_values(text: str, option: str = "--over", scene: Scene | None = None) -
     return name, numbers(said, f"{option} {name}", next((one for one in letters if one.name == name), None))
 
 
-def numbers(said: str, where: str, letter: Parameter | None = None) -> Array:
+def numbers(specified: str, where: str, letter: Parameter | None = None) -> Array:
     """Return the values of a range or a list, as of `read_values`."""
-    found = RANGE.match(said)
+    found = RANGE.match(specified)
     if found and found["kind"] in RANGES:
         texts = split_commas(found["inside"])
         parts = [_number(part, where, letter if k < 2 else None) for k, part in enumerate(texts)]
         if len(parts) != 3 or parts[2] != int(parts[2]) or not 2 <= parts[2] <= MOST:
-            raise LinearizeError(f"{where}: {said} wants a beginning, an end and how many, 2 to {MOST}")
+            raise LinearizeError(f"{where}: {specified} wants a beginning, an end and how many, 2 to {MOST}")
         if found["kind"] == "geomspace" and not parts[0] * parts[1] > 0:
-            raise LinearizeError(f"{where}: {said} begins and ends on the same side of zero")
+            raise LinearizeError(f"{where}: {specified} begins and ends on the same side of zero")
         return np.asarray(RANGES[found["kind"]](parts[0], parts[1], int(parts[2])))
-    if said.startswith("[") and said.endswith("]"):
-        return np.array([_number(part, where, letter) for part in split_commas(said[1:-1])])
-    raise LinearizeError(f'{where}: "{said}" is no range; write {FORM}')
+    if specified.startswith("[") and specified.endswith("]"):
+        return np.array([_number(part, where, letter) for part in split_commas(specified[1:-1])])
+    raise LinearizeError(f'{where}: "{specified}" is no range; write {FORM}')
 
 
 def number_in(text: str, letter: Parameter | None = None) -> float:

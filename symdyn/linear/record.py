@@ -20,30 +20,30 @@ from symdyn.linear.report import as_json
 from symdyn.simulation import write_whole
 
 
-def arrays(found: Sequence[Linearization]) -> dict[str, Any]:
+def arrays(systems: Sequence[Linearization]) -> dict[str, Any]:
     """Return the arrays of a system, or of several, then with one more axis in front; times and points beside them."""
-    parts: dict[str, Any] = {letter: np.array([getattr(one, letter) for one in found]) for letter in "ABCD"}
-    parts |= {name: np.array([getattr(one.point, name) for one in found]) for name in ("t", "q", "u", "tau")}
-    parts["eigenvalues"] = np.array([one.eigenvalues for one in found])
-    parts = {name: part[0] if len(found) == 1 else part for name, part in parts.items()}
+    parts: dict[str, Any] = {letter: np.array([getattr(one, letter) for one in systems]) for letter in "ABCD"}
+    parts |= {name: np.array([getattr(one.point, name) for one in systems]) for name in ("t", "q", "u", "tau")}
+    parts["eigenvalues"] = np.array([one.eigenvalues for one in systems])
+    parts = {name: part[0] if len(systems) == 1 else part for name, part in parts.items()}
     for name in ("states", "inputs", "outputs"):
-        axis: Axis = getattr(found[0], name)
+        axis: Axis = getattr(systems[0], name)
         parts[name], parts[f"{name[:-1]}_units"] = np.array(axis.names), np.array(axis.units)
     return parts
 
 
-def write_npz(found: Sequence[Linearization], file: IO[bytes]) -> None:
+def write_npz(systems: Sequence[Linearization], file: IO[bytes]) -> None:
     """Write arrays, names, units, and JSON of the rest."""
-    about = np.array(json.dumps([_about(one) for one in found], ensure_ascii=False))
-    np.savez_compressed(file, **arrays(found), about=about)
+    about = np.array(json.dumps([_about(one) for one in systems], ensure_ascii=False))
+    np.savez_compressed(file, **arrays(systems), about=about)
 
 
-def write_mat(found: Sequence[Linearization], file: IO[bytes]) -> None:
+def write_mat(systems: Sequence[Linearization], file: IO[bytes]) -> None:
     """Write arrays, names and units for MATLAB and Octave; several systems have a last axis more, one a system."""
     from scipy.io import savemat
 
-    parts = arrays(found)
-    if len(found) > 1:
+    parts = arrays(systems)
+    if len(systems) > 1:
         parts |= {letter: np.moveaxis(parts[letter], 0, -1) for letter in "ABCD"}
     names = [name for name, part in parts.items() if part.dtype.kind == "U"]
     parts |= {name: np.array(parts[name].tolist(), dtype=object) for name in names}
@@ -53,11 +53,11 @@ def write_mat(found: Sequence[Linearization], file: IO[bytes]) -> None:
     file.write(b"symdyn linearize".ljust(116) + text[116:])  # in place of the date
 
 
-def csv_text(found: Sequence[Linearization]) -> str:
+def csv_text(systems: Sequence[Linearization]) -> str:
     """Return A, B, C, D one below the other: the matrix, its row, and a column for every state and input."""
-    first = found[0]
+    first = systems[0]
     lines = [",".join(["t", "matrix", "row", "unit", *map(_cell, (*first.states.names, *first.inputs.names))])]
-    for one in found:
+    for one in systems:
         for left, right, axis, name in ((one.A, one.B, one.states, "rate"), (one.C, one.D, one.outputs, "output")):
             units = [_rate(unit) if name == "rate" else unit for unit in axis.units]
             for row, unit, x, w in zip(axis.names, units, left.tolist(), right.tolist(), strict=True):
@@ -100,15 +100,15 @@ class SystemsFile:
         if not self.path.parent.is_dir():
             raise LinearizeError(f"{self.path}: there is no folder {self.path.parent}")
 
-    def write(self, found: Sequence[Linearization]) -> None:
+    def write(self, systems: Sequence[Linearization]) -> None:
         """Write systems of the same states, inputs and outputs.
 
         Raises:
             LinearizeError: systems of different states, or a file that cannot be written.
         """
-        if len({(one.states, one.inputs, one.outputs) for one in found}) != 1:
+        if len({(one.states, one.inputs, one.outputs) for one in systems}) != 1:
             raise LinearizeError(f"{self.path}: these are systems of different states; write one at a time, with --at")
         try:
-            write_whole(self.path, WRITERS[self.path.suffix.lower()](found))
+            write_whole(self.path, WRITERS[self.path.suffix.lower()](systems))
         except SimulateError as fault:
             raise LinearizeError(fault.faults) from None

@@ -192,7 +192,7 @@ def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) 
 
 
 @dataclass(frozen=True)
-class Words:
+class RegulatorWords:
     """How faults speak: the weight of what is minimised, what it lacks, and how a mode is out of reach."""
 
     weight: str
@@ -201,14 +201,14 @@ class Words:
 
 
 WORDS = {
-    "lqr": Words("Q", "gives no weight to", "no input moves"),
-    "kalman": Words("W", "lets nothing disturb", "no output shows"),
+    "lqr": RegulatorWords("Q", "gives no weight to", "no input moves"),
+    "kalman": RegulatorWords("W", "lets nothing disturb", "no output shows"),
 }
 
 
 def _gain(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
-    words: Words, names: tuple[str, ...],
+    words: RegulatorWords, names: tuple[str, ...],
 ) -> tuple[Array, Complexes, tuple[str, ...]]:  # fmt: skip
     """Return K, the poles, and notes; `step` and `held` are A and B, or those of a sampled system."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load

@@ -32,17 +32,17 @@ def number(x: float, size: float = 0.0) -> str:
     return "0" if abs(x) <= NOTHING * size else in_digits(x + 0.0, DIGITS)
 
 
-def text(found: Linearization, formulas: Symbolic | None = None) -> str:
+def text(system: Linearization, formulas: Symbolic | None = None) -> str:
     """Return a system as text: where, states, matrices, modes, stability."""
-    lines = [f"{found.scene.name}, linearised {found.manner}", f"  {where(found)}"]
-    lines += [f"  {note}" for note in found.notes]
-    for letter, axis in (("x", found.states), ("w", found.inputs), ("y", found.outputs)):
+    lines = [f"{system.scene.name}, linearised {system.manner}", f"  {where(system)}"]
+    lines += [f"  {note}" for note in system.notes]
+    for letter, axis in (("x", system.states), ("w", system.inputs), ("y", system.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
     lines.append("")
-    every = {"A": (found.states, found.states), "B": (found.states, found.inputs),
-             "C": (found.outputs, found.states), "D": (found.outputs, found.inputs)}  # fmt: skip
+    every = {"A": (system.states, system.states), "B": (system.states, system.inputs),
+             "C": (system.outputs, system.states), "D": (system.outputs, system.inputs)}  # fmt: skip
     for letter, (rows, columns) in every.items():
-        matrix: Array = getattr(found, letter)
+        matrix: Array = getattr(system, letter)
         if matrix.size and (letter in "AB" or matrix.any()):
             lines += [*_table(letter, matrix, rows, columns), ""]
         elif matrix.size:
@@ -51,8 +51,8 @@ def text(found: Linearization, formulas: Symbolic | None = None) -> str:
         told = [line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), every[letter])]
         told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
-    lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
-    verdict = found.stability
+    lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), ""]
+    verdict = system.stability
     lines.append(f"stability: {verdict.words}")
     lines += [f"  {line}" for line in verdict.lines]
     return "\n".join(lines)
@@ -90,9 +90,9 @@ def _named(axis: Axis) -> list[str]:
     return [f"{name} [{unit}]" if unit else name for name, unit in zip(axis.names, axis.units, strict=True)]
 
 
-def where(found: Linearization) -> str:
+def where(system: Linearization) -> str:
     """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
-    scene, point = found.scene, found.point
+    scene, point = system.scene, system.point
 
     def shown(name: str, x: float, unit: str) -> str:
         return f"{name} = {scene.in_shown_unit(number(x), '' if unit == '1' else unit)}"
@@ -134,11 +134,11 @@ def _formulas(letter: str, rows: Rows, axes: tuple[Axis, Axis]) -> list[str]:
     ]
 
 
-def _modes(found: Linearization) -> list[str]:
+def _modes(system: Linearization) -> list[str]:
     """Return a line a mode: eigenvalue, frequency, damping, what moves."""
-    if not found.modes:
+    if not system.modes:
         return ["all eigenvalues are zero"]
-    heads, rows = found.mode_table()
+    heads, rows = system.mode_table()
     cells = [
         list(heads),
         *([first, number(hertz), number(damping, 1.0), moves] for first, hertz, damping, moves in rows),
@@ -148,21 +148,21 @@ def _modes(found: Linearization) -> list[str]:
 
 
 HEAD = ("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape")
-"""What is told of a mode, by every door."""
+"""What is told of a mode, by every entry point."""
 
 
-def eigenvalue(mode: Mode, found: Linearization) -> str:
+def eigenvalue(mode: Mode, system: Linearization) -> str:
     """Return an eigenvalue in print, ± where it is a pair."""
-    size = 1e3 * found.spectrum.size
+    size = 1e3 * system.spectrum.size
     real = number(mode.value.real, size)
     return f"{real} ± {number(mode.value.imag, size)} i" if mode.oscillates else real
 
 
-def shape(mode: Mode, found: Linearization) -> str:
+def shape(mode: Mode, system: Linearization) -> str:
     """Return how the positions move in a mode, phases in degrees; the velocities where no position does."""
-    p = found.positions if np.abs(mode.shape[: found.positions]).max(initial=0.0) > NOTHING else 0
+    p = system.positions if np.abs(mode.shape[: system.positions]).max(initial=0.0) > NOTHING else 0
     some = mode.shape[:p] if p else mode.shape
-    names = found.states.names[:p] if p else found.states.names
+    names = system.states.names[:p] if p else system.states.names
     some = some / some[np.abs(some).argmax()]
     parts = []
     for name, x in zip(names, some, strict=True):
@@ -180,13 +180,13 @@ SMALL, TURN = 1e-6, 0.5
 """Parts of a shape that are not told, and phases in degrees that are none."""
 
 
-def latex(found: Linearization, formulas: Symbolic | None = None) -> str:
+def latex(system: Linearization, formulas: Symbolic | None = None) -> str:
     """Return ẋ = A x + B w, y = C x + D w in LaTeX: formulas where there are some, else numbers."""
-    names = latex_symbols(found.scene)
+    names = latex_symbols(system.scene)
     write = Latex(names)
 
     def entries(letter: str) -> list[list[str]]:
-        matrix: Array = getattr(found, letter)
+        matrix: Array = getattr(system, letter)
         rows: Rows | None = None if formulas is None else getattr(formulas, letter)
         size = float(np.abs(matrix).max(initial=0.0))
         if rows is not None:
@@ -197,12 +197,12 @@ def latex(found: Linearization, formulas: Symbolic | None = None) -> str:
         return str(BMatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names]))
 
     x, w, y = (rf"\mathbf{{{letter}}}" for letter in "xwy")
-    axes = [(x, found.states), (w, found.inputs), (y, found.outputs)]
+    axes = [(x, system.states), (w, system.inputs), (y, system.outputs)]
     told = r", \quad ".join(f"{letter} = {column(axis)}" for letter, axis in axes if len(axis))
-    driven = rf" + {BMatrix(entries('B'))} {w}" if len(found.inputs) else ""
-    through = rf" + {BMatrix(entries('D'))} {w}" if found.D.any() else ""
+    driven = rf" + {BMatrix(entries('B'))} {w}" if len(system.inputs) else ""
+    through = rf" + {BMatrix(entries('D'))} {w}" if system.D.any() else ""
     rows = [told.replace(" = ", " &= ", 1), rf"\dot{{{x}}} &= {BMatrix(entries('A'))} {x}{driven}"]
-    if len(found.outputs):
+    if len(system.outputs):
         rows.append(rf"{y} &= {BMatrix(entries('C'))} {x}{through}")
     for name, form in formulas.defined if formulas is not None else ():
         rows.append(rf"{write.unbroken(Symbol(name))} &= {write.unbroken(form)}")
@@ -218,31 +218,31 @@ def _escaped(name: str) -> str:
     return name.replace("_", r"\_").replace("*", r"\cdot ").replace("^", r"\hat{}")
 
 
-def _given(found: Linearization) -> dict[str, dict[str, float]]:
+def _given(system: Linearization) -> dict[str, dict[str, float]]:
     """Return inputs at the point, where a scene has such."""
-    names = [one.name for one in found.scene.inputs]
-    return {"inputs": dict(zip(names, found.point.inputs.tolist(), strict=True))} if names else {}
+    names = [one.name for one in system.scene.inputs]
+    return {"inputs": dict(zip(names, system.point.inputs.tolist(), strict=True))} if names else {}
 
 
-def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
+def as_json(system: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
     """Return a system for JSON, all digits."""
-    scene, point, verdict = found.scene, found.point, found.stability
-    axes = {name: getattr(found, name) for name in ("states", "inputs", "outputs")}
+    scene, point, verdict = system.scene, system.point, system.stability
+    axes = {name: getattr(system, name) for name in ("states", "inputs", "outputs")}
     with showing(None):
         eigenvalues = roots(formulas)
     return {
         "scene": scene.name,
-        "kind": found.kind,
+        "kind": system.kind,
         "point": {
             "t": point.t,
             "q": dict(zip(scene.coordinates, point.q.tolist(), strict=True)),
             "u": dict(zip(scene.velocities, point.u.tolist(), strict=True)),
             "tau": dict(zip(drive_names(scene), point.tau.tolist(), strict=True)),
-            **_given(found),
+            **_given(system),
         },
         **{name: [{"name": n, "unit": u} for n, u in zip(a.names, a.units, strict=True)] for name, a in axes.items()},
-        "positions": found.positions,
-        **{letter: getattr(found, letter).tolist() for letter in "ABCD"},
+        "positions": system.positions,
+        **{letter: getattr(system, letter).tolist() for letter in "ABCD"},
         "formulas": None
         if formulas is None
         else {letter: [[text_of(x) for x in row] for row in getattr(formulas, letter)] for letter in "ABCD"}
@@ -253,13 +253,13 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
                 "im": mode.value.imag,
                 "frequency_hz": mode.frequency,
                 "damping": mode.damping,
-                "shape": {n: [x.real, x.imag] for n, x in zip(found.states.names, mode.shape.tolist(), strict=True)},
+                "shape": {n: [x.real, x.imag] for n, x in zip(system.states.names, mode.shape.tolist(), strict=True)},
             }
-            for mode in found.modes
+            for mode in system.modes
         ],
         "zero": verdict.zeros,
         "cyclic": list(verdict.names),
         "stability": verdict.verdict,
-        "dropped": list(found.dropped),
-        "notes": list(found.notes),
+        "dropped": list(system.dropped),
+        "notes": list(system.notes),
     }

@@ -1,4 +1,4 @@
-"""A system between samples, its inputs held: x(t + T) = Φ x(t) + Γ w(t), by two roads.
+"""A system between samples, its inputs held: x(t + T) = Φ x(t) + Γ w(t), by two formulations.
 
     exact        exp([A B; 0 0] T) = [Φ Γ; 0 1]                         at a point where A and B stay
     variations   d/dt [Φ Γ] = A(t) [Φ Γ] + [0 B(t)], Φ(0) = 1, Γ(0) = 0       along the motion from the point
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.roads import COLUMNS
+from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.spinning import turned
@@ -84,7 +84,7 @@ def sampled(one: Linearization, period: float) -> Sampled:
     return Sampled(period, found[:n, :n], found[:n, n:])
 
 
-def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
+def along_a_step(prepared: Prepared, one: Linearization, period: float) -> Sampled:
     """Return the same by variational equations, along the motion from the point.
 
     Raises:
@@ -94,20 +94,20 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
 
     check_period(period)
     point, numbers = one.point, opened(one.scene).numbers()
-    full = asked.at(point.q, point.u, point.t)
-    labels = COLUMNS["q"](asked.functions.w)
+    full = prepared.at(point.q, point.u, point.t)
+    labels = COLUMNS["q"](prepared.functions.w)
     n, inputs, nq, nv = len(full.A), full.B.shape[1], len(point.q), len(point.u)
 
     def rates(t: float, y: Array) -> Array:
         q, u, variations = numbers.normalised(y[:nq]), y[nq : nq + nv], y[nq + nv :].reshape(n, n + inputs)
-        here = asked.at(q, u, t)
+        here = prepared.at(q, u, t)
         if here.states != full.states:
             raise LinearizeError(
                 f"--dt {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
             )
         moved = here.A @ variations
         moved[:, n:] += here.B @ turned(full, labels, one.spin, t - point.t).W if one.spin.any() else here.B
-        return np.concatenate([asked.place(q, u, t).H @ u, here.point.udot, moved.ravel()])
+        return np.concatenate([prepared.place(q, u, t).H @ u, here.point.udot, moved.ravel()])
 
     start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
     run = solve_ivp(rates, (point.t, point.t + period), start, "DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2)

@@ -37,7 +37,7 @@ MOST = 1000
 
 
 @dataclass(frozen=True)
-class Way:
+class SpinAxes:
     """Axes to look at what joints move: what is said of them, and Ω of Ṙ = Ω R, shape (nv, nv), rad/s.
 
     R takes components in the body's axes to those of a frame that does not turn with it: Ω = ω̃ for its every vector,
@@ -53,28 +53,28 @@ class Way:
         return np.asarray(back.T @ M @ back)
 
 
-def ways(found: Linearization) -> Iterator[Way]:
+def ways(system: Linearization) -> Iterator[SpinAxes]:
     """Return the ways to look at a motion, those in axes that do not turn first, the bodies' own axes last."""
-    every: list[list[Way]] = []
-    n, q, u = len(found.point.u), 0, 0
-    for joint in found.scene.moving:
+    every: list[list[SpinAxes]] = []
+    n, q, u = len(system.point.u), 0, 0
+    for joint in system.scene.moving:
         kind = JOINTS[joint.type]
         at = u
         for block in kind.blocks(joint):
             at += len(block.velocities)
             if block.letters:
-                every += _of_quaternion(found, joint, at - len(block.velocities), at)
+                every += _of_quaternion(system, joint, at - len(block.velocities), at)
         for gimbal in kind.gimbals(joint):
-            every += _of_angles(found, joint, gimbal, q + gimbal.first, u + gimbal.first)
+            every += _of_angles(system, joint, gimbal, q + gimbal.first, u + gimbal.first)
         q, u = q + len(kind.coordinates(joint)), u + len(joint.rates)
     for some in islice(product(*every), MOST):
         spin = sum((one.spin for one in some), np.zeros((n, n)))
-        yield Way(tuple(word for one in some for word in one.words), spin)
+        yield SpinAxes(tuple(word for one in some for word in one.words), spin)
 
 
-def _of_quaternion(found: Linearization, joint: Joint, first: int, end: int) -> Iterator[list[Way]]:
+def _of_quaternion(system: Linearization, joint: Joint, first: int, end: int) -> Iterator[list[SpinAxes]]:
     """Yield the ways to look at what a quaternion turns: velocities from `first` to `end`, the last three its ω."""
-    turning, n = found.point.u[end - 3 : end], len(found.point.u)
+    turning, n = system.point.u[end - 3 : end], len(system.point.u)
     if np.abs(turning).max() <= STILL:
         return
     spin = np.zeros((n, n))
@@ -83,29 +83,29 @@ def _of_quaternion(found: Linearization, joint: Joint, first: int, end: int) -> 
     what = "directions, velocities and drives" if any(joint.drives) else "directions and velocities"
     told = f"{what} along axes of a body are in axes of {joint.child} that"
     yield [
-        Way((f"{told} do not spin with it about its {_named(turning)}",), spin),
-        Way((f"{told} turn with it, and so are frequencies",), np.zeros((n, n))),
+        SpinAxes((f"{told} do not spin with it about its {_named(turning)}",), spin),
+        SpinAxes((f"{told} turn with it, and so are frequencies",), np.zeros((n, n))),
     ]
 
 
-def _of_angles(found: Linearization, joint: Joint, gimbal: Gimbal, q: int, u: int) -> Iterator[list[Way]]:
+def _of_angles(system: Linearization, joint: Joint, gimbal: Gimbal, q: int, u: int) -> Iterator[list[SpinAxes]]:
     """Yield the ways to look at three angles whose axes turn; coordinates begin at place q, velocities at u."""
-    rates, n = found.point.u[u : u + len(gimbal.axes)], len(found.point.u)
+    rates, n = system.point.u[u : u + len(gimbal.axes)], len(system.point.u)
     turning = [k for k, rate in enumerate(rates[:-1]) if abs(rate) > STILL]
     if len(rates) < len("zyx") or not turning:
         return
-    names = found.scene.coordinates[q : q + 3]
+    names = system.scene.coordinates[q : q + 3]
     what = "rates and drives" if any(joint.drives) else "rates"
     told = f"{' and '.join(names[turning[0] + 1 :])}, with their {what}, are in axes"
-    own = Way((f"{told} that turn with {names[turning[0]]}, and so are frequencies",), np.zeros((n, n)))
+    own = SpinAxes((f"{told} that turn with {names[turning[0]]}, and so are frequencies",), np.zeros((n, n)))
     if np.abs(rates[1:]).max() > STILL:  # J changes
         yield [own]
         return
-    J = _columns(gimbal.axes, found.point.q[q : q + 3])
+    J = _columns(gimbal.axes, system.point.q[q : q + 3])
     omega = J @ rates
     spin = np.zeros((n, n))
     spin[u : u + 3, u : u + 3] = np.linalg.solve(J, _skew(omega) @ J)
-    yield [Way((f"{told} of {joint.child} that do not spin with it about its {_named(omega)}",), spin), own]
+    yield [SpinAxes((f"{told} of {joint.child} that do not spin with it about its {_named(omega)}",), spin), own]
 
 
 def _columns(axes: str, angles: Array) -> Array:
@@ -173,11 +173,11 @@ def turned(start: Linearization, labels: Sequence[str], spin: Array, time: float
     return Turned((whole @ N)[chosen], (whole @ both @ N)[chosen], W)
 
 
-def seen(found: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Linearization:
+def seen(system: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Linearization:
     """Return a system after some time, as `turned` says, in the frame that spins by Ω against the body's axes."""
     if not spin.any():
-        return found
+        return system
     by = turned(start, labels, spin, time)
-    AB: Array = np.asarray(np.linalg.solve(by.X, np.hstack([found.A @ by.X + by.rate, found.B @ by.W])), np.float64)
-    n = len(found.states)
-    return replace(found, A=AB[:, :n], B=AB[:, n:] + 0.0, C=found.C @ by.X, D=found.D @ by.W, spin=spin)
+    AB: Array = np.asarray(np.linalg.solve(by.X, np.hstack([system.A @ by.X + by.rate, system.B @ by.W])), np.float64)
+    n = len(system.states)
+    return replace(system, A=AB[:, :n], B=AB[:, n:] + 0.0, C=system.C @ by.X, D=system.D @ by.W, spin=spin)

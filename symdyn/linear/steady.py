@@ -14,13 +14,13 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import Numbers
-from symdyn.dynamics.roads import COLUMNS
+from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
+from symdyn.linear.spinning import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation import opened, read_start
@@ -44,46 +44,46 @@ ON, STEPS = 0.9, 32
 """How far, rad or m, the mechanism is moved on, and in how many steps."""
 
 
-def settled(asked: Prepared, found: Linearization, anywhere: bool = False) -> Linearization:
+def settled(requested: Prepared, system: Linearization, anywhere: bool = False) -> Linearization:
     """Return a system at a point of rest, or of a steady motion with its cyclic positions dropped.
 
     Raises:
         LinearizeError: it is neither, with what is out of balance and where it is not; not if `anywhere` is asked for.
     """
-    off = _accelerated(asked, found)
-    still = np.abs(found.point.u).max(initial=0.0) <= STILL
+    off = _accelerated(requested, system)
+    still = np.abs(system.point.u).max(initial=0.0) <= STILL
     if not off and still:
-        why = _passing(asked, found)
+        why = _passing(requested, system)
         if why and not anywhere:
-            raise LinearizeError(f"{found.scene.name}: {why}")
-        return replace(found, kind="moving") if why else with_families(asked, found)
+            raise LinearizeError(f"{system.scene.name}: {why}")
+        return replace(system, kind="moving") if why else with_families(requested, system)
     if off:
         if anywhere:
-            return replace(found, kind="moving")
-        raise LinearizeError(_out_of_balance(asked, found, off, still))
-    steady, why = _steady(asked, found)
+            return replace(system, kind="moving")
+        raise LinearizeError(_out_of_balance(requested, system, off, still))
+    steady, why = _steady(requested, system)
     if steady is not None:
         return steady
     if anywhere:
-        return replace(found, kind="moving")
-    raise LinearizeError(f"{found.scene.name}: {why}")
+        return replace(system, kind="moving")
+    raise LinearizeError(f"{system.scene.name}: {why}")
 
 
-def _accelerated(asked: Prepared, found: Linearization) -> list[int]:
+def _accelerated(requested: Prepared, system: Linearization) -> list[int]:
     """Return the velocities that change, of those that are independent or prescribed."""
-    velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
-    size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))
-    watched = (*velocities, *asked.functions.w.prescribed.place)
-    return [k for k in watched if abs(found.point.udot[k]) > BALANCED * size]
+    velocities = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    size = max(1.0, float(np.abs(system.A[system.positions :]).max(initial=0.0)))
+    watched = (*velocities, *requested.functions.w.prescribed.place)
+    return [k for k in watched if abs(system.point.udot[k]) > BALANCED * size]
 
 
-def _passing(asked: Prepared, found: Linearization) -> str:
+def _passing(requested: Prepared, system: Linearization) -> str:
     """Return why a point of rest does not last, "" where it does: forces and motions that time changes."""
-    for more in LATER if asked.timed else ():
-        later = asked.at(found.point.q, found.point.u, found.point.t + more, like=found)
-        changed = ", ".join(acceleration_name(found.scene.velocities[k]) for k in _accelerated(asked, later))
+    for more in LATER if requested.timed else ():
+        later = requested.at(system.point.q, system.point.u, system.point.t + more, like=system)
+        changed = ", ".join(acceleration_name(system.scene.velocities[k]) for k in _accelerated(requested, later))
         what = f"{changed} would not be zero any more" if changed else "A is another"
-        if changed or not np.allclose(later.A, found.A, rtol=EQUAL, atol=EQUAL * np.abs(found.A).max(initial=0.0)):
+        if changed or not np.allclose(later.A, system.A, rtol=EQUAL, atol=EQUAL * np.abs(system.A).max(initial=0.0)):
             return (
                 f"no equilibrium at this point: at t = {later.point.t:g} s {what}, as forces or motions depend on "
                 "time; give forces that last, or --anywhere for A at this instant"
@@ -91,26 +91,26 @@ def _passing(asked: Prepared, found: Linearization) -> str:
     return ""
 
 
-def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None, str]:
+def _steady(requested: Prepared, system: Linearization) -> tuple[Linearization | None, str]:
     """Return the system along a steady motion, or why it is none."""
-    rates = _rates_of_positions(asked, found)
-    labels = COLUMNS["q"](asked.functions.w)
-    q, time = _later(asked, found)
+    rates = _rates_of_positions(requested, system)
+    labels = COLUMNS["q"](requested.functions.w)
+    q, time = _later(requested, system)
     try:
-        later = asked.at(q, _velocities(asked, found, q), found.point.t + time, like=found)
+        later = requested.at(q, _velocities(requested, system, q), system.point.t + time, like=system)
     except LinearizeError:
-        later = found
-    changed = _accelerated(asked, later) if asked.timed else []
+        later = system
+    changed = _accelerated(requested, later) if requested.timed else []
     if changed:
-        told = ", ".join(acceleration_name(found.scene.velocities[k]) for k in changed)
+        told = ", ".join(acceleration_name(system.scene.velocities[k]) for k in changed)
         return None, (
             f"no steady motion: at t = {later.point.t:.3g} s {told} would not be zero any more, as forces or motions "
             "depend on time; give forces that last, or --anywhere for A at this instant"
         )
-    M, after = (asked.place(one.point.q, one.point.u, one.point.t).M for one in (found, later))
+    M, after = (requested.place(one.point.q, one.point.u, one.point.t).M for one in (system, later))
     lasting: list[Lasting] = []
-    for way in ways(found) if later is not found else ():
-        here, there = (seen(one, found, labels, way.spin, t) for one, t in ((found, 0.0), (later, time)))
+    for way in ways(system) if later is not system else ():
+        here, there = (seen(one, system, labels, way.spin, t) for one, t in ((system, 0.0), (later, time)))
         dropped = _cyclic(here, rates)
         passing = np.abs(there.C[:, dropped]).max(axis=1, initial=0.0) > EQUAL * np.abs(there.C).max(initial=0.0)
         on = np.flatnonzero(passing | here.C[:, dropped].any(axis=1)).tolist()
@@ -122,8 +122,8 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
                 break
     if lasting:
         best = max(lasting, key=lambda one: one.alike)
-        return _cyclic_at_rest(asked, found, _told(best, time, found), best.dropped), ""
-    moving = ", ".join(found.states.names[k] for k in range(found.positions) if abs(rates[k]) > STILL)
+        return _cyclic_at_rest(requested, system, _told(best, time, system), best.dropped), ""
+    moving = ", ".join(system.states.names[k] for k in range(system.positions) if abs(rates[k]) > STILL)
     return None, (
         f"no steady motion: A changes as {moving} move on; velocities stay, but forces depend on where it is. Take "
         "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or --anywhere for A "
@@ -135,7 +135,7 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
 class Lasting:
     """Axes in which A stays: the system at both times, its cyclic positions, and which of B and M stay, how many."""
 
-    way: Way
+    way: SpinAxes
     dropped: list[int]
     one: Linearization
     other: Linearization
@@ -151,41 +151,41 @@ def _apart(one: Array, other: Array) -> float:
     return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
 
-def at_rest(asked: Prepared, place: Equilibrium) -> Linearization:
+def at_rest(requested: Prepared, place: Equilibrium) -> Linearization:
     """Return the system at a position of rest; errors as of `settled`."""
-    found = asked.at(place.q, np.zeros(len(asked.scene.velocities)))
-    if why := _passing(asked, found):
-        raise LinearizeError(f"{asked.scene.name}: {why}")
-    return with_families(asked, found)
+    found = requested.at(place.q, np.zeros(len(requested.scene.velocities)))
+    if why := _passing(requested, found):
+        raise LinearizeError(f"{requested.scene.name}: {why}")
+    return with_families(requested, found)
 
 
-def with_families(asked: Prepared, found: Linearization) -> Linearization:
+def with_families(requested: Prepared, system: Linearization) -> Linearization:
     """Return a system at rest with the directions named that lead to other equilibria: not to first order alone."""
-    p = found.positions
-    alone = [k for k in untouched(found.A, range(p)) if _leads_on(asked, found, np.eye(p)[k])]
+    p = system.positions
+    alone = [k for k in untouched(system.A, range(p)) if _leads_on(requested, system, np.eye(p)[k])]
     others = [k for k in range(p) if k not in alone]
-    A = found.A
+    A = system.A
     scale = balance(A)
     _, values, rows = np.linalg.svd((A * scale[None, :] / scale[:, None])[:, others])
     size = float(np.abs(values).max(initial=0.0))
     rank = int(np.sum(values > NOTHING * size)) if size else 0
     ways = np.zeros((len(others) - rank, p))
     ways[:, others] = rows[rank:] * scale[others]
-    family = sum(_leads_on(asked, found, way / np.abs(way).max()) for way in ways)
-    return replace(found, cyclic=tuple(found.states.names[k] for k in alone), family=family)
+    family = sum(_leads_on(requested, system, way / np.abs(way).max()) for way in ways)
+    return replace(system, cyclic=tuple(system.states.names[k] for k in alone), family=family)
 
 
-def _leads_on(asked: Prepared, found: Linearization, way: Array) -> bool:
+def _leads_on(requested: Prepared, system: Linearization, way: Array) -> bool:
     """Tell whether equilibria go on along a direction of positions: Newton's method does not come back."""
-    numbers = opened(found.scene).numbers()
-    there = _closed(numbers, numbers.moved(found.point.q, AWAY * (found.directions @ way)))
-    place = nearest(asked, there, found.point.t, whole=False)
-    far = np.abs(there - found.point.q).max()
+    numbers = opened(system.scene).numbers()
+    there = _closed(numbers, numbers.moved(system.point.q, AWAY * (system.directions @ way)))
+    place = nearest(requested, there, system.point.t, whole=False)
+    far = np.abs(there - system.point.q).max()
     return place is not None and bool(np.abs(place - there).max() < far / 4)
 
 
 def _cyclic_at_rest(
-    asked: Prepared, full: Linearization, steady: Linearization, dropped: Sequence[int]
+    requested: Prepared, full: Linearization, steady: Linearization, dropped: Sequence[int]
 ) -> Linearization:
     """Return a steady system with those of its positions named that do not move and on which nothing depends."""
     numbers, names = opened(full.scene).numbers(), []
@@ -193,7 +193,7 @@ def _cyclic_at_rest(
         way = full.directions[:, full.states.names.index(steady.states.names[k])]
         q = _closed(numbers, numbers.moved(full.point.q, AWAY * way))
         try:
-            there = asked.at(q, _velocities(asked, full, q), full.point.t, like=full).without(dropped)
+            there = requested.at(q, _velocities(requested, full, q), full.point.t, like=full).without(dropped)
         except LinearizeError:
             continue
         if np.allclose(there.A, full.without(dropped).A, rtol=EQUAL, atol=EQUAL * np.abs(full.A).max()):
@@ -201,13 +201,13 @@ def _cyclic_at_rest(
     return replace(steady, cyclic=tuple(names))
 
 
-def _cyclic(found: Linearization, rates: Array) -> list[int]:
+def _cyclic(system: Linearization, rates: Array) -> list[int]:
     """Return the positions that move and on which nothing depends, one after the other."""
     dropped: list[int] = []
     while True:
-        rest = [k for k in range(len(found.states)) if k not in dropped]
-        moving = [i for i, k in enumerate(rest) if k < found.positions and abs(rates[k]) > STILL]
-        more = [rest[i] for i in untouched(found.A[np.ix_(rest, rest)], moving)]
+        rest = [k for k in range(len(system.states)) if k not in dropped]
+        moving = [i for i, k in enumerate(rest) if k < system.positions and abs(rates[k]) > STILL]
+        more = [rest[i] for i in untouched(system.A[np.ix_(rest, rest)], moving)]
         if not more:
             return sorted(dropped)
         dropped += more
@@ -235,33 +235,33 @@ def _told(lasting: Lasting, time: float, full: Linearization) -> Linearization:
     return replace(steady, kind="steady", notes=(*full.notes, *notes))
 
 
-def _rates_of_positions(asked: Prepared, found: Linearization) -> Array:
+def _rates_of_positions(requested: Prepared, system: Linearization) -> Array:
     """Return how fast each independent position moves, shape (p,)."""
-    labels = COLUMNS["q"](asked.functions.w)
-    return np.array([found.point.u[labels.index(name)] for name in found.states.names[: found.positions]])
+    labels = COLUMNS["q"](requested.functions.w)
+    return np.array([system.point.u[labels.index(name)] for name in system.states.names[: system.positions]])
 
 
-def _velocities(asked: Prepared, found: Linearization, q: Array) -> Array:
+def _velocities(requested: Prepared, system: Linearization, q: Array) -> Array:
     """Return velocities at a position whose independent ones are those of the point."""
-    G, _ = asked.kinematics(q, found.point.t)
-    independent = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
-    led = list(asked.functions.w.prescribed.place)
+    G, _ = requested.kinematics(q, system.point.t)
+    independent = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    led = list(requested.functions.w.prescribed.place)
     kept = [*independent, *led]
-    dependent = [k for k in range(len(found.point.u)) if k not in kept]
-    u = found.point.u.copy()
+    dependent = [k for k in range(len(system.point.u)) if k not in kept]
+    u = system.point.u.copy()
     if dependent:
         u[dependent] = -np.linalg.lstsq(G[:, dependent], G[:, kept] @ u[kept], rcond=None)[0]
     return u
 
 
-def _later(asked: Prepared, found: Linearization) -> tuple[Array, float]:
+def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
     """Return where the mechanism is after about a radian or a metre, and when, s; what has no rate has stayed."""
-    numbers, labels = opened(found.scene).numbers(), COLUMNS["q"](asked.functions.w)
-    time = ON / float(np.abs(found.point.u).max())
-    q, step = found.point.q.copy(), time / STEPS
+    numbers, labels = opened(system.scene).numbers(), COLUMNS["q"](requested.functions.w)
+    time = ON / float(np.abs(system.point.u).max())
+    q, step = system.point.q.copy(), time / STEPS
 
     def rate(place: Array) -> Array:
-        return asked.kinematics(place)[1] @ _velocities(asked, found, place)
+        return requested.kinematics(place)[1] @ _velocities(requested, system, place)
 
     for _ in range(STEPS):  # Runge and Kutta's
         first = rate(q)
@@ -269,9 +269,9 @@ def _later(asked: Prepared, found: Linearization) -> tuple[Array, float]:
         third = rate(q + step / 2 * second)
         q = q + step / 6 * (first + 2 * second + 2 * third + rate(q + step * third))
     q = _closed(numbers, q)
-    for k, name in enumerate(found.scene.coordinates):
-        if name in labels and abs(found.point.u[labels.index(name)]) <= STILL:
-            q[k] = found.point.q[k]
+    for k, name in enumerate(system.scene.coordinates):
+        if name in labels and abs(system.point.u[labels.index(name)]) <= STILL:
+            q[k] = system.point.q[k]
     return q, time
 
 
@@ -284,15 +284,15 @@ def _closed(numbers: Numbers, q: Array) -> Array:
     return q
 
 
-def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], still: bool) -> str:
+def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[int], still: bool) -> str:
     """Return what is said of a point that is no equilibrium: what accelerates, and where nothing would."""
-    scene, units = found.scene, SceneUnits(found.scene).velocities
-    sizes = {k: scene.in_shown_unit(f"{found.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
+    scene, units = system.scene, SceneUnits(system.scene).velocities
+    sizes = {k: scene.in_shown_unit(f"{system.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
     told = ", ".join(f"{acceleration_name(scene.velocities[k])} = {size}" for k, size in sizes.items())
     what = "equilibrium" if still else "steady motion"
-    words = f"{scene.name}: no {what} at this point: {told}{_precession(found, off)}"
-    place = nearest(asked, found.point.q, found.point.t) if still else _balanced(asked, found)
-    held = _holding(asked, found) if still else ""
+    words = f"{scene.name}: no {what} at this point: {told}{_precession(system, off)}"
+    place = nearest(requested, system.point.q, system.point.t) if still else _balanced(requested, system)
+    held = _holding(requested, system) if still else ""
     hold = f"it is held there by {held}" if held else "give forces that hold it"
     if place is None:
         other = hold if held else "give forces or rates that balance it"
@@ -302,12 +302,12 @@ def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], s
     return f"{words}; the nearest {what} is at --at {near}{kept}; or {hold}, or --anywhere"
 
 
-def _precession(found: Linearization, off: Sequence[int]) -> str:
+def _precession(system: Linearization, off: Sequence[int]) -> str:
     """Return what is said of accelerations of what spins by a quaternion: in angles a precession may be steady."""
     first, words = 0, ""
-    for joint in found.scene.moving:
+    for joint in system.scene.moving:
         here = range(first, first + len(joint.rates))
-        if joint.velocities and any(k in off for k in here) and np.abs(found.point.u[here.start : here.stop]).any():
+        if joint.velocities and any(k in off for k in here) and np.abs(system.point.u[here.start : here.stop]).any():
             words += (
                 f" (velocities of joint {joint.name} are along axes of its body, in which those of a precession turn; "
                 'by angles, orientation = "zxz" and rates of them at the start, they stay)'
@@ -321,33 +321,37 @@ def _rounded(x: float) -> str:
     return f"{0.0 if abs(x) < CLOSE else x:.9g}"
 
 
-def _holding(asked: Prepared, found: Linearization) -> str:
+def _holding(requested: Prepared, system: Linearization) -> str:
     """Return the option by which drives hold a mechanism at rest at a point, "" where they do not, or in many ways."""
-    drives, point = asked.drives, found.point
-    if any(k in asked.forces.formulas or k in asked.forces.tables for k in drives):
+    drives, point = requested.drives, system.point
+    if any(k in requested.forces.formulas or k in requested.forces.tables for k in drives):
         return ""
-    here = asked.place(point.q, point.u, point.t)
+    here = requested.place(point.q, point.u, point.t)
     missing = here.G.T @ point.multipliers - here.M @ point.udot
     acting = np.hstack([np.eye(len(missing))[:, drives], here.G.T]) * here.sizes[:, None]
     forces, _, rank, _ = np.linalg.lstsq(acting, missing * here.sizes, rcond=1e-9)
     left = np.abs(acting @ forces - missing * here.sizes).max(initial=0.0)
     if rank < acting.shape[1] or left > CLOSE * np.abs(missing * here.sizes).max(initial=0.0):
         return ""
-    given = [(asked.scene.drives[k], _rounded(x)) for k, x in zip(drives, forces, strict=False)]
+    given = [(requested.scene.drives[k], _rounded(x)) for k, x in zip(drives, forces, strict=False)]
     return " ".join(["--forces", *(f"{name}={x}" for name, x in given if x != "0")])
 
 
-def steady_next_to(asked: Prepared, found: Linearization, q: Array | None = None) -> Linearization | None:
+def steady_next_to(requested: Prepared, system: Linearization, q: Array | None = None) -> Linearization | None:
     """Return the system at the steady motion next to a point, or to q, with its independent velocities, or None."""
-    here = found if q is None else asked.at(q, _velocities(asked, found, q), found.point.t, like=found)
-    place = _balanced(asked, here)
-    return None if place is None else asked.at(place, _velocities(asked, found, place), found.point.t, like=found)
+    here = system if q is None else requested.at(q, _velocities(requested, system, q), system.point.t, like=system)
+    place = _balanced(requested, here)
+    return (
+        None
+        if place is None
+        else requested.at(place, _velocities(requested, system, place), system.point.t, like=system)
+    )
 
 
-def _balanced(asked: Prepared, found: Linearization) -> Array | None:
+def _balanced(requested: Prepared, system: Linearization) -> Array | None:
     """Return the position next to a point at which its independent velocities stay, None where Newton finds none."""
-    numbers, here, p = opened(found.scene).numbers(), found, found.positions
-    places = [found.scene.velocities.index(name) for name in found.states.names[p:]]
+    numbers, here, p = opened(system.scene).numbers(), system, system.positions
+    places = [system.scene.velocities.index(name) for name in system.states.names[p:]]
     for _ in range(TRIES):
         step = -np.linalg.lstsq(here.A[p:, :p], here.point.udot[places], rcond=1e-9)[0]
         longest = float(np.abs(step).max(initial=0.0))
@@ -357,7 +361,7 @@ def _balanced(asked: Prepared, found: Linearization) -> Array | None:
         q = here.point.q + here.moves @ (step * min(1.0, FARTHEST / longest))
         q = _closed(numbers, q)
         try:
-            here = asked.at(q, _velocities(asked, found, q), found.point.t, like=found)
+            here = requested.at(q, _velocities(requested, system, q), system.point.t, like=system)
         except (LinearizeError, DerivationError):
             return None
     return None

@@ -36,16 +36,16 @@ FAR = 1e4
 
 
 @growing()
-def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
+def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     """Return a system at rest in formulas, None where it is not small, or not at rest."""
-    v = asked.functions
+    v = prepared.functions
     slopes = v.slopes.parts
-    if found.kind != "rest" or len(found.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
+    if system.kind != "rest" or len(system.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
         return None
     w, n, rows = v.w, v.w.state.n, len(v.multipliers)
-    place, held = _exact(asked, found)
+    place, held = _exact(prepared, system)
     if held and v.multipliers:
-        return with_definitions(asked, found, held)
+        return with_definitions(prepared, system, held)
     place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
     parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
     parts |= {name: slopes[name] for name in "ecs"} | {"y_": v.outputs.parts["y_"]}
@@ -56,20 +56,20 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
         if v.multipliers:
             flat = iter(substitute([*v.motion.parts["G"][1], *v.motion.parts["h"][1]], place))
             known = evaluate(list(flat), field, values)
-            multipliers = _multipliers(field, known[: rows * n], known[rows * n :], asked, found)
+            multipliers = _multipliers(field, known[: rows * n], known[rows * n :], prepared, system)
             values |= dict(zip(v.multipliers, multipliers, strict=True))
         given = iter(evaluate(entries, field, values))
         blocks = {
             name: [[next(given) for _ in range(shape[1] if len(shape) > 1 else 1)] for _ in range(shape[0])]
             for name, (shape, _) in parts.items()
         }
-        A, B, C, D = _matrices(field, blocks, asked, found)
+        A, B, C, D = _matrices(field, blocks, prepared, system)
         A = [
             [field.zero if number == 0 else x for x, number in zip(row, numbers, strict=True)]  # forces that cancel
-            for row, numbers in zip(A, found.A.tolist(), strict=True)
+            for row, numbers in zip(A, system.A.tolist(), strict=True)
         ]
         small = all(x.size <= MOST_TERMS for matrix in (A, B, C, D) for row in matrix for x in row)
-        if not small or not _true(field, (A, B, C, D), asked, found):
+        if not small or not _true(field, (A, B, C, D), prepared, system):
             return None
         roots = _roots(field, A)
     except (ZeroDivisionError, OverflowError):
@@ -78,12 +78,12 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
     return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
 
 
-def _exact(asked: Prepared, found: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
+def _exact(prepared: Prepared, system: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
     """Return exact values of coordinates at the point, and those that there are none of."""
-    w, place, held = asked.functions.w, dict[Expr, Expr](), []
-    needed = set(reachable([x for _, some in asked.functions.slopes.parts.values() for x in some]))
+    w, place, held = prepared.functions.w, dict[Expr, Expr](), []
+    needed = set(reachable([x for _, some in prepared.functions.slopes.parts.values() for x in some]))
     exact = True
-    for q, x, unit in zip(w.state.q, found.point.q.tolist(), SceneUnits(found.scene).coordinates, strict=True):
+    for q, x, unit in zip(w.state.q, system.point.q.tolist(), SceneUnits(system.scene).coordinates, strict=True):
         parts = round(x / PART) if abs(x) < FAR else 0
         if abs(x) <= EXACT:
             place[q] = w.graph.zero
@@ -94,19 +94,19 @@ def _exact(asked: Prepared, found: Linearization) -> tuple[dict[Expr, Expr], tup
         else:
             exact = exact and q not in needed
             held.append(q)
-    if exact or not found.scene.is_closed:
+    if exact or not system.scene.is_closed:
         return place, tuple(str(q.value) for q in held if q in needed)
     kept = [q for q in w.state.q if q in needed]  # loops hold positions: exact ones beside others would not close
     return {}, tuple(str(q.value) for q in kept)
 
 
 def _multipliers(
-    field: Ratios, G: Sequence[Ratio], h: Sequence[Ratio], asked: Prepared, found: Linearization
+    field: Ratios, G: Sequence[Ratio], h: Sequence[Ratio], prepared: Prepared, system: Linearization
 ) -> list[Ratio]:
     """Return λ of h = Gᵀ λ, of the rows of dependent velocities."""
     n = len(h)
     rows = len(G) // n
-    dependent = [k for k in range(n) if k not in places(asked, found)[1]]
+    dependent = [k for k in range(n) if k not in places(prepared, system)[1]]
     transposed = [[G[r * n + k] for r in range(rows)] for k in dependent]
     return [x for (x,) in field.solved(transposed, [[h[k]] for k in dependent])]
 
@@ -115,12 +115,12 @@ Ratioed = list[list[Ratio]]
 
 
 def _matrices(
-    field: Ratios, blocks: dict[str, Ratioed], asked: Prepared, found: Linearization
+    field: Ratios, blocks: dict[str, Ratioed], prepared: Prepared, system: Linearization
 ) -> tuple[Ratioed, Ratioed, Ratioed, Ratioed]:
     """Return A, B, C, D at rest, as `eliminated.matrices` does in numbers; there S and ad_u vanish."""
-    v = asked.functions
-    n, rows, drives, inputs = v.w.state.n, len(v.multipliers), asked.drives, len(v.inputs)
-    positions, velocities = places(asked, found)
+    v = prepared.functions
+    n, rows, drives, inputs = v.w.state.n, len(v.multipliers), prepared.drives, len(v.inputs)
+    positions, velocities = places(prepared, system)
     holding = [r for r, holds in enumerate(v.holding) if holds]
     zero, one = field.zero, field.one
     N_h = _followed(field, [blocks["G"][r] for r in holding], positions, n)
@@ -169,15 +169,15 @@ def _followed(field: Ratios, G: Ratioed, independent: Sequence[int], n: int) -> 
     return found
 
 
-def _true(field: Ratios, exact: Sequence[Ratioed], asked: Prepared, found: Linearization) -> bool:
+def _true(field: Ratios, exact: Sequence[Ratioed], prepared: Prepared, system: Linearization) -> bool:
     """Tell whether formulas have the numbers as values at the point."""
-    w = asked.functions.w
-    values = {w.graph.symbol(name): x for name, x in opened(found.scene).values.items()}
-    values |= dict(zip(w.state.q, found.point.q.tolist(), strict=True))
+    w = prepared.functions.w
+    values = {w.graph.symbol(name): x for name, x in opened(system.scene).values.items()}
+    values |= dict(zip(w.state.q, system.point.q.tolist(), strict=True))
     if any(node.op is Op.SYMBOL and node not in values for node in reachable(field.atoms)):
         return False  # multipliers, which no formula here tells
     numbers = dict(zip(field.atoms, evaluate(field.atoms, Floats(), values), strict=True))
-    for matrix, known in zip(exact, (found.A, found.B, found.C, found.D), strict=True):
+    for matrix, known in zip(exact, (system.A, system.B, system.C, system.D), strict=True):
         size = max(1.0, float(np.abs(known).max(initial=0.0)))
         value: Array = np.array([[field.number_at(x, numbers) for x in row] for row in matrix]).reshape(known.shape)
         if np.abs(value - known).max(initial=0.0) > SAME * size:

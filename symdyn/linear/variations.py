@@ -31,7 +31,7 @@ Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
 
 
 @dataclass(frozen=True)
-class Block:
+class VariationBlock:
     """Arrays of entries that are evaluated together."""
 
     parts: Entries
@@ -66,9 +66,9 @@ class Block:
         return [entry for _, entries in self.parts.values() for entry in entries]
 
 
-def block(**parts: tuple[tuple[int, ...], Sequence[Expr]]) -> Block:
+def block(**parts: tuple[tuple[int, ...], Sequence[Expr]]) -> VariationBlock:
     """Return arrays of entries to be evaluated together, each given as shape and entries."""
-    return Block(parts, reachable([entry for _, entries in parts.values() for entry in entries]))
+    return VariationBlock(parts, reachable([entry for _, entries in parts.values() for entry in entries]))
 
 
 @dataclass(frozen=True)
@@ -91,19 +91,19 @@ class Variations:
     multipliers: tuple[Expr, ...]
     holding: tuple[bool, ...]
     inputs: tuple[str, ...]
-    motion: Block = field(repr=False)
-    slopes: Block = field(repr=False)
-    outputs: Block = field(repr=False)
+    motion: VariationBlock = field(repr=False)
+    slopes: VariationBlock = field(repr=False)
+    outputs: VariationBlock = field(repr=False)
 
     @cached_property
-    def corners(self) -> Block:
+    def corners(self) -> VariationBlock:
         """What signs and absolute values in the forces are of: where one is zero, they have no one derivative."""
         forces = self.motion.parts["h"][1]
         turned = dict.fromkeys(node.args[0] for node in reachable(forces) if node.op in (Op.SIGN, Op.ABS))
         return block(of=((len(turned),), list(turned)))
 
     @cached_property
-    def statics(self) -> Block:
+    def statics(self) -> VariationBlock:
         """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", "r" of rows that hold positions, "push"."""
         w, n = self.w, self.w.state.n
         still = dict.fromkeys([*w.state.qd, *w.state.qdd], w.graph.zero)
@@ -172,7 +172,7 @@ def _written(
     q, u, a = along, each(state.qd), each(state.qdd)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
-    if not scene.is_closed and not own:  # by the road that costs least
+    if not scene.is_closed and not own:  # by the formulation that costs least
         direct = Candidates(w, "inverse_dynamics_derivatives").cheapest()
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]

@@ -31,7 +31,7 @@ class Stability:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """What is said of eigenvalues that are zero, a line for each kind; every door shows them beside the modes."""
+        """What is said of eigenvalues that are zero, a line for each kind; they stand beside the modes everywhere."""
         found = []
         for kind, count in self.zeros.items():
             names = f" ({', '.join(self.names)})" if kind == "cyclic" else ""
@@ -39,10 +39,10 @@ class Stability:
         return tuple(found)
 
 
-def stability(found: Linearization) -> Stability:
+def stability(system: Linearization) -> Stability:
     """Return what the eigenvalues of a system say."""
-    zeros, names = found.zeros, found.cyclic
-    all_of_it = found.spectrum
+    zeros, names = system.zeros, system.cyclic
+    all_of_it = system.spectrum
     apart = " apart from what is zero" if zeros else ""
     if all_of_it.growing:
         fastest = all_of_it.growing[0].value.real

@@ -21,14 +21,14 @@ SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
 
 
-def read_weights(option: str, said: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
+def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
     """Return weights by name of `Q=x:10;theta:100`, numbers being formulas, or of an .npz file.
 
     Raises:
         LinearizeError: with every fault.
     """
     faults, found = Faults(""), dict[str, Any]()
-    for text in said:
+    for text in specified:
         if text.lower().endswith(".npz"):
             found |= _arrays(text, names, faults)
             continue
@@ -54,16 +54,16 @@ def read_weights(option: str, said: Sequence[str], names: Sequence[str]) -> dict
     return found
 
 
-def _arrays(name: str, wanted: Sequence[str], faults: Faults) -> dict[str, Any]:
+def _arrays(name: str, requested: Sequence[str], faults: Faults) -> dict[str, Any]:
     try:
         check_arrays(Path(name))
         with np.load(name, allow_pickle=False) as said:
-            found = {key: value for key, value in said.items() if key in wanted}
+            found = {key: value for key, value in said.items() if key in requested}
     except (OSError, ValueError, KeyError, EOFError) as error:
         faults.add(name, f"cannot be read as .npz: {error}")
         return {}
     if not found:
-        faults.add(name, f"has no array {' or '.join(wanted)}")
+        faults.add(name, f"has no array {' or '.join(requested)}")
     return found
 
 

@@ -1,4 +1,4 @@
-"""What a notebook shows of every noun that a door returns."""
+"""What a notebook shows of every noun that an entry point returns."""
 
 import lazy_loader
 

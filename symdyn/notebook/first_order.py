@@ -15,37 +15,37 @@ WIDEST = 16
 """Columns of a matrix that are shown."""
 
 
-def linearization(found: Linearization) -> list[Markup]:
+def linearization(system: Linearization) -> list[Markup]:
     """Return the matrices of a linear system, its modes, and whether it is stable."""
-    told = found.stability
-    states, inputs, outputs = found.states.names, found.inputs.names, found.outputs.names
+    told = system.stability
+    states, inputs, outputs = system.states.names, system.inputs.names, system.outputs.names
     axes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
-    shown = [_matrix(letter, getattr(found, letter), *axes[letter]) for letter in axes]
-    heads, modes = found.mode_table()
+    shown = [_matrix(letter, getattr(system, letter), *axes[letter]) for letter in axes]
+    heads, modes = system.mode_table()
     return [
-        head(found.scene.name, f"linearised {found.manner}"),
+        head(system.scene.name, f"linearised {system.manner}"),
         verdict(told.verdict != "unstable", told.words),
-        note(found.place),
+        note(system.place),
         beside(*shown),
         table(heads, modes, "modes"),
         *(note(line) for line in told.lines),
-        *notes(found.notes),
+        *notes(system.notes),
     ]
 
 
-def latex_of_linearization(found: Linearization) -> str:
+def latex_of_linearization(system: Linearization) -> str:
     """Return the linear system in LaTeX."""
-    return found.latex()
+    return system.latex()
 
 
-def sensitivity(found: Sensitivity) -> list[Markup]:
+def sensitivity(result: Sensitivity) -> list[Markup]:
     """Return the derivatives of the end of a run."""
-    matrix = _matrix("d end / d start", found.matrix, found.rows, found.columns)
-    text = f"{found.method}, {found.steps} steps, {found.by}"
+    matrix = _matrix("d end / d start", result.matrix, result.rows, result.columns)
+    text = f"{result.method}, {result.steps} steps, {result.by}"
     return [
-        head(found.scene.name, f"how the end at t = {found.t:g} s depends on the start; {text}"),
+        head(result.scene.name, f"how the end at t = {result.t:g} s depends on the start; {text}"),
         matrix,
-        *notes(found.notes),
+        *notes(result.notes),
     ]
 
 

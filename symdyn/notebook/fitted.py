@@ -6,50 +6,50 @@ from symdyn.identification import Identification, Identified, OutputFit
 from symdyn.notebook.page import Markup, head, note, notes, table
 
 
-def output_fit(found: OutputFit) -> list[Markup]:
+def output_fit(result: OutputFit) -> list[Markup]:
     """Return what was found, before and after, and how far the run is from what was measured."""
     columns = ("", "unit", "before", "after", "standard error")
-    scatter = ", ".join(f"{name} {size:.3g}" for name, size in zip(found.measured, found.noise, strict=True))
+    scatter = ", ".join(f"{name} {size:.3g}" for name, size in zip(result.measured, result.noise, strict=True))
     return [
-        head(found.scene.name, f"parameters by output error, {found.runs} runs"),
-        table(columns, list(found.table()), "estimates"),
-        note(f"residuals: {scatter}; condition number {found.condition:.3g}; {found.dof} degrees of freedom"),
-        *notes(found.notes),
+        head(result.scene.name, f"parameters by output error, {result.runs} runs"),
+        table(columns, list(result.table()), "estimates"),
+        note(f"residuals: {scatter}; condition number {result.condition:.3g}; {result.dof} degrees of freedom"),
+        *notes(result.notes),
     ]
 
 
-def identification(found: Identification) -> list[Markup]:
+def identification(result: Identification) -> list[Markup]:
     """Return base parameters before and after, how well forces are predicted, and what could not be told."""
-    regression = found.regression
-    columns = zip(found.names, found.units, found.before, found.after, found.errors, regression.told, strict=True)
+    regression = result.regression
+    columns = zip(result.names, result.units, result.before, result.after, result.errors, regression.told, strict=True)
     rows = [(n, u, float(b), float(a), float(e) if told else "not told") for n, u, b, a, e, told in columns]
-    fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in found.fits]
-    count = len(found.model.names)
-    gains = [(one.drive, one.unit, one.value, one.error) for one in found.gains]
+    fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in result.fits]
+    count = len(result.model.names)
+    gains = [(one.drive, one.unit, one.value, one.error) for one in result.gains]
     return [
-        head(found.scene.name, f"{int(regression.told[:count].sum())} of {count} base parameters are told"),
+        head(result.scene.name, f"{int(regression.told[:count].sum())} of {count} base parameters are told"),
         table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
         *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
         table(("", "unit", "measured", "error", "error held back"), fits, "driving forces, root mean squares"),
         note(
-            f"condition number {regression.condition:.3g}; band {found.band:.3g} Hz; "
+            f"condition number {regression.condition:.3g}; band {result.band:.3g} Hz; "
             f"{regression.dof} degrees of freedom"
         ),
-        *notes(found.notes),
+        *notes(result.notes),
     ]
 
 
-def identified(found: Identified) -> list[Markup]:
+def identified(result: Identified) -> list[Markup]:
     """Return bodies, or parameters with names, before and after."""
-    parts = [head(found.scene.name, "identified")]
-    if found.named is not None:
-        one = found.named
+    parts = [head(result.scene.name, "identified")]
+    if result.named is not None:
+        one = result.named
         columns = zip(one.names, one.before, one.values, one.errors, strict=True)
         rows = [(name, float(before), float(value), float(error)) for name, before, value, error in columns]
         parts.append(table(("", "before", "after", "standard error"), rows, "parameters with names"))
-    if found.physical is not None:
-        known = found.physical.unknowns
-        both = (("before", known.inertias(known.values)), ("after", known.inertias(found.physical.values)))
+    if result.physical is not None:
+        known = result.physical.unknowns
+        both = (("before", known.inertias(known.values)), ("after", known.inertias(result.physical.values)))
         bodies: list[list[str | int | float | Markup]] = [
             [name, when, mass, *map(float, (*centre, *moments))]
             for k, name in enumerate(known.bodies)
@@ -58,4 +58,4 @@ def identified(found: Identified) -> list[Markup]:
         ]
         heads = ("", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3")
         parts.append(table(heads, bodies, "masses, centres of mass, principal moments"))
-    return [*parts, *notes(found.notes)]
+    return [*parts, *notes(result.notes)]

@@ -2,54 +2,56 @@
 
 from __future__ import annotations
 
-from symdyn.build import Loaded, NumericFunction
 from symdyn.dynamics import Equations, Function
 from symdyn.notebook.page import Markup, head, note, table
 from symdyn.program import Program
+from symdyn.runtime import Loaded, NumericFunction
 
 
-def derived(found: Equations) -> list[Markup]:
-    """Return the functions that were derived, and by which road."""
-    rows = [(_call(one), _shape(one.shape), one.units, one.formulation, one.text) for one in found.functions]
+def derived(equations: Equations) -> list[Markup]:
+    """Return the functions that were derived, and by which formulation."""
+    rows = [(_call(one), _shape(one.shape), one.units, one.formulation, one.text) for one in equations.functions]
     return [
-        head(found.scene.name, "functions on one expression graph"),
+        head(equations.scene.name, "functions on one expression graph"),
         table(("function", "shape", "unit", "derived by", ""), rows),
     ]
 
 
-def program(found: Program) -> list[Markup]:
+def program(result: Program) -> list[Markup]:
     """Return the routines, and how many operations each takes."""
     rows = [
         (_call(one.function), _shape(one.function.shape), one.counts.cost, len(one.steps), one.function.text)
-        for one in found.routines
+        for one in result.routines
     ]
     return [
-        head(found.scene.name, "straight-line program"),
+        head(result.scene.name, "straight-line program"),
         table(("routine", "shape", "operations, weighted", "lines", ""), rows),
     ]
 
 
-def loaded(found: Loaded) -> list[Markup]:
+def loaded(result: Loaded) -> list[Markup]:
     """Return how every function is called."""
     kind = (
-        f"compiled functions for {found.backend}"
-        if found.compiled
+        f"compiled functions for {result.backend}"
+        if result.compiled
         else "functions of the NumPy module: there was no compiler"
     )
     return [
-        head(found.scene.name, kind),
-        table(("function", "lengths"), (text.split(": ", 1) for text in found.signatures.values())),
+        head(result.scene.name, kind),
+        table(("function", "lengths"), (text.split(": ", 1) for text in result.signatures.values())),
         note("leading dimensions broadcast; parameters and inputs may be given by name"),
     ]
 
 
-def numeric(found: NumericFunction) -> list[Markup]:
+def numeric(function: NumericFunction) -> list[Markup]:
     """Return how a function is called, and the entries of its arguments, which may be given by name."""
-    rows = [(one.name, "number" if one.scalar else len(one.entries), ", ".join(one.entries)) for one in found.operands]
+    rows = [
+        (one.name, "number" if one.scalar else len(one.entries), ", ".join(one.entries)) for one in function.operands
+    ]
     return [
-        head(found.name, found.told.partition(": ")[2]),
+        head(function.name, function.told.partition(": ")[2]),
         table(("argument", "length", "entries"), rows),
-        table(("fixed", "value"), found.fixed.items()),
+        table(("fixed", "value"), function.fixed.items()),
         note("leading dimensions broadcast; parameters and inputs may be given by name"),
     ]
 

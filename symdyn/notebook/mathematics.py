@@ -13,51 +13,53 @@ MOST = 1200
 """Terms of equations beyond which nobody reads them in a notebook; a six-axis arm with numbers has a thousand."""
 
 
-def equations_of_motion(found: EquationsOfMotion) -> list[Markup]:
+def equations_of_motion(equations: EquationsOfMotion) -> list[Markup]:
     """Return the equations of motion, and those of loops and contacts."""
-    first = head(found.scene.name, "equations of motion")
+    first = head(equations.scene.name, "equations of motion")
     try:
-        if (long := _length(found.closed)) > MOST:
+        if (long := _length(equations.closed)) > MOST:
             return [first, note(_too_long(long, ".latex(), .text() and .sympy()"))]
-        page = found.page
+        page = equations.page
     except SymdynError as fault:
         return [first, note(str(fault))]
     return [first, formulas(_equations(page)), *_constraints(page)]
 
 
-def latex_of_equations(found: EquationsOfMotion) -> str:
+def latex_of_equations(equations: EquationsOfMotion) -> str:
     """Return the equations of motion in LaTeX, "" where they are too long or there are none."""
     try:
-        return _latex(found.closed, "equations")
+        return _latex(equations.closed, "equations")
     except SymdynError:
         return ""
 
 
-def closed_form(found: ClosedForm) -> list[Markup]:
+def closed_form(result: ClosedForm) -> list[Markup]:
     """Return the coefficients that do not vanish."""
-    first = head(found.scene.name, "coefficients of the equations of motion")
+    first = head(result.scene.name, "coefficients of the equations of motion")
     try:
-        if (long := _length(found)) > MOST:
+        if (long := _length(result)) > MOST:
             return [first, note(_too_long(long, ".form() and .sympy() of one coefficient, such as ('k_z', 0, 0),"))]
-        page = Printable.of(found)
+        page = Printable.of(result)
     except SymdynError as fault:
         return [first, note(str(fault))]
     return [first, formulas(_coefficients(page))]
 
 
-def latex_of_closed_form(found: ClosedForm) -> str:
+def latex_of_closed_form(result: ClosedForm) -> str:
     """Return the coefficients in LaTeX, "" where they are too long."""
-    return _latex(found, "coefficients")
+    return _latex(result, "coefficients")
 
 
-def sympy_equations(found: SympyEquations) -> list[Markup]:
+def sympy_equations(result: SympyEquations) -> list[Markup]:
     """Return what there is, matrix by matrix, those in full that are short."""
     from sympy.physics.vector.printing import vlatex
 
-    names = {symbol: latex for name, latex in latex_symbols(found.scene).items() if (symbol := found.symbols.get(name))}
+    names = {
+        symbol: latex for name, latex in latex_symbols(result.scene).items() if (symbol := result.symbols.get(name))
+    }
     rows = []
     for name, text in MATRICES.items():
-        matrix = getattr(found, name)
+        matrix = getattr(result, name)
         if not matrix.rows or (name == "k_E" and matrix.is_zero_matrix):
             continue
         short = sum(entry.count_ops() for entry in matrix) <= SHORT
@@ -65,10 +67,10 @@ def sympy_equations(found: SympyEquations) -> list[Markup]:
         if short:
             shown = formula(vlatex(matrix, symbol_names=names, mat_str="bmatrix", mat_delim=""))
         rows.append((text, formula(LETTERS.get(name, name)), shown))
-    elastic = "" if found.k_E.is_zero_matrix else " + k_E"
-    loops = r" + G^{\mathsf T} \lambda" if found.G.rows else ""
+    elastic = "" if result.k_E.is_zero_matrix else " + k_E"
+    loops = r" + G^{\mathsf T} \lambda" if result.G.rows else ""
     law = rf"M \ddot q + C \dot q + g{elastic} = \tau{loops}"
-    return [head(found.scene.name, "equations of motion in SymPy"), formula(law), table(("", "", ""), rows)]
+    return [head(result.scene.name, "equations of motion in SymPy"), formula(law), table(("", "", ""), rows)]
 
 
 MATRICES = {

@@ -5,11 +5,11 @@ from __future__ import annotations
 from symdyn.notebook.page import Markup, frame, picture
 
 
-def svg(found: str) -> list[Markup]:
+def svg(result: str) -> list[Markup]:
     """Return a picture."""
-    return [picture(found, "svg", "picture of a mechanism")]
+    return [picture(result, "svg", "picture of a mechanism")]
 
 
-def html(found: str) -> list[Markup]:
+def html(result: str) -> list[Markup]:
     """Return a page in a frame."""
-    return [frame(found, "animation of a mechanism")]
+    return [frame(result, "animation of a mechanism")]

@@ -9,12 +9,12 @@ from typing import Any
 from symdyn.notebook.page import Markup, page
 
 NOUNS = {
-    "symdyn.build.loaded:Loaded": "functions:loaded",
-    "symdyn.build.numeric_function:NumericFunction": "functions:numeric",
+    "symdyn.runtime.loaded:Loaded": "functions:loaded",
+    "symdyn.runtime.numeric_function:NumericFunction": "functions:numeric",
     "symdyn.draw.shown_text:HtmlText": "pictures:html",
     "symdyn.draw.shown_text:SvgText": "pictures:svg",
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:closed_form",
-    "symdyn.dynamics.roads.named_functions:Equations": "functions:derived",
+    "symdyn.dynamics.outputs.named_functions:Equations": "functions:derived",
     "symdyn.emit.print.equations_of_motion:EquationsOfMotion": "mathematics:equations_of_motion",
     "symdyn.emit.print.sympy_equations:SympyEquations": "mathematics:sympy_equations",
     "symdyn.identification.identification:Identification": "fitted:identification",
@@ -35,7 +35,7 @@ NOUNS = {
     "symdyn.verify.certificate:Certificate": "verdicts:certificate",
     "symdyn.verify.rigorous:Rigorous": "verdicts:rigorous",
 }
-"""Noun, and what returns the parts that are shown of one: a function of a file of this room."""
+"""Noun, and what returns the parts that are shown of one: a function of a file of this package."""
 
 LATEX = {
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:latex_of_closed_form",

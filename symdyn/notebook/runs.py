@@ -16,99 +16,99 @@ MOST = 20_000
 """Points of curves beyond which dots make a smaller picture than lines."""
 
 
-def trajectory(found: Trajectory) -> list[Markup]:
+def trajectory(result: Trajectory) -> list[Markup]:
     """Return the plots of a motion, how it ended, and how well the laws of mechanics were kept."""
-    count = len(found.t)
-    span = f"t = {found.t[0]:g} to {found.t[-1]:g} s, {count} samples" if count else "no samples"
-    method = f", {found.method}" if found.method else ""
-    ended = [] if found.complete else [verdict(False, f"ended by: {found.stopped}")]
-    monitors = [(words, float(value)) for words, value in found.monitor_rows]
-    lines = found.cut_lines
-    events = [(event.formula, event.t, "ended the run" if event.stops else "") for event in found.events]
+    count = len(result.t)
+    span = f"t = {result.t[0]:g} to {result.t[-1]:g} s, {count} samples" if count else "no samples"
+    method = f", {result.method}" if result.method else ""
+    ended = [] if result.complete else [verdict(False, f"ended by: {result.stopped}")]
+    monitors = [(words, float(value)) for words, value in result.monitor_rows]
+    lines = result.cut_lines
+    events = [(event.formula, event.t, "ended the run" if event.stops else "") for event in result.events]
     return [
-        head(found.scene.name, span + method),
+        head(result.scene.name, span + method),
         *ended,
-        _plots(found),
+        _plots(result),
         table(("event", "t, s", ""), events),
         folded("saturation", table(("",), [(line,) for line in lines])) if lines else Markup(""),
         folded("how well the laws of mechanics were kept", table(("", ""), monitors)) if monitors else Markup(""),
-        *notes(found.notes),
+        *notes(result.notes),
     ]
 
 
-def excitation(found: Excitation) -> list[Markup]:
+def excitation(result: Excitation) -> list[Markup]:
     """Return how well an exciting motion tells base parameters, its plots, and how near it comes to its limits."""
     rows: list[tuple[str, Cell]] = [
-        ("condition number", found.condition),
-        ("condition number of columns of length 1", found.scaled_condition),
-        ("-ln det", found.determinant),
-        ("least distance to a limit, of half its room", found.margin),
+        ("condition number", result.condition),
+        ("condition number of columns of length 1", result.scaled_condition),
+        ("-ln det", result.determinant),
+        ("least distance to a limit, of half its room", result.margin),
     ]
     limits = [
         (one.bound.name, one.bound.low, one.low, one.high, one.bound.high, one.bound.unit, "reached" * one.active)
-        for one in found.reached
+        for one in result.reached
     ]
     starts = [(f"{k + 1}", one.before, one.after, "" if one.keeps else "leaves limits")
-              for k, one in enumerate(found.starts)]  # fmt: skip
+              for k, one in enumerate(result.starts)]  # fmt: skip
     return [
-        head(found.scene.name, f"exciting motion, {found.family}, {found.terms} terms, {found.period:g} s"),
+        head(result.scene.name, f"exciting motion, {result.family}, {result.terms} terms, {result.period:g} s"),
         table(("", ""), rows),
-        _plots(found.run),
+        _plots(result.run),
         folded("limits", table(("", "lower", "least", "largest", "upper", "unit", ""), limits)),
-        folded("starts of the search", table(("", f"{found.criterion} as drawn", "as found", ""), starts)),
-        *notes(found.notes),
+        folded("starts of the search", table(("", f"{result.criterion} as drawn", "as found", ""), starts)),
+        *notes(result.notes),
     ]
 
 
-def _plots(found: Trajectory) -> Markup:
-    if not len(found.t):
+def _plots(result: Trajectory) -> Markup:
+    if not len(result.t):
         return Markup("")
     if not EXTRAS["plot"].there:
         return note(f"plots need matplotlib: {install('plot')}")
-    kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-    return picture(found.drawn(kind), kind, f"plots of {found.scene.name}", dark=False)
+    kind: Literal["svg", "png"] = "svg" if len(result.t) * len(result.names) <= MOST else "png"
+    return picture(result.drawn(kind), kind, f"plots of {result.scene.name}", dark=False)
 
 
-def collocation(found: Collocation) -> list[Markup]:
+def collocation(result: Collocation) -> list[Markup]:
     """Return what is looked for, and how large a problem it is."""
     rows: list[tuple[str, Cell]] = [
-        ("intervals", len(found.grid.widths)), ("method", found.method.text), ("unknowns", found.size),
-        ("equations", found.rows), ("forces", ", ".join(found.drives) or "none"),
-        ("parameters", ", ".join(found.free) or "none"),
+        ("intervals", len(result.grid.widths)), ("method", result.method.text), ("unknowns", result.size),
+        ("equations", result.rows), ("forces", ", ".join(result.drives) or "none"),
+        ("parameters", ", ".join(result.free) or "none"),
     ]  # fmt: skip
-    return [head(found.scene.name, "a motion that is looked for"), table(("", ""), rows), *notes(found.notes)]
+    return [head(result.scene.name, "a motion that is looked for"), table(("", ""), rows), *notes(result.notes)]
 
 
-def solution(found: Solution) -> list[Markup]:
+def solution(result: Solution) -> list[Markup]:
     """Return the motion that was found, and what the solver says."""
     rows: list[tuple[str, Cell]] = [
-        ("objective", found.objective), ("largest miss of a bound or an equation", found.violation),
-        ("iterations", found.iterations), ("duration, s", found.duration), *found.parameters.items(),
+        ("objective", result.objective), ("largest miss of a bound or an equation", result.violation),
+        ("iterations", result.iterations), ("duration, s", result.duration), *result.parameters.items(),
     ]  # fmt: skip
     return [
-        head(found.problem.scene.name, "a motion that a solver found"),
-        verdict(found.success, found.status),
+        head(result.problem.scene.name, "a motion that a solver found"),
+        verdict(result.success, result.status),
         table(("", ""), rows),
-        table(("optima", "objective"), [(k, one.objective) for k, one in enumerate(found.optima, 1)])
-        if found.others
+        table(("optima", "objective"), [(k, one.objective) for k, one in enumerate(result.optima, 1)])
+        if result.others
         else Markup(""),
-        *notes(found.notes),
-        _plots(found.motion),
+        *notes(result.notes),
+        _plots(result.motion),
     ]
 
 
-def ensemble(found: Ensemble) -> list[Markup]:
+def ensemble(result: Ensemble) -> list[Markup]:
     """Return how many runs there are, how they ended, and the spread of what was measured of them."""
-    count = len(found)
-    ended = [(word, int((found.stopped == k).sum())) for k, word in enumerate(found.words)]
+    count = len(result)
+    ended = [(word, int((result.stopped == k).sum())) for k, word in enumerate(result.words)]
     rows: list[tuple[str, Cell, Cell, Cell]] = []
-    for name in (*found.varied, *found.measures):
-        x = found[name][np.isfinite(found[name])]
+    for name in (*result.varied, *result.measures):
+        x = result[name][np.isfinite(result[name])]
         if len(x):
             rows.append((name, float(x.min()), float(np.median(x)), float(x.max())))
     return [
-        head(found.scene.name, f"{count} runs, {found.method}"),
+        head(result.scene.name, f"{count} runs, {result.method}"),
         table(("", "least", "median", "largest"), rows),
         table(("ended by", "runs"), [one for one in ended if one[1]]),
-        *notes(found.notes),
+        *notes(result.notes),
     ]

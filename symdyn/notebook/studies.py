@@ -23,48 +23,49 @@ ROWS = 12
 """Columns of a run whose error bars at the end are shown."""
 
 
-def study(found: Study) -> list[Markup]:
+def study(result: Study) -> list[Markup]:
     """Return how many runs there are, quantiles of their measures, and a plot."""
     body: list[list[Cell]] = [
-        [name, found.units.get(name, ""), *(float(x) for x in found.quantiles(name, SHARES))] for name in found.measures
+        [name, result.units.get(name, ""), *(float(x) for x in result.quantiles(name, SHARES))]
+        for name in result.measures
     ]
-    failed = [verdict(False, f"{found.failed} of {len(found)} runs failed")] if found.failed else []
-    left = [verdict(False, f"{found.left} of {len(found)} runs are not made")] if found.left else []
-    names = ", ".join(found.names)
+    failed = [verdict(False, f"{result.failed} of {len(result)} runs failed")] if result.failed else []
+    left = [verdict(False, f"{result.left} of {len(result)} runs are not made")] if result.left else []
+    names = ", ".join(result.names)
     return [
-        head(found.scene, f"{len(found)} runs over {names}, design {found.about.get('design', '')}"),
+        head(result.scene, f"{len(result)} runs over {names}, design {result.about.get('design', '')}"),
         *failed,
         *left,
         table(("measure", "unit", *(f"{100 * share:g} %" for share in SHARES)), body),
-        _picture(found),
-        *notes(found.notes),
+        _picture(result),
+        *notes(result.notes),
     ]
 
 
-def _picture(found: Study) -> Markup:
-    if not any(np.isfinite(column).any() for column in found.measures.values()):
+def _picture(result: Study) -> Markup:
+    if not any(np.isfinite(column).any() for column in result.measures.values()):
         return note("no run has a value")
     if not EXTRAS["plot"].there:
         return note(f"plots need matplotlib: {install('plot')}")
-    kind: Literal["svg", "png"] = "svg" if len(found) <= MOST else "png"
+    kind: Literal["svg", "png"] = "svg" if len(result) <= MOST else "png"
     try:
-        drawn = found.drawn(kind)
+        drawn = result.drawn(kind)
     except SimulateError as fault:  # too few groups for indices
         return note(str(fault))
-    return picture(drawn, kind, f"plots of {found.scene}", dark=False)
+    return picture(drawn, kind, f"plots of {result.scene}", dark=False)
 
 
-def indices(found: Indices) -> list[Markup]:
+def indices(result: Indices) -> list[Markup]:
     """Return Sobol's indices with their intervals."""
-    each = zip(found.names, found.first, found.first_interval, found.total, found.total_interval, strict=True)
+    each = zip(result.names, result.first, result.first_interval, result.total, result.total_interval, strict=True)
     body: list[list[Cell]] = [
         [name, float(first), _between(near), float(total), _between(far)] for name, first, near, total, far in each
     ]
-    level = f"{100 * found.level:g} % interval"
+    level = f"{100 * result.level:g} % interval"
     return [
-        head(found.measure, f"parts of its variance, from {found.groups} groups of runs"),
+        head(result.measure, f"parts of its variance, from {result.groups} groups of runs"),
         table(("name", "first order", level, "total order", level), body),
-        *notes(found.notes),
+        *notes(result.notes),
     ]
 
 
@@ -72,21 +73,21 @@ def _between(interval: Array) -> str:
     return f"{interval[0]:.3g} … {interval[1]:.3g}"
 
 
-def uncertainty(found: Uncertainty) -> list[Markup]:
+def uncertainty(result: Uncertainty) -> list[Markup]:
     """Return error bars at the end of a run, what they are due to, and a plot."""
     body: list[list[Cell]] = []
-    for one in found.columns[:ROWS]:
-        shares = zip(found.varied, found.shares(one.name)[-1], strict=True)
+    for one in result.columns[:ROWS]:
+        shares = zip(result.varied, result.shares(one.name)[-1], strict=True)
         due = ", ".join(f"{name} {100 * part:.3g} %" for name, part in shares)
-        body.append([one.name, one.unit, float(found.run[one.name][-1]), float(found[one.name][-1]), due])
+        body.append([one.name, one.unit, float(result.run[one.name][-1]), float(result[one.name][-1]), due])
     if EXTRAS["plot"].there:
-        kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-        drawn = picture(found.drawn(kind), kind, f"error bars of {found.run.scene.name}", dark=False)
+        kind: Literal["svg", "png"] = "svg" if len(result.t) * len(result.names) <= MOST else "png"
+        drawn = picture(result.drawn(kind), kind, f"error bars of {result.run.scene.name}", dark=False)
     else:
         drawn = note(f"plots need matplotlib: {install('plot')}")
     return [
-        head(found.run.scene.name, f"error bars to first order, by {', '.join(found.varied)}"),
-        table(("column", "unit", f"at t = {found.t[-1]:g} s", "standard deviation", "variance is due to"), body),
+        head(result.run.scene.name, f"error bars to first order, by {', '.join(result.varied)}"),
+        table(("column", "unit", f"at t = {result.t[-1]:g} s", "standard deviation", "variance is due to"), body),
         drawn,
-        *notes(found.notes),
+        *notes(result.notes),
     ]

@@ -9,7 +9,7 @@ from .formulation import (
 from .in_lines import in_lines as in_lines
 from .lower import count_derived as count_derived, lower as lower
 from .prepare import prepare as prepare
-from .routine import Program as Program, Routine as Routine, Step as Step
+from .routine import Program as Program, Routine as Routine, RoutineStep as RoutineStep
 from .row_loop import RowLoop as RowLoop
 from .skipped import skipped as skipped
 from .states import Sampling as Sampling, quaternion_places as quaternion_places

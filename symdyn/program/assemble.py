@@ -18,9 +18,9 @@ from itertools import count
 
 from symdyn.algebra import constants
 from symdyn.dynamics import Argument, Function
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.program.routine import Program, Routine, Step
+from symdyn.program.routine import Program, Routine, RoutineStep
 from symdyn.scene import Scene
 
 NEG, SYMBOL = Op.NEG, Op.SYMBOL  # see `Op`
@@ -63,7 +63,7 @@ def _routine(function: Function, known: Constants) -> Routine:
     return Routine(
         function=function,
         inputs=tuple(
-            Step(_input_name(argument, place), symbol)
+            RoutineStep(_input_name(argument, place), symbol)
             for argument in function.arguments
             for place, symbol in enumerate(argument.symbols)
             if symbol in symbols
@@ -145,22 +145,22 @@ def _digits(value: Fraction) -> int:
 # Which names they get
 
 
-def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
+def _named(lines: list[Expr], function: Function) -> tuple[RoutineStep, ...]:
     """Return the steps with their names."""
     joints = {symbol: i for a in function.arguments if a.name == "q" for i, symbol in enumerate(a.symbols, 1)}
     angles: dict[Expr, str] = {}
     others = count(1)
-    steps: list[Step] = []
+    steps: list[RoutineStep] = []
     plain = 0
     for node in lines:
         if node.op in ANGULAR:
             angle = node.args[0]
             if angle not in angles:
                 angles[angle] = _angle_label(angle, joints) or f"a{next(others)}"
-            steps.append(Step(("s" if node.op is Op.SIN else "c") + angles[angle], node))
+            steps.append(RoutineStep(("s" if node.op is Op.SIN else "c") + angles[angle], node))
         else:
             plain += 1
-            steps.append(Step(f"x{plain}", node))
+            steps.append(RoutineStep(f"x{plain}", node))
     return tuple(steps)
 
 

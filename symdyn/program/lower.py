@@ -11,7 +11,7 @@ from dataclasses import replace
 from symdyn.algebra import constants, is_simple
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Equations, Function
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.assemble import assemble

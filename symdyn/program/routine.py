@@ -1,4 +1,4 @@
-"""The nouns of this room: a program is a tuple of routines, a routine is a tuple of named steps.
+"""The nouns of this package: a program is a tuple of routines, a routine is a tuple of named steps.
 
 A step gives a name to a node; every node between two names is printed inside the line that uses it. The nodes stay
 what they were, exact expressions on one graph, so a program runs over any algebra: `evaluate(program.outputs, …)`.
@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Function
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
@@ -23,7 +23,7 @@ from symdyn.shown import Shown
 
 
 @dataclass(frozen=True)
-class Step:
+class RoutineStep:
     """One line of a routine: `name` stands for `node` from here on."""
 
     name: str
@@ -44,8 +44,8 @@ class Routine:
     """
 
     function: Function
-    inputs: tuple[Step, ...]
-    steps: tuple[Step, ...]
+    inputs: tuple[RoutineStep, ...]
+    steps: tuple[RoutineStep, ...]
     unused: tuple[str, ...]
     binding: Mapping[str, Counts]
     operations: frozenset[Op]

@@ -22,7 +22,7 @@ from symdyn.graph import Expr
 from symdyn.program.lower import lower
 from symdyn.program.routine import Program
 
-ABREAST = 8
+LANES_AT_ONCE = 8
 """Columns of a vector, to whole ones of which rows are filled up with zeros."""
 
 FEWEST = 500
@@ -72,7 +72,7 @@ class RowLoop:
     @property
     def vectors(self) -> int:
         """Vectors that a step goes over."""
-        return self.width // ABREAST
+        return self.width // LANES_AT_ONCE
 
     def composed(self, entries: Sequence[Expr]) -> list[Expr]:
         """Return the entries of the result from those of r, on any graph."""
@@ -113,4 +113,4 @@ def _lowered(function: Function, solve: RowSolve) -> RowLoop:
 
 
 def _filled(columns: int) -> int:
-    return -(-columns // ABREAST) * ABREAST
+    return -(-columns // LANES_AT_ONCE) * LANES_AT_ONCE

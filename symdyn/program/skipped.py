@@ -1,13 +1,13 @@
 """The skip report: what a scene does not need, what was merged, and how many operations each of these saves.
 
-A step is measured by counting with the step off and on, everything else alike: the same roads, the other steps on,
-and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
+A step is measured by counting with the step off and on, everything else alike: the same formulations, the other steps
+on, and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
 since nobody would know what to put in its place, is listed without a number.
 
     scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a
                  number, fixed and locked joints
     recursion    regrouped inertias
-    choice       the road with the fewest operations in place of the first one
+    choice       the formulation with the fewest operations in place of the first one
     program      each pass in its turn
 """
 
@@ -17,8 +17,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.dynamics import Equations, Workspace, angle_groups, derive_one, roads_of
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics import Equations, Workspace, angle_groups, derive_one, formulations_of
+from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
@@ -64,21 +64,23 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
             _saved(on, Workspace(scene, regrouped=False), chosen),
         )
     )
-    first = {request: roads_of(request, scene)[0] for request in requests}
-    changed = {request: road for request, road in first.items() if road != chosen[request]}
+    first = {request: formulations_of(request, scene)[0] for request in requests}
+    changed = {request: formulation for request, formulation in first.items() if formulation != chosen[request]}
     if changed:
-        why = ", ".join(f"{request} by {chosen[request]} instead of {road}" for request, road in changed.items())
+        why = ", ".join(
+            f"{request} by {chosen[request]} instead of {formulation}" for request, formulation in changed.items()
+        )
         report.append(Skipped("formulation", why, _saved(on, Workspace(scene, equations.closing), first)))
     return (*report, *_passes(equations, on))
 
 
 def _dead(workspace: Workspace, chosen: Mapping[str, str]) -> Iterator[Skipped]:
-    """Return what the chosen roads derive on the way and no function needs; other roads do not count."""
-    functions = [derive_one(workspace, request, road) for request, road in chosen.items()]
+    """Return what the chosen formulations derive on the way and no function needs; other formulations do not count."""
+    functions = [derive_one(workspace, request, formulation) for request, formulation in chosen.items()]
     alive = set(reachable([entry for function in functions for entry in function.entries]))
     dead = sum(Counts.counts_alone(node.op) and node not in alive for node in workspace.graph.nodes)
     if dead:
-        yield Skipped("dead operations", f"{dead} that the chosen roads derive on the way and no function needs")
+        yield Skipped("dead operations", f"{dead} that the chosen formulations derive on the way and no function needs")
 
 
 def _structure(scene: Scene) -> Iterator[Skipped]:
@@ -146,9 +148,9 @@ def _passes(equations: Equations, on: Savings) -> Iterator[Skipped]:
 
 
 def _saved(on: Savings, other: Workspace, chosen: Mapping[str, str]) -> Savings | None:
-    """Return what the scene takes less than another workspace on the same roads, None if that has no such equations."""
+    """Return what the scene takes less than another workspace by the same formulations, None without such equations."""
     try:
-        functions = tuple(derive_one(other, request, road) for request, road in chosen.items())
+        functions = tuple(derive_one(other, request, formulation) for request, formulation in chosen.items())
         without = _counts(Equations(other.scene, other.graph, functions))
     except DerivationError:
         return None

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symdyn.dynamics import Argument
-from symdyn.dynamics.roads import DIRECTIONS
+from symdyn.dynamics.outputs import DIRECTIONS
 
 DRAWS = 40  # states tried for one at which a function is real
 

@@ -20,7 +20,7 @@ from symdyn.scene import Scene
 def tunable(
     scene: Scene,
     outputs: Sequence[str],
-    road: str | None = None,
+    formulation: str | None = None,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> Program:
     """Return the program of outputs with every parameter in `params`; its scene keeps their values.
@@ -28,7 +28,7 @@ def tunable(
     Args:
         scene: the mechanism.
         outputs: as for `derive`.
-        road: as for `formulate`.
+        formulation: as for `formulate`.
         closing: what to choose about closed loops.
 
     Raises:
@@ -44,4 +44,4 @@ def tunable(
             )
         known = ((one.name, one.value.at({})) for one in scene.parameters if one.value is not None)
         closing = replace(closing, parameters=tuple((name, float(value or 0)) for name, value in known))
-    return replace(lower(formulate(free, outputs, road, closing)), scene=scene)
+    return replace(lower(formulate(free, outputs, formulation, closing)), scene=scene)

@@ -14,7 +14,7 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.checks.draft import draft_of
-from symdyn.scene.checks.whole import check
+from symdyn.scene.checks.whole_scene import check
 from symdyn.scene.declaration.value_in_unit import value_for
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.mapping import map_quantities, substituted

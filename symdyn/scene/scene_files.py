@@ -1,4 +1,4 @@
-"""The front door: a scene from any file that is understood, and its text in any format that is written."""
+"""The front entry point: a scene from any file that is understood, and its text in any format that is written."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ FileLike = str | PathLike[str] | Readable
 """A path, or an open file."""
 
 SceneLike = Scene | FileLike
-"""What every door takes for a scene."""
+"""What every entry point takes for a scene."""
 
 
 def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> Scene:
@@ -73,6 +73,7 @@ def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> S
         SceneError: with every fault of the file, or of the values, one line each.
     """
     scene = source if isinstance(source, Scene) else read(source)
+    check_arguments(scene_of, {"values": values}, SceneError)
     return scene if values is None or not len(values) else bind(scene, values)
 
 

@@ -1,12 +1,12 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
 from .columns import read_output as read_output
-from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
 from .ensemble.measures import Measure as Measure
 from .ensemble.one_by_one import measure_slopes as measure_slopes
+from .ensemble.run_ensemble import ensemble as ensemble
 from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
-from .equations.opened import opened as opened
+from .equations.parametrised import opened as opened
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback

@@ -17,7 +17,7 @@ from symdyn.scene.values import velocity_name
 from symdyn.simulation.followed import Followed
 from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
-from symdyn.simulation.path_equations import PathEquations, Place
+from symdyn.simulation.path_equations import PathEquations, PathPlace
 from symdyn.simulation.prescribed.point_path import Approach, ScenePath
 from symdyn.simulation.tracked import AVOIDED, CLEAR, Branch, Stuck
 from symdyn.simulation.trajectory import END
@@ -71,7 +71,7 @@ def along(
     return Followed(q, u, a, off, (*notes, *more), stopped)
 
 
-def _first(equations: PathEquations, t: float, guess: Array) -> tuple[Place, list[str]]:
+def _first(equations: PathEquations, t: float, guess: Array) -> tuple[PathPlace, list[str]]:
     """Return the place at the first time that is next to a guess, and what is said of it."""
     equations.looked_at(t, guess)
     notes: list[str] = []
@@ -141,7 +141,7 @@ def _turned_back(equations: PathEquations, t: float, q: Array, guess: Array) -> 
     return q
 
 
-def _left(equations: PathEquations, first: Place) -> list[str]:
+def _left(equations: PathEquations, first: PathPlace) -> list[str]:
     """Return which coordinates rest, and what chooses where freedoms are left."""
     notes, following = [], equations.following
     resting = [name for name in following.names_of(equations.idle.tolist()) if name not in following.given]
@@ -158,8 +158,8 @@ def _left(equations: PathEquations, first: Place) -> list[str]:
 
 
 def _continued(
-    equations: PathEquations, first: Place, t: Array, span: tuple[float, float]
-) -> tuple[list[Place], list[str], str]:
+    equations: PathEquations, first: PathPlace, t: Array, span: tuple[float, float]
+) -> tuple[list[PathPlace], list[str], str]:
     """Return places at times, notes of singular ones, and why they end."""
     branch, here, rows, stopped = Branch(equations, span), first, [first], END
     for k, now in enumerate(t[1:].tolist(), start=1):
@@ -182,8 +182,8 @@ def _continued(
 
 
 def _integrated(
-    equations: PathEquations, first: Place, t: Array, span: tuple[float, float]
-) -> tuple[list[Place], list[str], str]:
+    equations: PathEquations, first: PathPlace, t: Array, span: tuple[float, float]
+) -> tuple[list[PathPlace], list[str], str]:
     """Return the same where positions follow from velocities alone."""
     rows, stopped, way = [first], END, equations.integrated(t, first)
     try:
@@ -204,7 +204,7 @@ def _integrated(
 # Words
 
 
-def _stopped(equations: PathEquations, here: Place, ahead: Array) -> str:
+def _stopped(equations: PathEquations, here: PathPlace, ahead: Array) -> str:
     """Return why a path ends at a place, on the way to the times that are next."""
     for t in ahead.tolist():
         best, off = equations.nearest(t, here.q)

@@ -52,7 +52,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Row:
+class ColumnRow:
     """Columns beside the state, by the pattern of their names.
 
     Attributes:
@@ -68,32 +68,32 @@ class Row:
     latex: Callable[[re.Match[str]], str] = lambda found: ""
 
 
-def _force(found: re.Match[str]) -> str:
-    return "N" if found["what"][0] == "f" else "N m"
+def _force(match: re.Match[str]) -> str:
+    return "N" if match["what"][0] == "f" else "N m"
 
 
-def _momentum(found: re.Match[str]) -> str:
-    return "kg m/s" if found["what"] == "P" else "kg m^2/s"
+def _momentum(match: re.Match[str]) -> str:
+    return "kg m/s" if match["what"] == "P" else "kg m^2/s"
 
 
 ROWS = (
-    Row("(kinetic|potential)_energy|work", ENERGIES, "J"),
-    Row("(drive|other)_power", "powers", "W"),
-    Row("energy_error", "error of the energy balance", "J"),
-    Row("loop_error", "residual of the loops", "m or 1"),
-    Row("loop_rate_error", "velocity against rows", "m/s or rad/s"),
-    Row(
+    ColumnRow("(kinetic|potential)_energy|work", ENERGIES, "J"),
+    ColumnRow("(drive|other)_power", "powers", "W"),
+    ColumnRow("energy_error", "error of the energy balance", "J"),
+    ColumnRow("loop_error", "residual of the loops", "m or 1"),
+    ColumnRow("loop_rate_error", "velocity against rows", "m/s or rad/s"),
+    ColumnRow(
         "point_(?P<name>.+)_(?P<axis>[xyz])",
         "points",
         "m",
         lambda found: f"{found['axis']}_{{\\mathrm{{{in_latex(found['name'])}}}}}",
     ),
-    Row(r"reaction_.+_(?P<what>[fm])[xyz](_joint|_ground)?(_not_unique)?", "reactions", _force),
-    Row(r"multiplier_.+_(?P<what>[fm])[xyz]_joint(_\d+)?(_not_unique)?", "multipliers", _force),
-    Row(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),
-    Row(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
-    Row(r"multiplier_.+", "multipliers", ""),
-    Row(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
+    ColumnRow(r"reaction_.+_(?P<what>[fm])[xyz](_joint|_ground)?(_not_unique)?", "reactions", _force),
+    ColumnRow(r"multiplier_.+_(?P<what>[fm])[xyz]_joint(_\d+)?(_not_unique)?", "multipliers", _force),
+    ColumnRow(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),
+    ColumnRow(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
+    ColumnRow(r"multiplier_.+", "multipliers", ""),
+    ColumnRow(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
 )
 """The first that fits."""
 

@@ -67,15 +67,15 @@ class Control:
         found.start(initial.q, initial.u)
         return found
 
-    def told(self, found: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
+    def told(self, trajectory: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
         """Return a run with what is told of the controller: what it held, when it was cut."""
         if self.controller is None or loops is None:
-            return found
-        cuts, end = loops.loops[0].cuts, float(found.t[-1])
+            return trajectory
+        cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])
         others = tuple(k for one in self.functions for k in one.places)
-        held = () if self.sampled is None else held_columns(found.scene, forces, self.sampled, others)
-        notes = (*found.notes, *told(cuts, end))
-        return replace(found, held=held, saturations=cuts.until(end), notes=notes)
+        held = () if self.sampled is None else held_columns(trajectory.scene, forces, self.sampled, others)
+        notes = (*trajectory.notes, *told(cuts, end))
+        return replace(trajectory, held=held, saturations=cuts.until(end), notes=notes)
 
 
 def control(scene: Scene, feedback: Said | None, forces: Forces, until: float) -> Control:

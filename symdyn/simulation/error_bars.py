@@ -80,11 +80,11 @@ class Uncertainty(Shown):
         start: Values | None,
         start_rates: Values | None,
         every: float | None,
-        wanted: Sequence[str],
+        requested: Sequence[str],
     ) -> Uncertainty:
         """Return the uncertainty of a run by that of `names`, shape (k,), of this covariance, shape (k, k).
 
-        `wanted` are columns or patterns, none for the usual ones; other arguments as of `simulate`.
+        `requested` are columns or patterns, none for the usual ones; other arguments as of `simulate`.
 
         Raises:
             SimulateError: with every fault of the arguments; forces that have no derivative; or a run that fails.
@@ -99,7 +99,7 @@ class Uncertainty(Shown):
         if len(run.t) < 2:
             raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
         found = variations(run, given, initial, names)
-        columns = _columns(run, wanted)
+        columns = _columns(run, requested)
         said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
         return cls(run, tuple(names), covariance, columns, found.slopes(columns), (*run.notes, *said))
 
@@ -114,7 +114,7 @@ class Uncertainty(Shown):
         times: npt.ArrayLike,
         start: Values | None,
         forces: Forces | Entries,
-        wanted: Sequence[str],
+        requested: Sequence[str],
     ) -> Uncertainty:
         """Return the uncertainty of what a motion takes; arguments as of `of_run` and `inverse`."""
         laws, ways = read_motion(scene, motion), read_path(scene, path)
@@ -124,8 +124,8 @@ class Uncertainty(Shown):
             return inverse(scene, laws, times, say=notes.append, values=values, path=ways, start=start, forces=forces)
 
         run = told({})
-        columns = chosen(run.names, wanted, scene.name) if wanted else _columns(run, ())
-        if not wanted:
+        columns = chosen(run.names, requested, scene.name) if requested else _columns(run, ())
+        if not requested:
             columns = tuple(name for name in columns if name not in (*scene.coordinates, *scene.velocities))
         slopes, said = force_slopes(run, told, laws, not ways.points, columns, names)
         return cls(run, tuple(names), covariance, columns, slopes, (*run.notes, *said))
@@ -228,10 +228,10 @@ class Uncertainty(Shown):
         return _figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
 
 
-def _columns(run: Trajectory, wanted: Sequence[str]) -> tuple[str, ...]:
+def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
     """Return the columns that are chosen, or the usual ones."""
-    if wanted:
-        names = chosen(run.names, wanted, run.scene.name)
+    if requested:
+        names = chosen(run.names, requested, run.scene.name)
         lacking = [name for name in names if name in UNTOLD or name == "t"]
         if lacking:
             raise SimulateError(f"{run.scene.name}: {', '.join(lacking)} has no uncertainty that could be told")
@@ -240,37 +240,39 @@ def _columns(run: Trajectory, wanted: Sequence[str]) -> tuple[str, ...]:
     return tuple(one.name for one in run.columns if one.kind in USUAL and (one.kind != FORCES or one.name in moving))
 
 
-def _figure(found: Uncertainty, names: Sequence[str]) -> Figure:
+def _figure(uncertainty: Uncertainty, names: Sequence[str]) -> Figure:
     """Return the figure. Errors as of `Uncertainty.plot`."""
-    filled = _filled(found, names)
+    filled = _filled(uncertainty, names)
     check_plot()
-    return filled.figure(3 * len(found.t) * len(found.names))
+    return filled.figure(3 * len(uncertainty.t) * len(uncertainty.names))
 
 
-def _filled(found: Uncertainty, names: Sequence[str]) -> FilledFigure:
-    every = chosen(found.names, names, found.run.scene.name) if names else found.names
+def _filled(uncertainty: Uncertainty, names: Sequence[str]) -> FilledFigure:
+    every = chosen(uncertainty.names, names, uncertainty.run.scene.name) if names else uncertainty.names
     shown = every[:MOST_PANELS]
 
     def fill(made: Any) -> None:
         axes = made.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for axis, name in zip(axes, shown, strict=True):
-            _draw(axis, found, name)
+            _draw(axis, uncertainty, name)
         more = len(every) - len(shown)
-        told = f"bands of one and two standard deviations, by {listed(found.varied)}"
+        told = f"bands of one and two standard deviations, by {listed(uncertainty.varied)}"
         told += f" (and {more} more columns)" if more else ""
         axes[0].set_title(told, loc="left", fontsize=9).set_parse_math(False)
-        axes[-1].set_xlabel("$t$, s" if found.run.columns[0].unit else "$t$")
+        axes[-1].set_xlabel("$t$, s" if uncertainty.run.columns[0].unit else "$t$")
         made.align_ylabels(axes)
 
-    return FilledFigure(found.run.scene.name, (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill)
+    return FilledFigure(uncertainty.run.scene.name, (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill)
 
 
-def _draw(axis: Any, found: Uncertainty, name: str) -> None:
-    place = found.names.index(name)
-    middle, sd = found.run[name], found.sd[:, place]
+def _draw(axis: Any, uncertainty: Uncertainty, name: str) -> None:
+    place = uncertainty.names.index(name)
+    middle, sd = uncertainty.run[name], uncertainty.sd[:, place]
     for count, alpha in ((2, 0.18), (1, 0.28)):
-        axis.fill_between(found.t, middle - count * sd, middle + count * sd, color=COLOUR, alpha=alpha, linewidth=0)
-    axis.plot(found.t, middle, color=COLOUR, linewidth=1.0)
-    unit = found.columns[place].printed_unit
+        axis.fill_between(
+            uncertainty.t, middle - count * sd, middle + count * sd, color=COLOUR, alpha=alpha, linewidth=0
+        )
+    axis.plot(uncertainty.t, middle, color=COLOUR, linewidth=1.0)
+    unit = uncertainty.columns[place].printed_unit
     axis.set_ylabel(f"{name}, {unit}" if unit else name).set_parse_math(False)
     axis.grid(alpha=0.3)

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.build import lambdify
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.simulation.equations.opened import opened
+from symdyn.runtime import lambdify
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.scene_motion import SceneMotion
 from symdyn.simulation.trajectory import Trajectory
@@ -27,7 +27,7 @@ STEP = 1e-5
 
 def force_slopes(
     run: Trajectory,
-    told: Callable[[Mapping[str, float]], Trajectory],
+    reported: Callable[[Mapping[str, float]], Trajectory],
     motion: SceneMotion,
     plain: bool,
     columns: Sequence[str],
@@ -37,7 +37,7 @@ def force_slopes(
 
     Args:
         run: the motion at the means.
-        told: the same at other values of parameters.
+        reported: the same at other values of parameters.
         motion: its laws.
         plain: whether no path is followed.
         columns: of the run.
@@ -59,7 +59,7 @@ def force_slopes(
     at = [columns.index(name) for name in beside]
     for k, name in enumerate(names):
         step = STEP * (abs(values[name]) or 1.0)
-        sides = [told({name: values[name] + sign * step}) for sign in (1, -1)]
+        sides = [reported({name: values[name] + sign * step}) for sign in (1, -1)]
         if any(len(one.t) < len(run.t) for one in sides):
             raise SimulateError(f"{run.scene.name}: next to {name} = {values[name]:g} the motion has no forces")
         found[:, at, k] = np.array([(sides[0][one] - sides[1][one]) / (2 * step) for one in beside]).T

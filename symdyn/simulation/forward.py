@@ -1,4 +1,4 @@
-"""Forces prescribed, motion computed: the door `simulate`."""
+"""Forces prescribed, motion computed: the entry point `simulate`."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of
 from symdyn.simulation.run import STOPPED, Run, integrated
-from symdyn.simulation.told_run import overlooked, trajectory_of
 from symdyn.simulation.trajectory import END, INTERRUPTED, Trajectory
+from symdyn.simulation.trajectory_builder import overlooked, trajectory_of
 from symdyn.simulation.valueless import valueless
 
 DRIFT = 1e-2
@@ -178,11 +178,11 @@ def _beyond(system: StateEquations, run: Run) -> Array | None:
     return None if run.low is None else run.low[:, : system.nq + system.nv]
 
 
-def one_run(said: Mapping[str, object]) -> None:
+def one_run(specified: Mapping[str, object]) -> None:
     """Raise SimulateError where a number of a run is an array: that is many runs."""
     many = [
         f"{what}: {name} has {np.size(one)} numbers, and a run takes one; symdyn.ensemble takes arrays, a run a number"
-        for what, given in said.items()
+        for what, given in specified.items()
         for name, one in (given.items() if isinstance(given, Mapping) else ())
         if isinstance(one, Sequence | np.ndarray) and not isinstance(one, str) and np.ndim(one) > 0
     ]

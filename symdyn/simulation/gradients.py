@@ -1,4 +1,4 @@
-"""How the end of a run depends on its start and on parameters: the door `sensitivity`.
+"""How the end of a run depends on its start and on parameters: the entry point `sensitivity`.
 
     Φ = ∂(end)/∂(start, p)        by variational equations (forward) or by adjoints (backward), see `tape`
 

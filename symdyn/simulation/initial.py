@@ -18,7 +18,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
 from symdyn.simulation.equations.conserved import values_on
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
@@ -168,13 +168,13 @@ def no_equations(numbers: Numbers, q: Array) -> None:
         raise SimulateError(f"start: {why}")
 
 
-def _by_name(said: Values | None, what: str, faults: Faults) -> Mapping[str, Any]:
+def _by_name(values: Values | None, what: str, faults: Faults) -> Mapping[str, Any]:
     """Return formulas by name, none after a fault."""
-    if isinstance(said, str):
-        return words(split_commas(said), what, faults)
-    if said is None or isinstance(said, Mapping):
-        return said or {}
-    faults.add(what, f"a {type(said).__name__} names nothing; give values by name, such as {{'q1': 0.3}}")
+    if isinstance(values, str):
+        return words(split_commas(values), what, faults)
+    if values is None or isinstance(values, Mapping):
+        return values or {}
+    faults.add(what, f"a {type(values).__name__} names nothing; give values by name, such as {{'q1': 0.3}}")
     return {}
 
 

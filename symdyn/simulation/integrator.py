@@ -53,7 +53,7 @@ def choose(
     system: StateEquations,
     x: Array,
     until: float,
-    asked: str | None = None,
+    requested: str | None = None,
     rtol: float | None = None,
     limited: bool = False,
 ) -> Choice:
@@ -65,8 +65,8 @@ def choose(
     Raises:
         SimulateError: there is no such method, it does not apply, or its library is missing.
     """
-    if asked is not None:
-        return _asked(system, asked.lower(), limited, rtol, "take dop853")
+    if requested is not None:
+        return _asked(system, requested.lower(), limited, rtol, "take dop853")
     if rtol is not None and rtol < DOUBLES:
         return replace(_asked(system, _finer(), limited, rtol), reason="doubles have no such tolerance")
     if is_stiff(system, x, until):

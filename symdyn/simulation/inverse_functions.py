@@ -24,7 +24,7 @@ from symdyn.simulation.equations.compiled_routines import (
 )
 from symdyn.simulation.equations.crossings import limits_of
 from symdyn.simulation.equations.decisions import written_decisions
-from symdyn.simulation.equations.opened import Opened, opened
+from symdyn.simulation.equations.parametrised import Opened, opened
 from symdyn.simulation.prescribed.point_path import ScenePath
 
 

@@ -1,4 +1,4 @@
-"""Motion prescribed, driving forces computed: the door `inverse`.
+"""Motion prescribed, driving forces computed: the entry point `inverse`.
 
 In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
 points and frames have paths, coordinates follow these too (along_path.py).
@@ -23,7 +23,7 @@ from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import SLACK
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.followed import Followed, followed
 from symdyn.simulation.following import Tied
 from symdyn.simulation.initial import Start, Values, no_equations

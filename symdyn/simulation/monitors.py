@@ -14,7 +14,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers
 from symdyn.simulation.trajectory import Trajectory

@@ -23,7 +23,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
-from symdyn.simulation.prescribed.point_path import Approach, Asked, PointPath
+from symdyn.simulation.prescribed.point_path import Approach, PathRequest, PointPath
 
 AGREED = 1e-7
 """Largest difference of both sides of A u = b, over the size of the velocities."""
@@ -32,7 +32,7 @@ STEPS, HALVINGS, WIDEST = 60, 12, 0.5
 
 
 @dataclass(frozen=True)
-class Place:
+class PathPlace:
     """Where a path is: q (nq,), u (nv,), u̇ (nv,), the dimensionless A of what is loose, and σ over its usual size."""
 
     t: float
@@ -55,11 +55,11 @@ class PathEquations:
         """Take laws and loops, paths, and what gives the rates of their matrices by name where they are needed."""
         self.following, self.paths, self.rates = following, tuple(paths), rates
         self.numbers, self.functions = following.numbers, following.functions
-        self._asked: tuple[float, list[tuple[PointPath | Approach, Asked]]] = np.nan, []
+        self._asked: tuple[float, list[tuple[PointPath | Approach, PathRequest]]] = np.nan, []
 
     # Equations
 
-    def asked(self, t: float) -> list[tuple[PointPath | Approach, Asked]]:
+    def asked(self, t: float) -> list[tuple[PointPath | Approach, PathRequest]]:
         """Return what every path asks for at a time."""
         if self._asked[0] != t:
             self._asked = t, [(path, path.at(t)) for path in self.paths]
@@ -233,11 +233,11 @@ class PathEquations:
         off = float(np.abs(r).max(initial=0.0))
         return q if off <= CLOSED * max(1.0, float(np.abs(q).max(initial=0.0))) else None
 
-    def place(self, t: float, q: Array) -> Place:
+    def place(self, t: float, q: Array) -> PathPlace:
         """Return what a position on the path at t belongs to; SimulateError where it has no velocities."""
         A = self.matrix(t, q)
         u = self.velocities(t, q, A)
-        return Place(t, q, u, self.accelerations(t, q, u, A), self.scaled(A), self.clear(A))
+        return PathPlace(t, q, u, self.accelerations(t, q, u, A), self.scaled(A), self.clear(A))
 
     def clear(self, A: Array) -> float:
         """Return σ over its usual size."""
@@ -278,7 +278,7 @@ class PathEquations:
 
     # Least velocities
 
-    def integrated(self, t: Array, first: Place) -> Iterator[Array]:
+    def integrated(self, t: Array, first: PathPlace) -> Iterator[Array]:
         """Yield positions at times by integration of the least velocities.
 
         Raises:

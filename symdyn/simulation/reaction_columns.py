@@ -18,15 +18,15 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
 from symdyn.dynamics.reactions import why_no_reactions
-from symdyn.dynamics.roads import WrittenDecisions, reaction_names, unique
 from symdyn.graph import reachable
 from symdyn.program import Candidates, formulate
 from symdyn.scene import Scene
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import written_decisions
-from symdyn.simulation.equations.opened import Opened, opened
+from symdyn.simulation.equations.parametrised import Opened, opened
 from symdyn.simulation.trajectory import Trajectory
 
 
@@ -45,11 +45,11 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
     return np.asarray(np.einsum("nrk,nk->nr", np.linalg.pinv(G.transpose(0, 2, 1)), f - motion.tau))
 
 
-def _over(motion: Trajectory, made: Compiled, found: Opened, function: Function) -> Array:
+def _over(motion: Trajectory, made: Compiled, result: Opened, function: Function) -> Array:
     """Return a compiled function at all samples of a motion, shape (N, ...)."""
     known = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
     known |= {"inputs": motion.inputs} if motion.scene.inputs else {}
-    values = made.at(found.values)[function.name](*(known[one] for one in made.takes(function.name)))
+    values = made.at(result.values)[function.name](*(known[one] for one in made.takes(function.name)))
     return np.broadcast_to(values, (len(motion.t), *function.shape))
 
 

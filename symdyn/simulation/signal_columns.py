@@ -1,7 +1,7 @@
 """Columns of a motion that a person names: inputs, and outputs as their formulas say, from the columns of the motion.
 
-Functions called `outputs` are derived, `output:NAME` by two roads; these columns are worked out from places, reactions
-and forces as they came out.
+Functions called `outputs` are derived, `output:NAME` by two formulations; these columns are worked out from places,
+reactions and forces as they came out.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS, suggestion
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 from symdyn.simulation.reaction_columns import multiplier_columns, reaction_columns
 from symdyn.simulation.trajectory import Trajectory

@@ -24,7 +24,7 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
-class Run:
+class TimedRun:
     """States of a run, the processor time of its integration in seconds, and its evaluations."""
 
     x: Array
@@ -52,7 +52,7 @@ class Runs:
         ready(system, x)
         return cls(system, x)
 
-    def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> Run:
+    def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> TimedRun:
         """Return a run; what comes before the first step, such as compiling, is not in its time.
 
         Raises:
@@ -67,13 +67,15 @@ class Runs:
             begin = begin if pieces else time.thread_time()
             pieces.append(piece)
         seconds = time.thread_time() - begin
-        return Run(np.concatenate([piece.x for piece in pieces]), seconds, sum(piece.evaluations for piece in pieces))
+        return TimedRun(
+            np.concatenate([piece.x for piece in pieces]), seconds, sum(piece.evaluations for piece in pieces)
+        )
 
     def truth(self, until: float) -> Truth:
         """Return where the motion ends, to more digits than a double has; errors as of `run`."""
         return truth(self.system, self.x, until, lambda name, tolerance: self.run(name, tolerance, until).x[-1])
 
-    def drift(self, made: Run, until: float) -> float:
+    def drift(self, made: TimedRun, until: float) -> float:
         """Return the largest error of the balance of energy of a run over its size."""
         _, monitors = observe(self.system, np.linspace(0.0, until, len(made.x)), made.x)
         return monitors["energy"] / (monitors["energy_scale"] or 1.0)

@@ -20,7 +20,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.simulation.following import CLOSED
-from symdyn.simulation.path_equations import AGREED, PathEquations, Place
+from symdyn.simulation.path_equations import AGREED, PathEquations, PathPlace
 
 CLEAR = 1e-2
 """σ over its usual size below which a sample loses digits."""
@@ -51,7 +51,7 @@ class Passed:
 class Stuck(Exception):  # noqa: N818  an end, not a fault
     """No place follows on this branch."""
 
-    def __init__(self, here: Place) -> None:
+    def __init__(self, here: PathPlace) -> None:
         super().__init__()
         self.here = here
 
@@ -64,7 +64,7 @@ class Branch:
         self.equations, self.span = equations, span
         self.passed: list[Passed] = []
 
-    def on(self, here: Place, t: float) -> Place:
+    def on(self, here: PathPlace, t: float) -> PathPlace:
         """Return the place at t, later or earlier, that smooth coordinates come to.
 
         Raises:
@@ -83,7 +83,7 @@ class Branch:
             here, step = found, 2 * step
         return here
 
-    def _step(self, here: Place, step: float, end: float) -> Place | None:
+    def _step(self, here: PathPlace, step: float, end: float) -> PathPlace | None:
         t = end if step == end - here.t else here.t + step
         way = here.u * step + here.a * step**2 / 2
         size = float(np.abs(way[self.equations.loose] / self.equations.columns).max(initial=0.0))
@@ -102,10 +102,10 @@ class Branch:
         except SimulateError:
             if t != end:
                 return None
-            found = Place(t, q, here.u, here.a, self.equations.scaled(self.equations.matrix(t, q)), 0.0)
+            found = PathPlace(t, q, here.u, here.a, self.equations.scaled(self.equations.matrix(t, q)), 0.0)
         return None if found.clear < AVOIDED and t != end else found
 
-    def _look_back(self, one: Place, other: Place) -> None:
+    def _look_back(self, one: PathPlace, other: PathPlace) -> None:
         """Remember a singular place between two."""
         if self.equations.left or other.clear < AVOIDED or one.clear < AVOIDED or not self.equations.rank:
             return
@@ -127,7 +127,7 @@ class Branch:
         if not any(abs(t - known.t) < 1e-5 * max(1.0, abs(t)) for known in self.passed):
             self.passed.append(Passed(t, np.asarray(curve(t))))
 
-    def sampled(self, here: Place, t: float) -> tuple[Place, Place]:
+    def sampled(self, here: PathPlace, t: float) -> tuple[PathPlace, PathPlace]:
         """Return the place at t, and one to go on from.
 
         Raises:
@@ -150,7 +150,7 @@ class Branch:
             raise Stuck(here)
         return found, found
 
-    def _through(self, here: Place, t: float, gap: float) -> tuple[Place, Place]:
+    def _through(self, here: PathPlace, t: float, gap: float) -> tuple[PathPlace, PathPlace]:
         """Return the place at t by those around it, and the last of these."""
         nodes, now = [], here
         for k in NODES:
@@ -160,7 +160,7 @@ class Branch:
             raise Stuck(here)
         return self._between(nodes, t, here), now
 
-    def _between(self, nodes: Sequence[Place], t: float, here: Place) -> Place:
+    def _between(self, nodes: Sequence[PathPlace], t: float, here: PathPlace) -> PathPlace:
         """Return what polynomials through places say in their middle."""
         from scipy.interpolate import BarycentricInterpolator
 
@@ -179,4 +179,4 @@ class Branch:
             float(np.abs(x).max(initial=0.0)) > most * size for x, most, size in zip(off, allowed, sizes, strict=True)
         ):
             raise Stuck(here)
-        return Place(t, q, u, a, self.equations.scaled(A), 0.0)
+        return PathPlace(t, q, u, a, self.equations.scaled(A), 0.0)

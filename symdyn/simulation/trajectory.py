@@ -1,4 +1,4 @@
-"""The noun of this room: what moved, how, and how well the laws of mechanics were kept."""
+"""The noun of this package: what moved, how, and how well the laws of mechanics were kept."""
 
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ from symdyn.simulation.integrate.method import LIBRARIES_RAISE
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.run import Run
-from symdyn.simulation.told_run import trajectory_of
 from symdyn.simulation.trajectory import END, Trajectory
+from symdyn.simulation.trajectory_builder import trajectory_of
 
 RTOL = 1e-10
 """Relative tolerance of a step, of the motion and of its variations."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.errors import SymdynError
 from symdyn.simulation import Ensemble, ensemble
-from symdyn.study.found import Found, impossible
+from symdyn.study.block_result import BlockResult, impossible
 from symdyn.study.job import Job
 from symdyn.study.place_block import at_places
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD, STOPPED
@@ -22,13 +22,13 @@ Rows: TypeAlias = NDArray[np.int64]
 NO_NUMBER = "the motion has no finite value"
 
 
-def block(job: Job, k: int) -> Found:
+def block(job: Job, k: int) -> BlockResult:
     """Return what comes of block k of a job."""
-    found: Found = KINDS[job.kind].run(job, *job.span(k))
+    found: BlockResult = KINDS[job.kind].run(job, *job.span(k))
     return found
 
 
-def _runs(job: Job, first: int, last: int) -> Found:
+def _runs(job: Job, first: int, last: int) -> BlockResult:
     """Return measures over runs; those at values that the scene cannot have fail alone, and the others go on."""
     values = job.design.values(first, last)
     measures = np.full((len(values), len(job.measures)), np.nan)
@@ -48,23 +48,23 @@ def _runs(job: Job, first: int, last: int) -> Found:
         told |= {int(row): word for row, word, whole in zip(some, words, ended, strict=True) if not whole}
         told |= {int(row): NO_NUMBER for row in some[ended & ~began]}
     measures[codes == FAILED] = np.nan
-    return Found(
+    return BlockResult(
         measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]), tuple(notes)
     )
 
 
-def _possible(job: Job, values: Array, rows: Rows, told: dict[int, str]) -> Iterator[tuple[Rows, Ensemble]]:
-    """Yield rows and their runs; rows that spoil the others are found by halving, and their words go to `told`."""
+def _possible(job: Job, values: Array, rows: Rows, reported: dict[int, str]) -> Iterator[tuple[Rows, Ensemble]]:
+    """Yield rows and their runs; rows that spoil the others are found by halving, and their words go to `reported`."""
     if not len(rows):
         return
     try:
         found = _together(job, values[rows])
     except SymdynError as fault:
         if len(rows) == 1:
-            told[int(rows[0])] = " ".join(str(fault).split())
+            reported[int(rows[0])] = " ".join(str(fault).split())
             return
         for half in np.array_split(rows, 2):
-            yield from _possible(job, values, half, told)
+            yield from _possible(job, values, half, reported)
         return
     yield rows, found
 
@@ -84,15 +84,15 @@ def _together(job: Job, values: Array) -> Ensemble:
 
 
 @dataclass(frozen=True)
-class Kind:
+class BlockKind:
     """What is computed of a set of values.
 
     Attributes:
         run: from job, the number of the first run, and that behind the last one.
     """
 
-    run: Callable[[Job, int, int], Found]
+    run: Callable[[Job, int, int], BlockResult]
 
 
-KINDS: Mapping[str, Kind] = {"runs": Kind(_runs), "places": Kind(at_places)}
+KINDS: Mapping[str, BlockKind] = {"runs": BlockKind(_runs), "places": BlockKind(at_places)}
 """What a job can be of."""

@@ -148,12 +148,12 @@ def _all_that_ended(ended: queue.SimpleQueue[Task]) -> list[Task]:
     return some
 
 
-def _gone(told: str) -> str:
-    return f"{told}: the connection is lost; what is done is kept, and the same call goes on, there or elsewhere"
+def _gone(reported: str) -> str:
+    return f"{reported}: the connection is lost; what is done is kept, and the same call goes on, there or elsewhere"
 
 
-def _missing(told: str, fault: ModuleNotFoundError) -> str:
-    return f"{told}: a worker has no {fault.name}; install what this process has where workers run"
+def _missing(reported: str, fault: ModuleNotFoundError) -> str:
+    return f"{reported}: a worker has no {fault.name}; install what this process has where workers run"
 
 
 def _job(job: Any, made_by: str) -> Any:
@@ -184,13 +184,13 @@ def of_client(client: distributed.Client, say: Say) -> Iterator[Cluster]:
     yield found
 
 
-def _check(found: Cluster) -> None:
+def _check(cluster: Cluster) -> None:
     """Look whether all workers that are there have this version.
 
     Raises:
         StudyError: one has not.
     """
-    versions = found.client.run(version, on_error="return")
+    versions = cluster.client.run(version, on_error="return")
     faults = []
     for worker, told in versions.items():
         if isinstance(told, Exception):  # of the class Exception alone where it cannot be pickled there

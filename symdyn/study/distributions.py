@@ -31,7 +31,7 @@ Arguments = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Kind:
+class DistributionKind:
     """A way to vary a name.
 
     Attributes:
@@ -129,55 +129,55 @@ def _triangular(u: Array, one: Arguments) -> Array:
     return np.asarray(np.where(u < peak, rising, high - np.sqrt((1 - u) * width * (high - mode))))
 
 
-DISTRIBUTIONS: Mapping[str, Kind] = {
-    "linspace": Kind(
+DISTRIBUTIONS: Mapping[str, DistributionKind] = {
+    "linspace": DistributionKind(
         ("start", "stop", "count"),
         "count values from start to stop, evenly",
         lambda one: np.linspace(one["start"], one["stop"], int(one["count"])),
         fault=_counted,
         plain=("count",),
     ),
-    "geomspace": Kind(
+    "geomspace": DistributionKind(
         ("start", "stop", "count"),
         "count values from start to stop, each the same multiple of the last",
         lambda one: np.geomspace(one["start"], one["stop"], int(one["count"])),
         fault=_geometric,
         plain=("count",),
     ),
-    "logspace": Kind(
+    "logspace": DistributionKind(
         ("start", "stop", "count"),
         "the same from 10**start to 10**stop",
         lambda one: np.logspace(one["start"], one["stop"], int(one["count"])),
         fault=_counted,
         plain=("start", "stop", "count"),
     ),
-    "uniform": Kind(
+    "uniform": DistributionKind(
         ("low", "high"),
         "any value between low and high alike",
         quantile=lambda u, one: np.asarray(one["low"] + u * (one["high"] - one["low"])),
         fault=_ordered("low", "high"),
     ),
-    "loguniform": Kind(
+    "loguniform": DistributionKind(
         ("low", "high"),
         "any order of magnitude between low and high alike",
         quantile=lambda u, one: np.asarray(one["low"] * (one["high"] / one["low"]) ** u),
         fault=lambda one: _above_zero("low", one) or _ordered("low", "high")(one),
     ),
-    "normal": Kind(
+    "normal": DistributionKind(
         ("mean", "sigma", "low", "high"),
         "a normal distribution; nothing outside low and high, where they are given",
         quantile=_normal,
         fault=_cut,
         defaults={"low": -math.inf, "high": math.inf},
     ),
-    "lognormal": Kind(
+    "lognormal": DistributionKind(
         ("median", "sigma"),
         "log(value / median) is normal with standard deviation sigma",
         quantile=_lognormal,
         fault=lambda one: _above_zero("median", one) or _spread(one),
         plain=("sigma",),
     ),
-    "triangular": Kind(
+    "triangular": DistributionKind(
         ("low", "mode", "high"),
         "between low and high, most often at mode",
         quantile=_triangular,

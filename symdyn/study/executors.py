@@ -1,4 +1,4 @@
-"""Where the blocks of a study are computed, a row of `EXECUTORS` each, and the door to it."""
+"""Where the blocks of a study are computed, a row of `EXECUTORS` each, and the entry point to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door `uncertainty`: what is uncertain in parameters and starts, carried to motions and forces to first order.
+"""`uncertainty`: what is uncertain in parameters and starts, carried to motions and forces to first order.
 
     motion     x' = f(t, x, p)           variational equations at all samples (symdyn.simulation.variations)
     forces     τ = ID(q, u, u̇, p)        ∂ID/∂p along the motion, which is held (`inverse_dynamics_by_parameters`)
@@ -21,7 +21,7 @@ from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import Forces, Uncertainty, Values
 from symdyn.simulation.prescribed import Entries
-from symdyn.study.spread import read_spread
+from symdyn.study.covariances import read_spread
 
 
 def uncertainty(

@@ -207,10 +207,10 @@ def _told(path: Path) -> Iterator[None]:
         raise StudyError(f"{path} is no sweep of symdyn, or a spoilt one ({fault}); give another file") from None
 
 
-def _flat(told: Mapping[str, Any], front: str = "") -> dict[str, Any]:
+def _flat(reported: Mapping[str, Any], front: str = "") -> dict[str, Any]:
     """Return nested tables as one, for messages."""
     found: dict[str, Any] = {}
-    for key, value in told.items():
+    for key, value in reported.items():
         if isinstance(value, Mapping):
             found |= _flat(value, f"{front}{key} ")
         else:

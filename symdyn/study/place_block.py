@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.build import Loaded, Operand, load
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
+from symdyn.runtime import Loaded, Operand, load
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults
 from symdyn.simulation import Measure
 from symdyn.simulation.prescribed import drive_names
-from symdyn.study.found import Found, impossible
+from symdyn.study.block_result import BlockResult, impossible
 from symdyn.study.job import Job
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD
 from symdyn.unlocked import cached_property
@@ -79,21 +79,21 @@ def called(scene: Scene, function: str, free: tuple[str, ...]) -> Called:
     return Called(found, name, _results(scene, found, name))
 
 
-def _results(scene: Scene, found: Loaded, name: str) -> tuple[str, ...]:
+def _results(scene: Scene, loaded: Loaded, name: str) -> tuple[str, ...]:
     """Return a name for every entry of the result: those of drives, else its own with places: tau1, M1_2, K."""
-    result, shape = found.signatures[name].split(" -> ")[1].split(":")[0], _shape(found, name)
+    result, shape = loaded.signatures[name].split(" -> ")[1].split(":")[0], _shape(loaded, name)
     if result == "tau" and shape == (len(scene.velocities),):
         return drive_names(scene)
     return tuple(result + "_".join(str(i + 1) for i in at) for at in np.ndindex(*shape))
 
 
-def _shape(found: Loaded, name: str) -> tuple[int, ...]:
-    inside = found.signatures[name].rsplit("->", 1)[1].strip("()")
+def _shape(loaded: Loaded, name: str) -> tuple[int, ...]:
+    inside = loaded.signatures[name].rsplit("->", 1)[1].strip("()")
     return tuple(int(one) for one in inside.split(",") if one)
 
 
 @dataclass(frozen=True)
-class Reading:
+class PlaceReading:
     """Formulas of a study, read once a process.
 
     Attributes:
@@ -119,7 +119,7 @@ class Reading:
 
 
 @lru_cache(maxsize=4)
-def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], free: tuple[str, ...]) -> Reading:
+def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], free: tuple[str, ...]) -> PlaceReading:
     """Return formulas of measures; those that can be read."""
     found = [Measure.read(scene, formula, Faults(""), more=letters) for formula in formulas]
     measures = tuple(one for one in found if one is not None)
@@ -130,10 +130,10 @@ def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], f
     named = {name for _, symbols in expressed.values() for name in symbols} - set(free)
     values = {p.name: p.value for p in scene.parameters if p.name in named and p.value is not None}
     numbers = {name: np.asarray(float(value.at({}) or 0.0)) for name, value in values.items()}
-    return Reading(measures, expressed, numbers)
+    return PlaceReading(measures, expressed, numbers)
 
 
-def at_places(job: Job, first: int, last: int) -> Found:
+def at_places(job: Job, first: int, last: int) -> BlockResult:
     """Return measures over places, of parameter sets from `first` on; those that are none of the scene fail alone."""
     free = tuple(job.asked["varied"]["values"])
     call = called(job.scene, job.asked["function"], free)
@@ -156,13 +156,13 @@ def at_places(job: Job, first: int, last: int) -> Found:
                 told |= {begin + int(row): wrong.get(int(row), NO_NUMBER) for row in missing}
     failed = ~np.isfinite(found).all(axis=1)
     found[failed] = np.nan
-    return Found(found, np.where(failed, FAILED, ENDED).astype(np.uint8), told)
+    return BlockResult(found, np.where(failed, FAILED, ENDED).astype(np.uint8), told)
 
 
 def _chunk(
     names: tuple[str, ...],
     call: Called,
-    read: Reading,
+    read: PlaceReading,
     fixed: list[Array],
     at: dict[str, Array],
     values: Array,

@@ -18,8 +18,8 @@ from symdyn.simulation import Measure, read_start
 from symdyn.simulation.prescribed import Columns, number_of, parameter_values, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
-from symdyn.study.over import Over, read_over
 from symdyn.study.place_block import TIME, Called, called
+from symdyn.study.varied import Over, read_over
 
 At: TypeAlias = str | Path | Mapping[str, Any] | None
 
@@ -157,18 +157,18 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
     return _told(found)
 
 
-def _array(said: Any) -> Array | None:
+def _array(specified: Any) -> Array | None:
     """Return numbers, shape () or (S,); None of what is none."""
     try:
-        found = np.asarray(said)
+        found = np.asarray(specified)
     except ValueError:  # rows of several lengths
         return None
     fits = found.ndim < 2 and found.dtype.kind in "iuf" and found.size > 0 and bool(np.isfinite(found).all())
     return found.astype(np.float64) if fits else None
 
 
-def _told(found: dict[str, Array]) -> tuple[dict[str, Array], str]:
+def _told(result: dict[str, Array]) -> tuple[dict[str, Array], str]:
     from hashlib import sha256
 
-    text = ";".join(f"{name}={one.tolist()!r}" for name, one in sorted(found.items()))
-    return found, text if len(text) < 500 else f"sha256 {sha256(text.encode()).hexdigest()}"
+    text = ";".join(f"{name}={one.tolist()!r}" for name, one in sorted(result.items()))
+    return result, text if len(text) < 500 else f"sha256 {sha256(text.encode()).hexdigest()}"

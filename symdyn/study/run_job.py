@@ -20,11 +20,11 @@ from symdyn.simulation import Forces, Measure, Values, check_run, read_forces, r
 from symdyn.simulation.prescribed import Entries, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
-from symdyn.study.over import Over, read_over
+from symdyn.study.varied import Over, read_over
 
 LANES, LARGE, MOST = 64, 8192, 32768
 """Runs of a block, where nothing else is said: a part of all of them, so that there is progress, in multiples of what
-compiled code takes abreast; of many, in multiples of what keeps threads busy."""
+compiled code takes in lockstep; of many, in multiples of what keeps threads busy."""
 
 PARTS = 16
 
@@ -148,5 +148,5 @@ def _text(one: Any) -> str:
     return getattr(one, "__qualname__", type(one).__qualname__)
 
 
-def _given(said: Values | None, what: str, faults: Faults) -> dict[str, Any]:
-    return words(split_commas(said), what, faults) if isinstance(said, str) else dict(said or {})
+def _given(values: Values | None, what: str, faults: Faults) -> dict[str, Any]:
+    return words(split_commas(values), what, faults) if isinstance(values, str) else dict(values or {})

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.errors import StudyError
 from symdyn.resources import version
+from symdyn.study.block_result import BlockResult
 from symdyn.study.chunks import AGAIN, HASH, SEAL, Chunks, Hashes, seal
-from symdyn.study.found import Found
 from symdyn.study.job import Job, units_of
 from symdyn.study.study import MOST_TOLD, NOT_MADE, Study
 
@@ -48,7 +48,7 @@ class Store(Protocol):
     def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was."""
 
-    def put(self, job: Job, k: int, found: Found) -> None:
+    def put(self, job: Job, k: int, block_result: BlockResult) -> None:
         """Take what came of block k."""
 
     def study(self, notes: tuple[str, ...] = (), wall: float = 0.0) -> Study:
@@ -69,11 +69,11 @@ class InMemory:
         """Return the numbers of blocks that are not there."""
         return {k: "" for k in range(self.job.blocks) if NOT_MADE in self.codes[slice(*self.job.span(k))]}
 
-    def put(self, job: Job, k: int, found: Found) -> None:
+    def put(self, job: Job, k: int, block_result: BlockResult) -> None:
         """Take what came of block k."""
         where = slice(*job.span(k))
-        self.measures[where], self.codes[where] = found.measures, found.codes
-        self.told = first_of(self.told, found.told)
+        self.measures[where], self.codes[where] = block_result.measures, block_result.codes
+        self.told = first_of(self.told, block_result.told)
 
     def study(self, notes: tuple[str, ...] = (), wall: float = 0.0) -> Study:
         """Return what is there."""
@@ -118,7 +118,7 @@ class OnDisk:
             return f"{self.codes.shown(k)} lacks runs"
         return next(filter(None, faults), None)
 
-    def put(self, job: Job, k: int, found: Found) -> None:
+    def put(self, job: Job, k: int, block_result: BlockResult) -> None:
         """Take what came of block k: its codes last.
 
         Raises:
@@ -127,14 +127,14 @@ class OnDisk:
         first, last = job.span(k)
         try:
             chunks = (self.values, self.measures, self.codes)
-            came = (job.design.values(first, last), found.measures, found.codes)
+            came = (job.design.values(first, last), block_result.measures, block_result.codes)
             rows = [np.asarray(numbers, one.array.dtype) for one, numbers in zip(chunks, came, strict=True)]
             marks = [one.hashes.of(k, numbers) for one, numbers in zip(chunks, rows, strict=True) if one.hashes]
             self.values.put(k, rows[0])
             self.measures.put(k, rows[1])
             self.hashes.put(k, np.concatenate(marks)[None])
-            if found.told:
-                self.told = first_of(self.told, found.told)
+            if block_result.told:
+                self.told = first_of(self.told, block_result.told)
                 about = dict(self.about) | {"told": {str(number): words for number, words in self.told.items()}}
                 self.group.attrs.update(about | {SEAL: seal(about, self.arrays)})
             self.codes.put(k, rows[2])
@@ -189,6 +189,6 @@ def _read(chunks: Chunks) -> Any:
     return chunks if chunks.array.nbytes > LARGEST else chunks[:]
 
 
-def first_of(told: Mapping[int, str], more: Mapping[int, str]) -> dict[int, str]:
+def first_of(reported: Mapping[int, str], more: Mapping[int, str]) -> dict[int, str]:
     """Return the words of the runs with the lowest numbers."""
-    return dict(sorted((dict(told) | dict(more)).items())[:MOST_TOLD])
+    return dict(sorted((dict(reported) | dict(more)).items())[:MOST_TOLD])

@@ -1,4 +1,4 @@
-"""The noun of this room: what was varied, and what came of it, a row a run."""
+"""The noun of this package: what was varied, and what came of it, a row a run."""
 
 from __future__ import annotations
 

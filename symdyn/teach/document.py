@@ -278,7 +278,7 @@ class Document:
         language: "en", "sk".
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
-        road: "lagrange" or "dalembert".
+        formulation: "lagrange" or "dalembert".
     """
 
     title: str
@@ -287,7 +287,7 @@ class Document:
     graph: Graph
     names: Mapping[str, Name]
     sections: tuple[Section, ...]
-    road: str = "lagrange"
+    formulation: str = "lagrange"
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""

@@ -29,7 +29,7 @@ SMALL_SCENE = 3
 
 
 def refuse_quaternions(scene: Scene) -> None:
-    """Say where quaternions have their lesson, before anything else that a road asks of a scene.
+    """Say where quaternions have their lesson, before anything else that a formulation asks of a scene.
 
     Raises:
         DerivationError: a joint turns by a quaternion.
@@ -37,8 +37,8 @@ def refuse_quaternions(scene: Scene) -> None:
     for joint in scene.joints:
         if joint.velocities:
             raise DerivationError(
-                f"{scene.name}: joint {joint.name} turns by a quaternion; --road quaternions is the lesson about it, "
-                'and orientation = "zyx" (or another sequence of axes) gives it angles, which this road takes'
+                f"{scene.name}: joint {joint.name} turns by a quaternion; --formulation quaternions is its lesson, "
+                'and orientation = "zyx" (or another sequence of axes) gives it angles, which this formulation takes'
             )
 
 
@@ -178,7 +178,7 @@ class Lesson(Prose):
         self.refuse()
 
     def refuse(self) -> None:
-        """Say what this road does not take.
+        """Say what this formulation does not take.
 
         Raises:
             DerivationError: the scene has quaternions, or loops or other constraints.
@@ -186,8 +186,8 @@ class Lesson(Prose):
         refuse_quaternions(self.scene)
         if is_tied(self.scene):
             raise DerivationError(
-                f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
-                "--road multipliers goes on with them, --road dalembert finds all reactions"
+                f"{self.scene.name}: Lagrange's equations (5.21) are of open mechanisms, and this one has constraints; "
+                "--formulation multipliers goes on with them, --formulation dalembert finds all reactions"
             )
 
     # Derived once

@@ -109,13 +109,13 @@ def inner(latex: str) -> str:
     return _ACCENTED.sub(_dotted, text)
 
 
-def _dotted(found: re.Match[str]) -> str:
+def _dotted(match: re.Match[str]) -> str:
     """Return a base with dots: low ones on a letter, above a word where they are none of its own letters'."""
-    word = found[1].count("<mi") > 1
+    word = match[1].count("<mi") > 1
     low = "" if word else ' accent="true"'
-    return f"<mover{low}>{found[1]}<mo>{found[2]}</mo></mover>"
+    return f"<mover{low}>{match[1]}<mo>{match[2]}</mo></mover>"
 
 
-def _character(found: re.Match[str]) -> str:
-    character = chr(int(found[1], 16))
-    return found[0] if character in "<>&" else character
+def _character(match: re.Match[str]) -> str:
+    character = chr(int(match[1], 16))
+    return match[0] if character in "<>&" else character

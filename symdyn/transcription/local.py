@@ -31,7 +31,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
-from symdyn.dynamics.roads import inverse_derivatives
+from symdyn.dynamics.outputs import inverse_derivatives
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity
 from symdyn.simulation import compiled_entries, points
@@ -175,19 +175,19 @@ def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int,
     return {place: slope for place, slope in found.items() if not slope.is_zero}
 
 
-def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
+def slopes_of(w: Workspace, result: Written, name: str, inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
     """Return the partial derivatives of a local function; those of inverse dynamics by recursion where that costs less.
 
     The recursion differentiates along velocities, which are plain partial derivatives where no quaternion is.
     """
-    by_graph = partials(found.entries[name], inputs)
+    by_graph = partials(result.entries[name], inputs)
     if name != "balance" or w.state.rates != w.state.qd:
         return by_graph
     state, n = {"q": w.state.q, "qd": w.state.qd, "qdd": w.state.qdd}, w.state.n
     place = {x: k for k, x in enumerate(chain(*state.values()))}
     recursion = inverse_derivatives(w, tuple(state))
     slopes = {(i, k): x for (i, k), x in by_graph.items() if i >= n or inputs[k] not in place}
-    beside = partials(found.rest[:n], inputs)
+    beside = partials(result.rest[:n], inputs)
     for i, (k, x) in product(range(n), enumerate(inputs)):
         if x in place:
             slope = recursion[i * 3 * n + place[x]] + beside.get((i, k), w.graph.zero)
@@ -195,22 +195,22 @@ def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -
     return min(by_graph, slopes, key=lambda one: cost(one.values(), inputs))
 
 
-def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
+def locals_of(w: Workspace, result: Written) -> dict[str, Local]:
     """Return the local functions that have entries, compiled into one library."""
     parts, patterns, takes, linear = {}, {}, {}, {}
-    for name, entries in found.entries.items():
+    for name, entries in result.entries.items():
         if not entries:
             continue
-        inputs = inputs_of(found, entries)
-        slopes = slopes_of(w, found, name, [symbol for _, _, symbol in inputs])
+        inputs = inputs_of(result, entries)
+        slopes = slopes_of(w, result, name, [symbol for _, _, symbol in inputs])
         places = sorted(slopes)
         patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
-        linear[name] = not appearing(slopes.values()) & set(chain(*found.kinds.values()))
+        linear[name] = not appearing(slopes.values()) & set(chain(*result.kinds.values()))
         for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):
             symbols = appearing(some)
-            kinds = [kind for kind, those in found.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
+            kinds = [kind for kind, those in result.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
             takes[which] = kinds
-            parts[which] = some, [argument_of(kind, found.kinds[kind]) for kind in kinds]
+            parts[which] = some, [argument_of(kind, result.kinds[kind]) for kind in kinds]
     calls = compiled_entries(w, parts)
 
     def caller(which: str) -> Callable[[Mapping[str, Array]], Array]:
@@ -219,7 +219,7 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
         return lambda at: np.asarray(calls[which](*(at[kind] for kind in takes[which])), dtype=np.float64)
 
     made = {
-        name: Local(len(found.entries[name]), pattern, caller(name), caller(_slopes(name)), linear[name])
+        name: Local(len(result.entries[name]), pattern, caller(name), caller(_slopes(name)), linear[name])
         for name, pattern in patterns.items()
     }
     if w.state.rates == w.state.qd:
@@ -227,10 +227,10 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     return made
 
 
-def inputs_of(found: Written, entries: Sequence[Expr]) -> list[tuple[str, int, Expr]]:
+def inputs_of(result: Written, entries: Sequence[Expr]) -> list[tuple[str, int, Expr]]:
     """Return the unknowns that entries have in them: kind, place in it, symbol."""
     seen = appearing(entries)
-    flat = [(kind, k, symbol) for kind, symbols in found.kinds.items() for k, symbol in enumerate(symbols)]
+    flat = [(kind, k, symbol) for kind, symbols in result.kinds.items() for k, symbol in enumerate(symbols)]
     return [one for one in flat if one[2] in seen]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 
-from symdyn.dynamics.roads import kinks
+from symdyn.dynamics.outputs import kinks
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.joints import start_of

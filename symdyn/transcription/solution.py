@@ -13,14 +13,14 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, simulate
-from symdyn.simulation.prescribed import Table
+from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.tableaux import Row
 from symdyn.transcription.transcribed import Collocation
 from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)
-class Pieces(Table):
+class Pieces(ForceTable):
     """A polynomial in each interval, through the values at the stages; t are the ends of the intervals.
 
     Attributes:
@@ -172,7 +172,7 @@ class Solution(Shown):
         values = self.z[problem.place["force"]]
         if len(problem.method.c) == 1:
             t = self.duration * grid.share[grid.stage]
-            return Forces(tables={k: Table(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
+            return Forces(tables={k: ForceTable(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
         t = self.duration * grid.share[grid.node]
         tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
         return Forces(tables=dict(zip(problem.driven, tables, strict=True)))

@@ -67,20 +67,20 @@ def _sizes(problem: Collocation) -> Array:
     return np.where(bounded, np.minimum(np.where(bounded, most - least, 0.0) / 2, 2 * usual), usual)
 
 
-def best_of(found: Sequence[Solution], seed: int | None) -> Solution:
+def best_of(solutions: Sequence[Solution], seed: int | None) -> Solution:
     """Return the best of what starts led to, the other optima beside it, best first; the first where none ended."""
     groups: list[list[Solution]] = []
-    for one in sorted((one for one in found if one.success), key=lambda one: one.objective):
+    for one in sorted((one for one in solutions if one.success), key=lambda one: one.objective):
         group = next((group for group in groups if _same(group[0], one)), None)
         if group is None:
             groups.append([one])
         else:
             group.append(one)
-    failed = tuple(sorted(Counter(one.status for one in found if not one.success).items()))
+    failed = tuple(sorted(Counter(one.status for one in solutions if not one.success).items()))
     if not groups:
-        return replace(found[0], searched=Searched(len(found), seed, (), failed))
+        return replace(solutions[0], searched=Searched(len(solutions), seed, (), failed))
     led = tuple((group[0].objective, len(group)) for group in groups)
-    searched = Searched(len(found), seed, led, failed)
+    searched = Searched(len(solutions), seed, led, failed)
     best, *others = (replace(group[0], searched=searched) for group in groups)
     return replace(best, others=tuple(others))
 

@@ -1,4 +1,4 @@
-"""The noun of this room: an optimal control problem as equations in numbers, with derivatives and their pattern.
+"""The noun of this package: an optimal control problem as equations in numbers, with derivatives and their pattern.
 
     minimise f(z)    with    lower <= z <= upper    and    rows_lower <= g(z) <= rows_upper
 

@@ -23,7 +23,7 @@ from symdyn.emit.code import REALS, Real
 from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import Program, Sampling
 from symdyn.verdict import Verdict
-from symdyn.verify.shaken import Shaken
+from symdyn.verify.random_rounding import Shaken
 
 DIGITS = 50
 RUNS = 6  # by lot, where there is no bound

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import RUNNERS, bind_rows
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS
 from symdyn.program import Sampling, shared
+from symdyn.runtime import RUNNERS, bind_rows
 from symdyn.verdict import Verdict
 from symdyn.verify.building import Building
 
@@ -141,10 +141,10 @@ def _named(function: Function, state: Sequence[Array]) -> list[tuple[Any, Array]
     return list(zip(function.arguments, state, strict=True))
 
 
-def _close(found: Array, wanted: Array, near: float) -> bool:
+def _close(values: Array, requested: Array, near: float) -> bool:
     """Tell whether states came out alike; those that have no value are left out."""
-    if not prod(wanted.shape):
+    if not prod(requested.shape):
         return True
-    real = np.isfinite(wanted).all(axis=1)
-    size = np.abs(wanted[real]).max(axis=1, keepdims=True, initial=0.0)
-    return bool((np.abs(found[real] - wanted[real]) <= near * size).all())
+    real = np.isfinite(requested).all(axis=1)
+    size = np.abs(requested[real]).max(axis=1, keepdims=True, initial=0.0)
+    return bool((np.abs(values[real] - requested[real]) <= near * size).all())

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any
 
-from symdyn.build import RUNNERS, Commands
 from symdyn.dynamics import row_of
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program
+from symdyn.runtime import RUNNERS, Commands
 from symdyn.verdict import Unclaimed
 
 

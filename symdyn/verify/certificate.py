@@ -100,7 +100,7 @@ class Certificate(Shown, Claims):
         equations: Equations,
         program: Program,
         sources: Sources,
-        found: Mapping[str, bytes],
+        result: Mapping[str, bytes],
         seed: int = 1,
         notes: tuple[str, ...] = (),
         progress: Callable[[str], None] = lambda _: None,
@@ -111,12 +111,12 @@ class Certificate(Shown, Claims):
             equations: what was asked for.
             program: what the files must compute, prepared or not.
             sources: the files of the program, made now.
-            found: those that were found, by name, which must be the same.
+            result: those that were found, by name, which must be the same.
             seed: of primes and points.
             notes: what else is said.
             progress: told what is being done.
         """
-        written = read_back(sources, found, seed)
+        written = read_back(sources, result, seed)
         progress("proving over finite fields")
         scene = equations.scene
         plain = lower(equations)
@@ -158,7 +158,7 @@ def certify(
     seed: int = 1,
     progress: Progress = lambda _: None,
     real: str = "double",
-    road: str | None = None,
+    formulation: str | None = None,
     prepare: bool = False,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
     targets: Sequence[str] | None = None,
@@ -176,7 +176,7 @@ def certify(
         seed: of primes, points and states; the same seed, the same proofs.
         progress: told what is being done.
         real: "double" or "float": the number type of the modules that are measured.
-        road: the derivation that becomes code, as for `formulate`.
+        formulation: the derivation that becomes code, as for `formulate`.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
         closing: what to choose about closed loops; the notes say it.
@@ -186,7 +186,7 @@ def certify(
             bounds.
 
     Raises:
-        DerivationError: an output that was asked for by name does not exist, or no output has the road.
+        DerivationError: an output that was asked for by name does not exist, or no output has the formulation.
         VerifyError: a number type that is not measured.
         EmitError: there is no such target or accuracy, or it does not have the number type.
     """
@@ -203,7 +203,7 @@ def certify(
         notes.append(f"accuracy {accuracy}: bounds have sines and cosines that are off by {sines.bound:.0e} in them")
     workspace = Workspace(scene, closing)
     progress("deriving")
-    outputs, preferred, left_out, absent = taken(workspace, outputs, road)
+    outputs, preferred, left_out, absent = taken(workspace, outputs, formulation)
     notes += left_out
     program = lower(Equations(scene, workspace.graph, preferred))
     code = prepare_program(program) if prepare else program
@@ -212,7 +212,7 @@ def certify(
     with Building(code, real, accuracy) as building:
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
-        progress("deriving once more, by other roads")
+        progress("deriving once more, by other formulations")
         claims, lacking = claims_of(workspace, outputs, preferred, program)
         claims, empty = compared(claims + composed_claims(program, code), preferred)
         absent += [*lacking, *empty]

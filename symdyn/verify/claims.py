@@ -10,10 +10,10 @@ from symdyn.dynamics import (
     Wanted,
     Workspace,
     derive_one,
-    known_road,
+    formulations_lacking,
+    formulations_of,
+    known_formulation,
     request_of,
-    roads_lacking,
-    roads_of,
     row_of,
 )
 from symdyn.errors import DerivationError
@@ -25,7 +25,7 @@ from symdyn.verify.program_claims import program_claims
 
 
 def taken(
-    workspace: Workspace, outputs: Sequence[str] | None, road: str | None
+    workspace: Workspace, outputs: Sequence[str] | None, formulation: str | None
 ) -> tuple[tuple[str, ...], tuple[Function, ...], list[str], list[Unclaimed]]:
     """Return outputs, those that become code, what is left out, and what does not exist: for None all worth certifying.
 
@@ -33,15 +33,15 @@ def taken(
     """
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
-        return outputs, choose(workspace, outputs, road), [], []
+        return outputs, choose(workspace, outputs, formulation), [], []
     wanted = Wanted.of(workspace, Unasked.PROVED)
-    known_road(workspace.scene, wanted.outputs, road)
+    known_formulation(workspace.scene, wanted.outputs, formulation)
     functions: list[Function] = []
     why: dict[str, str] = {}
 
     def derive(w: Workspace, name: str) -> None:
         try:
-            functions.append(Candidates(w, name).chosen(road))
+            functions.append(Candidates(w, name).chosen(formulation))
         except DerivationError as fault:
             why[name] = str(fault)
             raise
@@ -54,25 +54,25 @@ def taken(
 def claims_of(
     workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
 ) -> tuple[list[Claim], list[Unclaimed]]:
-    """Return that all roads agree, that laws hold, and that the program is what the preferred roads gave.
+    """Return that all formulations agree, that laws hold, and that the program is what the preferred formulations gave.
 
     Beside them stand the derivations that the scene has not.
     """
     scene, agreements = workspace.scene, list[Claim]()
     lacking: dict[str, list[str]] = {}  # formulations by the reason
     for name, one in zip(outputs, preferred, strict=True):
-        for road, why in roads_lacking(name, scene).items():
-            lacking.setdefault(why, []).append(f"{road} of {name}")
-        for road in roads_of(name, scene):
-            if road == one.formulation:
+        for formulation, why in formulations_lacking(name, scene).items():
+            lacking.setdefault(why, []).append(f"{formulation} of {name}")
+        for formulation in formulations_of(name, scene):
+            if formulation == one.formulation:
                 continue
             try:
-                other = derive_one(workspace, name, road)
+                other = derive_one(workspace, name, formulation)
             except DerivationError as fault:
-                lacking.setdefault(str(fault), []).append(f"{road} of {name}")
+                lacking.setdefault(str(fault), []).append(f"{formulation} of {name}")
             else:
                 agreements.append(_agreement(workspace, name, one, other))
-    absent = [Unclaimed(f"formulation {', '.join(roads)}", why) for why, roads in lacking.items()]
+    absent = [Unclaimed(f"formulation {', '.join(formulations)}", why) for why, formulations in lacking.items()]
     return [*agreements, *laws(workspace, outputs), *program_claims(scene, preferred, program)], absent
 
 

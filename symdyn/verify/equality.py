@@ -185,11 +185,11 @@ def _radicands(claim: Claim) -> Sides | None:
     return tuple(found)
 
 
-def _roots(sides: Sides, fields: Fields, wanted: Needs) -> Roots | None:
+def _roots(sides: Sides, fields: Fields, needs: Needs) -> Roots | None:
     """Return what is known of the roots of a claim over every prime; None if they are too many."""
     most = Roots(0, 1)
     for k, prime in enumerate(fields.primes):
-        points = (FiniteField(prime, hash_seed(fields.seed, k, ROOTS, draw), wanted) for draw in range(MAX_DRAWS))
+        points = (FiniteField(prime, hash_seed(fields.seed, k, ROOTS, draw), needs) for draw in range(MAX_DRAWS))
         roots = signed(sides, points, field_values)
         if roots is None:
             return None

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import RUNNERS
 from symdyn.emit import emit
 from symdyn.program import Sampling
+from symdyn.runtime import RUNNERS
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Look, Looked, Seen
-from symdyn.verify.natural import forward_findings, reaction_findings
+from symdyn.verify.special_positions import forward_findings, reaction_findings
 
 STATES = 50  # at which positive definiteness is looked at
 

@@ -16,7 +16,7 @@ from fractions import Fraction
 
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import body_placements, vector
-from symdyn.dynamics.reactions import Equilibrium, Hinge
+from symdyn.dynamics.reactions import Equilibrium, JointFrames
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene.forces import without_place
@@ -57,7 +57,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
     return dict(zip(w.state.qdd, moved, strict=True))
 
 
-def _contacts(w: Workspace) -> list[tuple[Hinge, Wrench]]:
+def _contacts(w: Workspace) -> list[tuple[JointFrames, Wrench]]:
     """Return contacts with what they exert on their bodies, axes of the bodies."""
     hanging, first = w.hanging, len(w.hanging.loops)
     total = [Wrench.none(w.graph)] * len(hanging.cuts)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads import BaseColumns, Linear
+from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.graph import Expr, substitute
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere

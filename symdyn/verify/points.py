@@ -19,9 +19,9 @@ HELD = 300_000  # values that are kept at all points together; with more all are
 class FirstPoints:
     """The first points that are drawn over all fields, which hardly ever are unlucky: looked at together."""
 
-    def __init__(self, wanted: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
+    def __init__(self, needs: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
         """Start without values; `seeds` are those of point j of every prime, for each j."""
-        fields = [[FiniteField(p, seed, wanted) for p, seed in zip(primes, row, strict=True)] for row in seeds]
+        fields = [[FiniteField(p, seed, needs) for p, seed in zip(primes, row, strict=True)] for row in seeds]
         self._points = ManyPoints(fields, _drawn_from, FiniteField.function_at)
         self._most = HELD // (len(primes) * len(seeds))
 
@@ -59,9 +59,9 @@ def _drawn_from(field: FiniteField, name: str) -> int:
 class FieldPoints:
     """Points over finite fields."""
 
-    def __init__(self, wanted: Needs) -> None:
-        """Start without points; `wanted` is what all claims need."""
-        self._wanted = wanted
+    def __init__(self, needs: Needs) -> None:
+        """Start without points; `needs` is what all claims need."""
+        self._wanted = needs
         self._known: dict[tuple[int, int], tuple[FiniteField, dict[Expr, int]]] = {}
 
     def values(

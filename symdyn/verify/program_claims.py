@@ -41,7 +41,9 @@ def _row_claim(function: Function, rows: RowLoop) -> Claim:
 def loop_claim(function: Function) -> Claim:
     """Return that a loop over the table of a function computes its entries."""
     assert function.loop is not None, "there is a table"
-    (compute,) = (road.loop for road in row_of(function.request)[0].roads.values() if road.loop)
+    (compute,) = (
+        formulation.loop for formulation in row_of(function.request)[0].formulations.values() if formulation.loop
+    )
     found = compute(function.loop.table, *(argument.symbols for argument in function.arguments))
     return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
 

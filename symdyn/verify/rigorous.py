@@ -34,7 +34,7 @@ from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
 from symdyn.verify.claims import taken
-from symdyn.verify.natural import lost_rank
+from symdyn.verify.special_positions import lost_rank
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
@@ -120,7 +120,7 @@ def rigorous(
     states: int = 4,
     seed: int = 1,
     real: str = "double",
-    road: str | None = None,
+    formulation: str | None = None,
     progress: Progress = lambda _: None,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> Rigorous:
@@ -135,18 +135,18 @@ def rigorous(
         states: how many states are sampled for every function.
         seed: of the states.
         real: "double" or "float".
-        road: as for `certify`.
+        formulation: as for `certify`.
         progress: told what is being done.
         closing: as for `certify`.
 
     Raises:
-        DerivationError: an output that was asked for does not exist, or no output has the road.
+        DerivationError: an output that was asked for does not exist, or no output has the formulation.
         VerifyError: a name in `at` that is no argument.
     """
     scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     progress("deriving")
-    _, functions, notes, absent = taken(workspace, outputs, road)
+    _, functions, notes, absent = taken(workspace, outputs, formulation)
     absent += [Unclaimed(one.name, "it has no entries") for one in functions if not one.entries]
     equations = Equations(scene, workspace.graph, functions)
     program = lower(equations)

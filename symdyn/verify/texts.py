@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra import Redraw
-from symdyn.build import RUNNERS
 from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingProgram
+from symdyn.runtime import RUNNERS
 from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
 from symdyn.verify.written.proof import Files, Written, printed, prove_texts, unshown
@@ -33,13 +33,13 @@ class Texts:
     unshown: tuple[Unclaimed, ...] = ()
 
 
-def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int) -> Texts:
+def texts_of(building: Building, targets: Sequence[str], requested: bool, seed: int) -> Texts:
     """Return what is known of the files of `targets`.
 
     Args:
         building: what is written, with which number type.
         targets: keys of `TARGETS`; those that nothing reads are left out.
-        asked: whether they were asked for by name: then files with each option are proved too.
+        requested: whether they were asked for by name: then files with each option are proved too.
         seed: of primes and points.
     """
     targets = [name for name in targets if name in READERS]
@@ -53,7 +53,7 @@ def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int)
     found: list[Written] = []
     missing: list[Unclaimed] = []
     for name in targets:
-        for option in building.options(name, asked):
+        for option in building.options(name, requested):
             try:
                 files = files_of(building.written(name, option))
                 found += prove_texts(numbers[loops[name]], files, languages(name, option))
@@ -68,10 +68,10 @@ def unread(targets: Sequence[str]) -> list[Unclaimed]:
     return [Unclaimed(_text_of(name), _not_read_back(name)) for name in targets if name not in READERS]
 
 
-def read_back(sources: Sources, found: Mapping[str, bytes], seed: int = 1) -> tuple[Written, ...]:
+def read_back(sources: Sources, result: Mapping[str, bytes], seed: int = 1) -> tuple[Written, ...]:
     """Return what is known of the files of a target that were found, by name: these must be `sources`, made now."""
     fresh = files_of(sources)
-    files = replace(fresh, contents=found)
+    files = replace(fresh, contents=result)
     try:
         loops = TARGETS[sources.target].loops_in(REALS[sources.real])
         numbers = printed(sources.program, sources.real, seed, loops)

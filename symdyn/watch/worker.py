@@ -106,11 +106,11 @@ class EquationsProcess:
                 pass
 
 
-def _listen(process: subprocess.Popen[bytes], found: list[str]) -> None:
+def _listen(process: subprocess.Popen[bytes], result: list[str]) -> None:
     assert process.stdout is not None, "it is a pipe"
     try:
         while True:
-            found.append(_received(process.stdout))
+            result.append(_received(process.stdout))
     except (EOFError, OSError, ValueError):  # it has ended
         return
 

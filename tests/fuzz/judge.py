@@ -257,7 +257,13 @@ def prepare() -> None:
 PENDULUM = ROOT / "examples" / "pendulum.toml"
 
 WARMING = (  # what imports all that cases need, so that it is done once
-    *(("info",), ("equations",), ("equations", "--as", "dalembert"), ("draw",), ("walkthrough", "-o", "l.html")),
+    *(
+        ("info",),
+        ("equations",),
+        ("equations", "--formulation", "dalembert"),
+        ("draw",),
+        ("walkthrough", "-o", "l.html"),
+    ),
     *(
         ("generate",),
         ("generate", "--target", "c"),

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from symdyn import emit
-from symdyn.build import RUNNERS, Runner
 from symdyn.emit import TARGETS, Draft, Sources, Target
 from symdyn.emit.code.operators import OPERATORS, Printer, call
 from symdyn.emit.code.real import digits
@@ -27,6 +26,7 @@ from symdyn.emit.code.target import alone
 from symdyn.emit.escape import in_comment
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op
+from symdyn.runtime import RUNNERS, Runner
 
 OWN = {
     Op.ABS: ("abs_of", "return x < 0 ? -x : x"),

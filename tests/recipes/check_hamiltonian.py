@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.build import RUNNERS
 from symdyn.cli import main
-from symdyn.dynamics import OUTPUTS, Output, Road, Unasked, Workspace, available, derive_one
+from symdyn.dynamics import OUTPUTS, Formulation, Output, Unasked, Workspace, available, derive_one
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingProgram
 from symdyn.program import Candidates, formulate, lower
+from symdyn.runtime import RUNNERS
 from symdyn.simulation import simulate
 from symdyn.verdict import Verdict
 from symdyn.verify import certify
@@ -118,16 +118,16 @@ def test_what_is_of_the_tree_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     assert function.text.endswith("of the spanning tree, as if nothing closed it")
 
 
-def test_a_road_that_grows_fast_is_not_tried_for_many_coordinates() -> None:
+def test_a_formulation_that_grows_fast_is_not_tried_for_many_coordinates() -> None:
     assert Candidates(Workspace(scene("two_link")), NAME).names == ("recursive", "definition")
     assert Candidates(Workspace(scene("puma560")), NAME).names == ("recursive",)
 
 
 @pytest.mark.usefixtures("numpy_alone")
-def test_a_fault_in_one_road_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = Road(lambda w: [2 * x for x in hamiltonian.by_definition(w)])
+def test_a_fault_in_one_formulation_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = Formulation(lambda w: [2 * x for x in hamiltonian.by_definition(w)])
     row = OUTPUTS[NAME]
-    monkeypatch.setitem(OUTPUTS, NAME, replace(row, roads=row.roads | {"definition": wrong}))
+    monkeypatch.setitem(OUTPUTS, NAME, replace(row, formulations=row.formulations | {"definition": wrong}))
     assert not certify(scene("two_link"), (NAME,)).passed
 
 

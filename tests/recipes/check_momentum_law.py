@@ -1,4 +1,4 @@
-"""What a law from outside is worth: it is proved of every scene, and sees a mistake that both roads make.
+"""What a law from outside is worth: it is proved of every scene, and sees a mistake that both formulations make.
 
 `tests/test_recipes.py` runs this in a fresh process, where the law is one file that is imported here.
 """
@@ -13,7 +13,7 @@ import pytest
 
 import symdyn
 from symdyn.cli import main
-from symdyn.dynamics import OUTPUTS, Road, Workspace
+from symdyn.dynamics import OUTPUTS, Formulation, Workspace
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws
 
@@ -43,16 +43,16 @@ def test_verify_prints_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert CLAIM in capsys.readouterr().out
 
 
-def test_it_sees_what_all_roads_of_an_output_have_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_sees_what_all_formulations_of_an_output_have_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     row = OUTPUTS["momentum"]
-    wrong = {way: twice(road) for way, road in row.roads.items()}
-    monkeypatch.setitem(OUTPUTS, "momentum", replace(row, roads=wrong))
+    wrong = {way: twice(formulation) for way, formulation in row.formulations.items()}
+    monkeypatch.setitem(OUTPUTS, "momentum", replace(row, formulations=wrong))
     certificate = certify(symdyn.read(EXAMPLES / "two_link.toml"), ABOUT)
 
     assert [finding.claim for finding in certificate.findings if finding.verdict != Verdict.PROVED] == [CLAIM]
     assert not certificate.passed
 
 
-def twice(road: Road) -> Road:
-    """Return a road to twice what another one finds."""
-    return replace(road, derive=lambda w: [2 * x for x in road.derive(w)])
+def twice(formulation: Formulation) -> Formulation:
+    """Return a formulation to twice what another one finds."""
+    return replace(formulation, derive=lambda w: [2 * x for x in formulation.derive(w)])

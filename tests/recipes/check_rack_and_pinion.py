@@ -131,8 +131,8 @@ def check_forbids() -> None:
 
 def check_words() -> None:
     for language, words in JOINTS[NAME].words.items():
-        for road in ("lagrange", "dalembert"):
-            assert words in str(walkthrough(read_text(TREE), language=language, road=road))
+        for formulation in ("lagrange", "dalembert"):
+            assert words in str(walkthrough(read_text(TREE), language=language, formulation=formulation))
     assert set(JOINTS[NAME].words) == {"en", "sk"}
 
 

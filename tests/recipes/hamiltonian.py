@@ -1,12 +1,13 @@
 """Recipe: an output is one row. Import this file, and `symdyn generate --functions hamiltonian` writes it.
 
-H = u·∂L/∂u - L, L = K - P, for velocities u; two roads: half of u·M u and P by recursion, and that by its definition.
+H = u·∂L/∂u - L, L = K - P, for velocities u; two formulations: half of u·M u and P by recursion, and that by its
+definition.
 """
 
 from __future__ import annotations
 
-from symdyn.dynamics import OUTPUTS, Output, Road, Workspace
-from symdyn.dynamics.recursive.lean_tree import potential_energy
+from symdyn.dynamics import OUTPUTS, Formulation, Output, Workspace
+from symdyn.dynamics.recursive.reduced_tree import potential_energy
 from symdyn.graph import Expr, gradient
 
 
@@ -31,5 +32,5 @@ OUTPUTS["hamiltonian"] = Output(
     (),
     "J",
     "same",
-    {"recursive": Road(by_recursion), "definition": Road(by_definition, up_to=4)},
+    {"recursive": Formulation(by_recursion), "definition": Formulation(by_definition, up_to=4)},
 )

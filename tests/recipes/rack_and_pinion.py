@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Quantity
-from symdyn.scene.joints import JOINTS, Block, JointMotion, MarkPart
+from symdyn.scene.joints import JOINTS, JointBlock, JointMotion, MarkPart
 from symdyn.scene.joints.forbidden import forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointKind, Move
 from symdyn.scene.joints.joint_mark import JointMark
@@ -30,13 +30,13 @@ RADIUS = Key(
 )
 
 
-def _blocks(joint: Joint) -> tuple[Block, ...]:
+def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         (x, _, z), still, r = Mat.identity(graph), Transform.unit(graph), RADIUS.of(joint).express(graph)
         rolls = Move(True, x, r * q[0], still, ((0, r),))
         return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
 
-    return (Block(("rad",), ("rad",), motion),)
+    return (JointBlock(("rad",), ("rad",), motion),)
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:

@@ -1,4 +1,4 @@
-"""Hard cases with a metric and a bound each, one file a family; the door is `stress`."""
+"""Hard cases with a metric and a bound each, one file a family; the entry point is `stress`."""
 
 from __future__ import annotations
 

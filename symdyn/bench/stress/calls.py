@@ -13,12 +13,12 @@ from flint import arb_mat
 
 from symdyn.algebra import Balls, Floats
 from symdyn.bench.reference import Reference, column, norm, reference
-from symdyn.build import RUNNERS, build
 from symdyn.dynamics import Equations, Function, Unasked, Wanted, Workspace, derive_one, row_of
 from symdyn.emit import emit
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
 from symdyn.program import Program, choose, identifier, lower
+from symdyn.runtime import RUNNERS, build
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -99,17 +99,19 @@ def calls(
     scene: Scene,
     outputs: Sequence[str],
     real: str = "double",
-    road: str | None = None,
+    formulation: str | None = None,
     beside: Sequence[str] = (),
     compiled: bool = True,
 ) -> Calls:
     """Return functions of a scene in NumPy and in C with batch code.
 
     Of outputs `beside` them true values are needed and no code. What is not `compiled` is run operation by operation
-    in place of both. A road of None is the cheapest.
+    in place of both. A formulation of None is the cheapest.
     """
     w = Workspace(scene)
-    functions = choose(w, outputs) if road is None else tuple(derive_one(w, name, road) for name in outputs)
+    functions = (
+        choose(w, outputs) if formulation is None else tuple(derive_one(w, name, formulation) for name in outputs)
+    )
     program = lower(Equations(scene, w.graph, functions))
     others = lower(Equations(scene, w.graph, tuple(derive_one(w, name) for name in beside)), passes=())
     if not compiled:

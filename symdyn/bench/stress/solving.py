@@ -21,7 +21,7 @@ from symdyn.bench.reference import Solve, linear
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
-from symdyn.dynamics import roads_of, row_of
+from symdyn.dynamics import formulations_of, row_of
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -39,12 +39,12 @@ SMALL, LARGE = Fraction(1, 10**12), 10**12
 
 def builtin() -> Iterator[Case]:
     """Yield the cases of the built-in scenes."""
-    for road in _roads(two_link(0)):
-        made = calls(two_link(0), FORWARD, road=road, beside=BESIDE)
+    for formulation in _formulations(two_link(0)):
+        made = calls(two_link(0), FORWARD, formulation=formulation, beside=BESIDE)
         bent = {
             name: value[1:] for name, value in states(positions_of(two_link(0)), 2).items()
         }  # M has no inverse in line
-        yield from cases(f"two links, first massless, {road}", made, bent)
+        yield from cases(f"two links, first massless, {formulation}", made, bent)
     for name, one in (
         ("two links, first nearly massless: singular where they are in line", two_link(SMALL)),
         ("two links, first 1e12 times as heavy", two_link(LARGE)),
@@ -54,9 +54,9 @@ def builtin() -> Iterator[Case]:
         ("6 axes, last link 1e-12 times as heavy", heavier(arm(), (1,) * 5 + (SMALL,))),
         ("6 axes, links 1 and 1e-12 by turns", heavier(arm(), (1, SMALL) * 3)),
     ):
-        for road in _roads(one):
-            made = calls(one, FORWARD, road=road, beside=BESIDE)
-            yield from cases(f"{name}, {road}", made, states(positions_of(one), len(one.velocities)))
+        for formulation in _formulations(one):
+            made = calls(one, FORWARD, formulation=formulation, beside=BESIDE)
+            yield from cases(f"{name}, {formulation}", made, states(positions_of(one), len(one.velocities)))
     made = calls(gimbal(), (*FORWARD, *BESIDE))
     yield from cases("gimbal lock, pitch pi/2 - 10^-k, k = 1 … 14", made, _locked(made))
 
@@ -70,21 +70,27 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     given |= {"inputs": np.linspace(1.0, 2.0, STATES * len(scene.inputs)).reshape(STATES, -1)}
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
-        for road in _roads(one):
+        for formulation in _formulations(one):
             try:
                 if scene.is_closed:
-                    yield _closed(f"{name}, {road}", one, calls(one, FORWARD, road=road), given)
+                    yield _closed(f"{name}, {formulation}", one, calls(one, FORWARD, formulation=formulation), given)
                 else:
-                    yield from cases(f"{name}, {road}", calls(one, FORWARD, road=road, beside=BESIDE), given)
+                    yield from cases(
+                        f"{name}, {formulation}", calls(one, FORWARD, formulation=formulation, beside=BESIDE), given
+                    )
             except DerivationError:
                 if factor == 1:
                     raise  # else the last body alone moves something, of which too little mass is left
 
 
-def _roads(scene: Scene) -> list[str]:
+def _formulations(scene: Scene) -> list[str]:
     """Return the derivations of forward dynamics that pay for any number of coordinates."""
     row, _ = row_of(*FORWARD, scene)
-    return [road for road in roads_of(*FORWARD, scene) if row.roads[road].up_to == math.inf]
+    return [
+        formulation
+        for formulation in formulations_of(*FORWARD, scene)
+        if row.formulations[formulation].up_to == math.inf
+    ]
 
 
 def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = EPSILON) -> Iterator[Case]:

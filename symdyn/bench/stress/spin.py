@@ -60,6 +60,6 @@ def builtin() -> Iterator[Case]:
     yield Case(name, "error of the rates, rad/s", 1e-8, *_largest(made.qd, FREE_RATES))
 
 
-def _largest(found: Array, known: Mapping[float, tuple[float, ...]]) -> tuple[float | None, str]:
+def _largest(values: Array, known: Mapping[float, tuple[float, ...]]) -> tuple[float | None, str]:
     """Return the largest error at the times that are known, and when it is, of rows a tenth of a second apart."""
-    return worst([(float(np.abs(found[round(t / 0.1)] - row).max()), f"t = {t:g} s") for t, row in known.items()])
+    return worst([(float(np.abs(values[round(t / 0.1)] - row).max()), f"t = {t:g} s") for t, row in known.items()])

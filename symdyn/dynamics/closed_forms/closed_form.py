@@ -235,18 +235,18 @@ def _add_body(
     M: list[list[Polynomial]],
     body: tuple[Inertia, list[tuple[int, Transform]]],
     ring: TrigonometricRing,
-    found: dict[Expr, Polynomial],
+    result: dict[Expr, Polynomial],
     q: tuple[Expr, ...],
 ) -> None:
     """Add one body's share to M; `body` is its inertia and its `moved_placements`."""
     inertia, chain = body
-    m, h = found[inertia.m], [found[x] for x in inertia.h]
-    matrix = [[found[x] for x in row] for row in inertia.I]
+    m, h = result[inertia.m], [result[x] for x in inertia.h]
+    matrix = [[result[x] for x in row] for row in inertia.I]
     columns = []
     for i, T in chain:
-        R = [[found[x] for x in row] for row in T.R]
+        R = [[result[x] for x in row] for row in T.R]
         dR = [[ring.derivative(x, q[i]) for x in row] for row in R]
-        dp = [ring.derivative(found[x], q[i]) for x in T.p]
+        dp = [ring.derivative(result[x], q[i]) for x in T.p]
         v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
         w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
         linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]

@@ -58,9 +58,9 @@ def ordered_graph(scene: Scene) -> Graph:
     return graph
 
 
-def too_long(scene: Scene, found: str, else_: str = "") -> DerivationError:
-    """Return the error for closed forms that nobody could read; `found` says how long, `else_` what also works."""
+def too_long(scene: Scene, result: str, else_: str = "") -> DerivationError:
+    """Return the error for closed forms that nobody could read; `result` says how long, `else_` what also works."""
     return DerivationError(
-        f"the closed form of {scene.name} is too long to be of use: {found}, and {MOST_TERMS} is the limit; "
+        f"the closed form of {scene.name} is too long to be of use: {result}, and {MOST_TERMS} is the limit; "
         f"symdyn generate writes NumPy and C code, which grows with the number of joints only{else_}"
     )

@@ -18,7 +18,7 @@ from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_gra
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
 from symdyn.dynamics.mechanism.state import State
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, reachable
 from symdyn.scene import Scene
@@ -85,12 +85,12 @@ def _words(label: Label, state: State, name: str) -> str:
 
 
 def _written(
-    rows: list[ClosedRow], found: Constraints, kept: tuple[int, ...], state: State, graph: Graph, scene: Scene
+    rows: list[ClosedRow], constraints: Constraints, kept: tuple[int, ...], state: State, graph: Graph, scene: Scene
 ) -> tuple[ClosedRow, ...]:
     """Return the rows with their closed forms."""
     if state.rates != state.qd:
         raise DerivationError("a quaternion's rates are no velocities")
-    needed = [entry for k in kept for entry in (found.residual[k], *found.G[k])]
+    needed = [entry for k in kept for entry in (constraints.residual[k], *constraints.G[k])]
     parallel = angle_groups(scene, graph, across=True)
     ring = TrigonometricRing([*needed, *state.qd], (*state.q, *state.qd), parallel)
     value = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
@@ -99,7 +99,7 @@ def _written(
     compact = Compactor(ring, parallel)
     written = []
     for row, k in zip(rows, kept, strict=True):
-        G = [value[entry] for entry in found.G[k]]
+        G = [value[entry] for entry in constraints.G[k]]
         slopes = [[ring.derivative(entry, q) for q in state.q] for entry in G]
         bias = [(i, i, compact(slopes[i][i])) for i in range(state.n)]
         bias += [(i, j, _mixed(compact, slopes[i][j], slopes[j][i])) for i, j in combinations(range(state.n), 2)]
@@ -111,7 +111,7 @@ def _written(
                 row.closes,
                 row.words,
                 tuple(bool(entry) for entry in G),
-                compact(value[found.residual[k]]),
+                compact(value[constraints.residual[k]]),
                 tuple(map(compact, G)),
                 tuple((i, j, entry) for i, j, entry in bias if entry.terms),
             )

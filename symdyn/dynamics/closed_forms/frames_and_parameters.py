@@ -36,11 +36,11 @@ from itertools import islice
 from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, settled, slides_along_all_turns
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
@@ -187,7 +187,7 @@ def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
     return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != Number.ZERO)
 
 
-def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:
+def with_base_parameters(tree: ReducedTree, values: Sequence[Expr]) -> ReducedTree:
     """Return the tree with bodies of these base parameters: seven a revolute joint, four a prismatic one, all named."""
     left, zero = iter(values), tree.graph.zero
     bodies = [moments_of(Inertia.none(tree.graph))]
@@ -201,7 +201,7 @@ def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:
     return replace(tree, body=tuple(bodies))
 
 
-def _grouped(tree: Tree, framed: LeanTree) -> list[Expr]:
+def _grouped(tree: Tree, framed: ReducedTree) -> list[Expr]:
     """Return the values of all named parameters, those that nothing depends on included."""
     body = [inertia.seen_from(settled(T.inverse())) for inertia, T in zip(tree.inertia, framed.moved, strict=True)]
     values: list[list[Expr]] = [[] for _ in body]

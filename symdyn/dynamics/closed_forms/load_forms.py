@@ -171,16 +171,16 @@ class ClosedLoads:
 
 
 def closed_loads(
-    scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, found: Mapping[Expr, Polynomial]
+    scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, result: Mapping[Expr, Polynomial]
 ) -> ClosedLoads:
-    """Return the closed forms of what acts on a scene; `found` are normal forms of `nodes.needed`."""
-    squares = {strut: found[square] for strut, square in nodes.squares.items()}
+    """Return the closed forms of what acts on a scene; `result` are normal forms of `nodes.needed`."""
+    squares = {strut: result[square] for strut, square in nodes.squares.items()}
     slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
     arms = []
     for load, moved in zip(scene.loads, nodes.places, strict=True):
         arm: dict[int, Arm] = {}
         for i, T in sorted(moved.items()):
-            R, p = [[found[x] for x in row] for row in T.R], [found[x] for x in T.p]
+            R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
             arm[i] = _arm(ring, R, p, state.q[i], load)
         arms.append(arm)
     return ClosedLoads(scene, state, squares, slopes, tuple(arms))

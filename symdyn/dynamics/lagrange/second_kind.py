@@ -8,7 +8,7 @@ Reference: the textbook, section 5.1.2, eq. (5.21)-(5.23).
     K, P     kinetic and potential energy, J                  L   K - P
     G, E     energy of gravity and of springs, P = G + E
 
-This road shares nothing with the recursive one but the scene and the joint's own placement.
+This formulation shares nothing with the recursive one but the scene and the joint's own placement.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from .assembly import Assembly as Assembly
 from .constraint_rows import differentiated as differentiated
-from .cuts import Cut as Cut
+from .cut_joints import Cut as Cut
 from .dense import solve_normal as solve_normal
 from .loop_decisions import pivots as pivots
 from .loop_numbers import Numbers as Numbers

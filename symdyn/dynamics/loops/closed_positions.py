@@ -27,15 +27,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra import Floats
-from symdyn.dynamics.loops.cuts import Cut, cuts
-from symdyn.dynamics.loops.partition import Block
+from symdyn.dynamics.loops.cut_joints import Cut, cuts
+from symdyn.dynamics.loops.partition import LoopBlock
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
-    from symdyn.dynamics.roads.workspace import Workspace
+    from symdyn.dynamics.outputs.workspace import Workspace
 
 
 CLOSED = 1e-6
@@ -75,7 +75,7 @@ def _none(w: Workspace, why: str) -> DerivationError:
     return DerivationError(f"{w.scene.name}: positions have no closed form here: {why}; assemble them numerically")
 
 
-def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dict[Expr, Expr]:
+def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr]) -> dict[Expr, Expr]:
     """Return the two coordinates of a block's velocities, with `known` ones put in."""
     unknowns, ways, z = _way_round(w, w.tree, cut, block)
     d0, d1, d2 = (sub(way, scale(dot(way, z), z)) for way in ways)  # bodies may lie in planes one above the other
@@ -86,7 +86,7 @@ def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dic
     return dict(zip(q, _branch(w, unknowns, settled), strict=True))
 
 
-def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_Unknown], list[Vec], Vec]:
+def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[list[_Unknown], list[Vec], Vec]:
     """Return the unknown moves in the order of the walk, and d0, d1, d2."""
     graph = tree.graph
     i, place = tree.home[cut.parent]

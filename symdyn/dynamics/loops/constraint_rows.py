@@ -9,8 +9,9 @@
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
 constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
 
-The *recursive* road walks from J to the child along the tree, through their nearest common carrier: nothing beyond it
-enters, so that a planar loop on a flying base stays planar. The road *by differentiation* differentiates X.
+The *recursive* formulation walks from J to the child along the tree, through their nearest common carrier: nothing
+beyond it enters, so that a planar loop on a flying base stays planar. The formulation *by differentiation*
+differentiates X.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
 """
@@ -21,7 +22,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.loops.cut_joints import Cut, cuts
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree

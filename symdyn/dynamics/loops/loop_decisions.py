@@ -179,15 +179,15 @@ def unit_rows(G: Array) -> Array:
 
 
 def _partition(
-    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], wanted: Sequence[str], length: float
+    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], requested: Sequence[str], length: float
 ) -> Partition:
     """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can.
 
     The `choices` are the kept rows where it is made, and at generic positions; dimensionless, shape (m, n) each.
     """
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
-    if wanted:
-        return _made(numbers, kept, _wanted(scene, wanted, choices[0]))
+    if requested:
+        return _made(numbers, kept, _wanted(scene, requested, choices[0]))
     led = scene.led_velocities
     every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
@@ -250,19 +250,19 @@ def _drawn(numbers: Numbers, kept: Sequence[int], G: Array, length: float) -> Ar
     return np.stack([G, *drawn])
 
 
-def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
+def _wanted(scene: Scene, requested: Sequence[str], G: Array) -> list[int]:
     m, n = G.shape
     velocities = list(scene.velocities)
     known = {name: k for k, name in enumerate(velocities)} | {
         name.removesuffix("_dot"): k for k, name in enumerate(velocities)
     }
-    for name in wanted:
+    for name in requested:
         if name not in known:
             raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {', '.join(velocities)}")
-    independent = list(dict.fromkeys(known[name] for name in wanted))
+    independent = list(dict.fromkeys(known[name] for name in requested))
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
-        raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
+        raise DerivationError(f"{scene.name}: independent: {', '.join(requested)} given, but it has {freedoms}")
     forgotten = [velocities[k] for k in scene.led_velocities if k not in independent]
     if forgotten:
         raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
@@ -272,7 +272,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
         better = [k for k in range(n) if k not in pivots(G.T, [range(n - 1, -1, -1)], m)[0]]
         names = ", ".join(velocities[k].removesuffix("_dot") for k in better)
         raise DerivationError(
-            f"{scene.name}: independent: {', '.join(wanted)} do not determine the other velocities at the assembled "
+            f"{scene.name}: independent: {', '.join(requested)} do not determine the other velocities at the assembled "
             f"position, the smallest singular value is {values[-1]:.3g}; {names} would"
         )
     return independent

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.constraint_rows import recursive
-from symdyn.dynamics.loops.cuts import FLAT, Gauge, gauges
+from symdyn.dynamics.loops.cut_joints import FLAT, Gauge, gauges
 from symdyn.dynamics.loops.levels import Levels
 from symdyn.dynamics.loops.sparse_rows import Places
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles

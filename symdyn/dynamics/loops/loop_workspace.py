@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
-from symdyn.dynamics.loops.cuts import FLAT, gauges
+from symdyn.dynamics.loops.cut_joints import FLAT, gauges
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduced_rows import Partitioned
@@ -27,7 +27,7 @@ from symdyn.unlocked import cached_property
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
     from symdyn.dynamics.loops.loop_numbers import Numbers
-    from symdyn.dynamics.roads.workspace import Workspace
+    from symdyn.dynamics.outputs.workspace import Workspace
 
 Matrix = list[list[Expr]]
 
@@ -198,7 +198,7 @@ class LoopWorkspace:
         bias = self.bias(rows)
         return Manifold(self.w.graph, self.w.state, along, held_rows, places, G, bias, partition, solve)
 
-    # Recursive road: coordinates partitioned
+    # Recursive formulation: coordinates partitioned
 
     @cached_property
     def reduction(self) -> Reduction:
@@ -225,7 +225,7 @@ class LoopWorkspace:
             tau[k] = forces[k] - graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))
         return tau
 
-    # Lagrange road: with multipliers
+    # Lagrange formulation: with multipliers
 
     @cached_property
     def lagrange_forces(self) -> list[Expr]:
@@ -238,7 +238,7 @@ class LoopWorkspace:
         bias = substitute(self.lagrange_forces, dict.fromkeys(self.w.state.qdd, self.w.graph.zero))
         return self._by_all_rows(self.w.lagrange_mass, self.differentiated, bias)
 
-    # Recursive road where every partition fails somewhere: all rows at once
+    # Recursive formulation where every partition fails somewhere: all rows at once
 
     @cached_property
     def together(self) -> tuple[list[Expr], list[Expr]]:

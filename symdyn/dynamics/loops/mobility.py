@@ -257,35 +257,36 @@ def _start(numbers: Numbers, decisions: LoopDecisions) -> list[str]:
     return []
 
 
-def _notes(scene: Scene, decisions: LoopDecisions, found: Mobility) -> list[str]:
+def _notes(scene: Scene, decisions: LoopDecisions, result: Mobility) -> list[str]:
     notes = list(decisions.assembly.notes)
-    if found.planar and found.spatial != found.by_loops:
-        names = ", ".join(found.planar)
+    if result.planar and result.spatial != result.by_loops:
+        names = ", ".join(result.planar)
         notes.append(
-            f"planar: {names}; counted in space (5.20) gives {found.spatial}, in the plane {found.by_loops}; "
-            f"{3 * len(found.planar)} reactions out of the plane are indeterminate"
+            f"planar: {names}; counted in space (5.20) gives {result.spatial}, in the plane {result.by_loops}; "
+            f"{3 * len(result.planar)} reactions out of the plane are indeterminate"
         )
-    if found.by_rank > found.by_loops:
+    if result.by_rank > result.by_loops:
         notes.append(
-            f"overconstrained: {found.by_rank} by rank, {found.by_loops} by counting; redundant: "
-            f"{'; '.join(found.redundant)}; not unique: {'; '.join(found.not_unique)}"
+            f"overconstrained: {result.by_rank} by rank, {result.by_loops} by counting; redundant: "
+            f"{'; '.join(result.redundant)}; not unique: {'; '.join(result.not_unique)}"
         )
-    if found.here > found.by_rank:
+    if result.here > result.by_rank:
         notes.append(
-            f"change point: at the assembled position itself {found.here} freedoms by rank, round about {found.by_rank}"
+            f"change point: at the assembled position itself {result.here} freedoms by rank, "
+            f"round about {result.by_rank}"
         )
-    if found.by_rank == 0:
+    if result.by_rank == 0:
         notes.append("the loops leave no freedom: it is a structure")
-    notes += [f"idle: {motion}; it needs no drive" for motion in found.idle]
-    drives, free = len(found.drives), found.by_rank - len(found.idle)
+    notes += [f"idle: {motion}; it needs no drive" for motion in result.idle]
+    drives, free = len(result.drives), result.by_rank - len(result.idle)
     if decisions.driven is None:
         notes.append(f"inverse dynamics is not unique: {decisions.fault}")
     elif drives == 0 and free:
-        notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(found.independent))
+        notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(result.independent))
     elif drives < free:
-        left = [name for name in found.independent if not scene.drives[scene.velocities.index(name)]]
+        left = [name for name in result.independent if not scene.drives[scene.velocities.index(name)]]
         notes.append(
-            f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(found.drives)}) for {free} freedoms; "
+            f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(result.drives)}) for {free} freedoms; "
             f"{', '.join(left)} {'moves as it likes' if len(left) == 1 else 'move as they like'}"
         )
     return notes

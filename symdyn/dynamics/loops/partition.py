@@ -45,7 +45,7 @@ class LoopChoices:
 
 
 @dataclass(frozen=True)
-class Block:
+class LoopBlock:
     """Rows, counted among the kept ones, and as many velocities, or more."""
 
     rows: tuple[int, ...]
@@ -62,7 +62,7 @@ class Partition:
 
     independent: tuple[int, ...]
     dependent: tuple[int, ...]
-    blocks: tuple[Block, ...]
+    blocks: tuple[LoopBlock, ...]
 
     def solve_dependent(self, G: Matrix, b: Sequence[Expr]) -> dict[int, Expr]:
         """Return x with G_d x = b by velocity, block by block, b of shape (kept rows,)."""
@@ -116,7 +116,7 @@ def drives_of(scene: Scene, velocities: Sequence[int]) -> str:
 # Block triangular form
 
 
-def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+def blocks(uses: Sequence[Sequence[int]]) -> list[LoopBlock]:
     """Return the blocks of a pattern of rows that are independent: needed ones first, then those with more velocities.
 
     Square ones are strongly connected rows of a perfect matching. Velocities that it leaves over, and all rows and
@@ -142,8 +142,8 @@ def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
     return [*square, *tall]
 
 
-def _block(rows: Sequence[int], velocities: Sequence[int]) -> Block:
-    return Block(tuple(sorted(rows)), tuple(sorted(set(velocities))))
+def _block(rows: Sequence[int], velocities: Sequence[int]) -> LoopBlock:
+    return LoopBlock(tuple(sorted(rows)), tuple(sorted(set(velocities))))
 
 
 def _reached(spare: Sequence[int], users: Mapping[int, Sequence[int]], matched: Mapping[int, int]) -> set[int]:

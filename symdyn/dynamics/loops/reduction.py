@@ -6,13 +6,13 @@
     T, s      u̇ = T u̇_i + s solves G u̇ + γ = 0:  T_i = 1, T_d = -G_d⁻¹ G_i,  s_i = 0, s_d = -G_d⁻¹ γ
 
 *Partitioned*: Tᵀ M T u̇_i = Tᵀ (τ - h - M s), since Tᵀ Gᵀ = 0; then λ = G_d⁻ᵀ (f - τ)_d. M may be singular (a massless
-coupler) as long as Tᵀ M T is not. *With multipliers*, the other road: A = M + Gᵀ G is regular with it, and
+coupler) as long as Tᵀ M T is not. *With multipliers*, the other formulation: A = M + Gᵀ G is regular with it, and
 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
 where A = M and no Gᵀ γ will do if M is regular, also at natural positions. The identity of both holds off the
-constraint manifold too. Where rows without loops have no partition that will do at every position, the first road takes
-all rows at once as well.
+constraint manifold too. Where rows without loops have no partition that will do at every position, the first
+formulation takes all rows at once as well.
 
 G_d is solved by its blocks, see `dense`. Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 

@@ -1,4 +1,4 @@
-"""What entries cost at run time, in multiplications: the table by which roads, formulations and passes are compared.
+"""What entries cost at run time, in multiplications: the table by which formulations and passes are compared.
 
 A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum.
 """

@@ -15,7 +15,7 @@ H also follows from placements, where velocities are no rates of coordinates:
     Ṙ = R ω̃,  ṗ = R v           4 w² = 1 + tr R,  4 w (x, y, z) = (R_zy - R_yz, R_xz - R_zx, R_yx - R_xy)
 
 The right sides differentiated give ẇ and then ẋ, ẏ, ż; they hold where w is not 0. Generated code takes ½ e ∘ ω, which
-every joint says itself and which holds everywhere; this road proves it.
+every joint says itself and which holds everywhere; this formulation proves it.
 
 Reference: Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1 (1978) 223.
 

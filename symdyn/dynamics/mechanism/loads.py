@@ -4,7 +4,7 @@
     E       energy that struts store, J
     Q_i     F·∂ṗ/∂u_i + C·∂ω/∂u_i, virtual work of force F at p and couple C; of a strut or dry friction -F ∂v/∂u_i
 
-This is the Lagrange road; `wrenches` finds the same forces along the tree. Both share the laws of force only.
+This is the Lagrange formulation; `wrenches` finds the same forces along the tree. Both share the laws of force only.
 
 Reference: the textbook, eq. (5.22), Q^A.
 """

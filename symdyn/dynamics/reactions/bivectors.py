@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import TreeMotion
-from symdyn.dynamics.reactions.hinges import Hinge
-from symdyn.dynamics.reactions.members import motions
+from symdyn.dynamics.reactions.body_motion import motions
+from symdyn.dynamics.reactions.joint_frames import JointFrames
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Inertia,
@@ -33,7 +33,7 @@ from symdyn.spatial import (
 )
 
 if TYPE_CHECKING:
-    from symdyn.dynamics.reactions.hanging import Hanging
+    from symdyn.dynamics.reactions.free_bodies import FreeBodies
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def turned(P: Transform, bivector: Wrench) -> Wrench:
     return Wrench(force, add(P.R @ bivector[1], cross(P.p, force)))
 
 
-def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+def known_bivectors(hanging: FreeBodies, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
     """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
     scene, tree, state = hanging.scene, hanging.tree, hanging.state
     graph = hanging.graph
@@ -109,7 +109,7 @@ def inertia_bivector(body: Inertia, w: Vec, dw: Vec, a: Vec) -> Wrench:
     return Wrench(force, add(spin, neg(cross(body.h, a))))
 
 
-def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wrench]:
+def exerted_on(hanging: FreeBodies, hinge: JointFrames, wrench: Wrench) -> dict[int, Wrench]:
     """Return what a wrench W in a joint does to the bodies on both sides, frames j: (5.6) and (5.8)-(5.10)."""
     found: dict[int, Wrench] = {}
     if hinge.child >= 0:

@@ -25,10 +25,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on
-from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import PLACES, Hinge, reactions_of
-from symdyn.dynamics.reactions.least import InNumbers
-from symdyn.dynamics.reactions.ties import (
+from symdyn.dynamics.reactions.closure_equations import (
     flattened,
     independent_in_plane,
     plane,
@@ -36,6 +33,9 @@ from symdyn.dynamics.reactions.ties import (
     rows_of,
     taken_wrenches,
 )
+from symdyn.dynamics.reactions.free_bodies import FreeBodies
+from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, reactions_of
+from symdyn.dynamics.reactions.minimum_norm import InNumbers
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, Wrench, cross, dot
@@ -90,7 +90,7 @@ class Equilibrium:
         own: what drives that are known and the joint's own elements do, by hinge, along each of its D.
     """
 
-    hanging: Hanging
+    hanging: FreeBodies
     bodies: tuple[Bivectors, ...]
     unknowns: tuple[Unknown, ...]
     blocks: dict[tuple[int, int], Wrench]
@@ -104,7 +104,7 @@ class Equilibrium:
 
     @classmethod
     def of(
-        cls, hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
+        cls, hanging: FreeBodies, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
     ) -> Equilibrium:
         """Return the system (5.18) of a mechanism.
 
@@ -134,7 +134,7 @@ class Equilibrium:
         return cls(hanging, bodies, tuple(unknowns), blocks, kept, own)
 
     @classmethod
-    def for_readers(cls, hanging: Hanging) -> Equilibrium:
+    def for_readers(cls, hanging: FreeBodies) -> Equilibrium:
         """Return the system, three equations a body where the mechanism moves in a plane of coordinates."""
         try:
             return cls.of(hanging, planar=True)
@@ -220,13 +220,13 @@ class Equilibrium:
         return in_words(first[:3], first[3:]) if first.any() and abs(first - second).max() < 1e-12 else ""
 
 
-def _entries(hinge: Hinge, wrench: Wrench) -> tuple[Expr, ...]:
+def _entries(hinge: JointFrames, wrench: Wrench) -> tuple[Expr, ...]:
     """Return [force; moment] on the child, its axes, for a wrench in axes of the joint frame."""
     force, moment = hinge.on_child(wrench)
     return (*force, *moment)
 
 
-def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Expr]:
+def _own(hanging: FreeBodies, hinge: JointFrames, tau: Sequence[Expr] | None) -> list[Expr]:
     """Return what a joint's elements do along its velocities, known drives included."""
     forces = hanging.own_forces(hinge)
     if tau is None or hinge.joint.coupling is not None:
@@ -237,7 +237,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 # The unknowns
 
 
-def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
+def _unknowns(hanging: FreeBodies, normal: int | None, whole: bool) -> list[Unknown]:
     graph = hanging.graph
     axes = None if normal is None else Mat.identity(graph)[normal]
     D = {h: hanging.drives(hinge) for h, hinge in enumerate(hanging.joints)}
@@ -271,7 +271,7 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
     return found
 
 
-def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
+def _passive(hanging: FreeBodies, with_idle: bool) -> set[int]:
     """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
     scene, decisions = hanging.scene, hanging.decisions
     if not scene.is_closed:
@@ -281,7 +281,7 @@ def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
     return set(scene.undriven_velocities)
 
 
-def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
+def _in_its_plane(hanging: FreeBodies, hinge: JointFrames) -> tuple[Wrench, ...]:
     """Return what a joint that closes a loop is taken to exert, without what works on no motion in the loop's plane."""
     twists = hanging.relative_twists(hinge)
     normal = plane(hanging, hinge, twists)
@@ -289,7 +289,7 @@ def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
     return W if normal is None else tuple(W[k] for k in independent_in_plane(hanging, W, normal))
 
 
-def coordinate_normal(hanging: Hanging) -> int:
+def coordinate_normal(hanging: FreeBodies) -> int:
     """Return which axis of all frames, 0, 1 or 2, is the normal of the plane that a mechanism moves in."""
     for k in (2, 1, 0):
         n = Mat.identity(hanging.graph)[k]
@@ -301,7 +301,7 @@ def coordinate_normal(hanging: Hanging) -> int:
     )
 
 
-def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
+def _stays(hanging: FreeBodies, hinge: JointFrames, n: Vec) -> bool:
     """Return whether a joint and its frames leave the axis n where it is, at random positions."""
     entries = [*(hinge.origin).R @ n, *hinge.X.R @ n, *hinge.tip.R @ n]
     expected = hanging.samples.at([*n, *n, *n])

@@ -18,13 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.ties import Tie, refuse_without_place, sizes, ties
+from symdyn.dynamics.reactions.closure_equations import ClosureEquation, refuse_without_place, sizes, ties
+from symdyn.dynamics.reactions.free_bodies import FreeBodies
 from symdyn.graph import Expr
 from symdyn.spatial import Wrench
 
 
-def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
+def reactions(hanging: FreeBodies, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
     """Return every joint's reaction, row by row, shape (joints + loops, 6): [force; moment], N and N m.
 
     Args:
@@ -49,7 +49,7 @@ def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] 
 
 
 def with_loops(
-    hanging: Hanging, f: Sequence[Wrench], unknown: Sequence[Tie], multipliers: Sequence[Expr], axes: str
+    hanging: FreeBodies, f: Sequence[Wrench], unknown: Sequence[ClosureEquation], multipliers: Sequence[Expr], axes: str
 ) -> list[Expr]:
     """Return every reaction for f of the tree alone and given λ of what closes the loops; see `reactions`."""
     f = list(f)
@@ -63,7 +63,7 @@ def with_loops(
     return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
 
 
-def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
+def as_rows(hanging: FreeBodies, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
     placed = hanging.placements if axes == "ground" else []
     entries: list[Expr] = []

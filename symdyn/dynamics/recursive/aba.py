@@ -23,15 +23,15 @@ from dataclasses import replace
 from symdyn.algebra import vanishes
 from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.articulated import across, along_z, articulated, given_way
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import at_rest, carried
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.variations import Twist, plus, work
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Wrench, neg, sub, zero_vector
 
 
-def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
+def aba(tree: ReducedTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
     """Return q̈ for the joint forces τ, shape (n,); rad/s^2 or m/s^2.
 
     Wrenches (force, moment) from outside act on the base and every body, each in its frame.
@@ -41,9 +41,13 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         DerivationError: a joint follows another one.
     """
     if tree.coupled:
-        raise DerivationError("the articulated-body algorithm knows no joints that share a velocity; use the road crba")
+        raise DerivationError(
+            "the articulated-body algorithm knows no joints that share a velocity; use the formulation crba"
+        )
     if tree.balls:
-        raise DerivationError("the articulated-body algorithm knows no rotor about three axes; use the road crba")
+        raise DerivationError(
+            "the articulated-body algorithm knows no rotor about three axes; use the formulation crba"
+        )
     graph, still, X = tree.graph, zero_vector(tree.graph), tree.link
     motion = [at_rest(still)]
     A = [articulated(tree.body[0], motion[0])]

@@ -12,13 +12,13 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
 
 from __future__ import annotations
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr
 from symdyn.spatial import Vec
 
 
-def crba(tree: LeanTree) -> list[list[Expr]]:
+def crba(tree: ReducedTree) -> list[list[Expr]]:
     """Return the mass matrix M(q), shape (n, n), symmetric, so that K = q̇ᵀ M q̇ / 2; kg m^2, kg m or kg.
 
     It is positive definite unless a massless body ends a branch; entries of joints on different branches are zero.
@@ -44,7 +44,7 @@ def momentum(body: Moments, slides: bool, polar: Expr | None = None) -> tuple[Ve
     return (-J[0][2], -J[1][2], body.polar if polar is None else polar), (-y, x, zero)
 
 
-def with_balls(tree: LeanTree, H: dict[tuple[int, int], Expr]) -> list[list[Expr]]:
+def with_balls(tree: ReducedTree, H: dict[tuple[int, int], Expr]) -> list[list[Expr]]:
     """Return the mass matrix of the velocities for that of the moves, rotors of balls included."""
     M = tree.gather_matrix(H)
     for ball in tree.balls:

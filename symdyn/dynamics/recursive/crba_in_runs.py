@@ -31,14 +31,14 @@ from dataclasses import dataclass, replace
 
 from symdyn.dynamics.recursive.crba import momentum, with_balls
 from symdyn.dynamics.recursive.held_runs import Held, held_runs, inward
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, zero_vector
 
 
-def crba_in_runs(tree: LeanTree) -> list[list[Expr]]:
+def crba_in_runs(tree: ReducedTree) -> list[list[Expr]]:
     """Return what `crba` does."""
     C, alone = list(tree.body), list(tree.body)  # all beyond a joint; that less what the joint's run carries
     held, still = held_runs(tree), zero_vector(tree.graph)
@@ -97,7 +97,7 @@ class _Run:
     rise: Expr
 
 
-def _walk(tree: LeanTree, j: int, n: Vec, f: Vec, held: Mapping[int, Held]) -> Iterator[tuple[int, Expr]]:
+def _walk(tree: ReducedTree, j: int, n: Vec, f: Vec, held: Mapping[int, Held]) -> Iterator[tuple[int, Expr]]:
     """Yield every ancestor of joint j with the part of a wrench in frame j that its joint feels."""
     while tree.parent[j] and not tree.link[j].fixed:
         n, f = tree.link[j].wrench_back(n, f)
@@ -123,7 +123,7 @@ def _walk(tree: LeanTree, j: int, n: Vec, f: Vec, held: Mapping[int, Held]) -> I
         yield j, f[2] if tree.slides[j] else n[2] + run.P[0] * f[1] - run.P[1] * f[0]
 
 
-def _start(tree: LeanTree, k: int) -> _Run:
+def _start(tree: ReducedTree, k: int) -> _Run:
     nowhere = zero_vector(tree.graph)
     return _Run(nowhere, nowhere, tree.link[k].turn, tree.link[k].rise)
 

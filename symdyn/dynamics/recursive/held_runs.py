@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, zero_vector
 
@@ -54,13 +54,13 @@ class Held:
         return self.foot.moments_back(body.shifted(self.way))
 
 
-def held_runs(tree: LeanTree) -> dict[int, Held]:
+def held_runs(tree: ReducedTree) -> dict[int, Held]:
     """Return the joints of runs of two and more parallel axes at a right angle to a joint of the ground."""
     held = _held_joints(tree)
     return held if any(tree.parent[i] in held for i in held) else {}
 
 
-def _held_joints(tree: LeanTree) -> dict[int, Held]:
+def _held_joints(tree: ReducedTree) -> dict[int, Held]:
     """Return the joints at a right angle to a joint of the ground, and runs of joints parallel to them."""
     held: dict[int, Held] = {}
     zero, one = tree.graph.zero, tree.graph.one

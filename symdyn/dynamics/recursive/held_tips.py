@@ -17,12 +17,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.spatial import Wrench
 
 
-def held_tips(tree: LeanTree) -> LeanTree:
+def held_tips(tree: ReducedTree) -> ReducedTree:
     """Return the tree with last bodies in axes that do not turn with their joints, where that pays."""
     body, link = list(tree.body), list(tree.link)
     for i in _tips(tree):
@@ -30,7 +30,7 @@ def held_tips(tree: LeanTree) -> LeanTree:
     return replace(tree, body=tuple(body), link=tuple(link))
 
 
-def in_held_axes(tree: LeanTree, acting: Sequence[Wrench]) -> list[Wrench]:
+def in_held_axes(tree: ReducedTree, acting: Sequence[Wrench]) -> list[Wrench]:
     """Return what acts on the bodies of a tree in the axes of `held_tips`."""
     found = list(acting)
     for i in _tips(tree):
@@ -39,7 +39,7 @@ def in_held_axes(tree: LeanTree, acting: Sequence[Wrench]) -> list[Wrench]:
     return found
 
 
-def _tips(tree: LeanTree) -> list[int]:
+def _tips(tree: ReducedTree) -> list[int]:
     """Return the last bodies that pay."""
     tips = sorted(set(tree.outward()).difference(tree.parent))
     return [i for i in tips if not tree.slides[i] and _turns_lightly(tree.body[i])]

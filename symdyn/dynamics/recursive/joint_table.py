@@ -1,10 +1,10 @@
 """A tree of turns and slides as a table, which a loop over its joints reads.
 
-A row says how frame i lies in frame p and what base parameters body i has, in the frames of the lean tree:
+A row says how frame i lies in frame p and what base parameters body i has, in the frames of the reduced tree:
 
     T_pi = T(shift) · fixed · Rz(θ0 + q) Tz(rise)      a turn;   a slide has Rz(θ0) Tz(rise + q)
 
-What a turn does not feel, m, h_z and J_zz, and what a slide does not, J, stand in no row (`lean_tree`).
+What a turn does not feel, m, h_z and J_zz, and what a slide does not, J, stand in no row (`reduced_tree`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import ClassVar
 
 from symdyn.algebra import constants
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Joint
@@ -123,8 +123,8 @@ def _resists(joint: Joint) -> bool:
     return bool(joint.forces) or joint.dry is not None or joint.damping != Quantity.ZERO
 
 
-def joint_table(tree: LeanTree, position: Sequence[Expr]) -> JointTable:
-    """Return the table of a lean tree that lacks nothing; `position` are the coordinates, shape (n,)."""
+def joint_table(tree: ReducedTree, position: Sequence[Expr]) -> JointTable:
+    """Return the table of a reduced tree that lacks nothing; `position` are the coordinates, shape (n,)."""
     graph = tree.graph
     still = dict.fromkeys(position, graph.zero)
     moving = [(link.turn.cos, link.turn.sin, link.rise) for link in tree.link]

@@ -15,15 +15,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, raised, with_column, with_products, z_column
 from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.rnea import joint_forces
 from symdyn.graph import Expr, tangents
 from symdyn.spatial import Vec, add, neg, zero_vector
 
 
-def polarised(tree: LeanTree, qd: Sequence[Expr], v: Sequence[Expr], acceleration: Sequence[Expr]) -> list[Expr]:
+def polarised(tree: ReducedTree, qd: Sequence[Expr], v: Sequence[Expr], acceleration: Sequence[Expr]) -> list[Expr]:
     """Return M(q) a + c(q; q̇, v) + g(q), shape (n,); N m or N. c(q; q̇, v) = C(q, q̇) v for rates of coordinates.
 
     Args:

@@ -19,11 +19,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.spatial import Mat, Transform, add
 
 
-def resting(tree: LeanTree) -> LeanTree:
+def resting(tree: ReducedTree) -> ReducedTree:
     """Return the tree with origins at rest wherever an axis has such a point."""
     link, body, moved, zero = list(tree.link), list(tree.body), list(tree.moved), tree.graph.zero
     rests = [True]

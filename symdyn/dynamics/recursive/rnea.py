@@ -16,14 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, carried
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.variations import plus
 from symdyn.graph import Expr
 from symdyn.spatial import Wrench, neg, sub
 
 
-def rnea(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
+def rnea(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
     """Return τ = M(q) q̈ + c(q, q̇) + g(q) less what acts on the bodies; N m or N; positive accelerates.
 
     Zeros for q̇ or q̈ leave their terms out of the graph. Wrenches (force, moment) from outside act on the base and
@@ -37,7 +37,7 @@ def rnea(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], acting: Sequen
 
 
 def joint_forces(
-    tree: LeanTree,
+    tree: ReducedTree,
     motion: Sequence[LinkMotion],
     acceleration: Sequence[Expr],
     acting: Sequence[Wrench],

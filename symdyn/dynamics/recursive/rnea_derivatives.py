@@ -38,14 +38,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, carried
 from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.variations import (
     Brought,
     Subspace,
     Twist,
-    Way,
+    VariationWay,
     body_alone,
     bracket,
     cross_z,
@@ -75,7 +75,7 @@ class MoveDerivatives:
     by_acceleration: dict[Pair, Expr] = field(default_factory=dict)
 
 
-def rnea_derivatives(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
+def rnea_derivatives(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
     """Return the derivatives of the forces that bodies need, before they are gathered on the velocities.
 
     Args:
@@ -86,7 +86,7 @@ def rnea_derivatives(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr]) ->
     return _Recursion(tree, 2).run(qd, qdd)
 
 
-def halves_by_rate(tree: LeanTree, qd: Sequence[Expr]) -> MoveDerivatives:
+def halves_by_rate(tree: ReducedTree, qd: Sequence[Expr]) -> MoveDerivatives:
     """Return half of the derivatives by rates, and the mass matrix of the moves: nothing is doubled for them."""
     found = _Recursion(tree.weightless, 1).run(qd, [tree.graph.zero] * len(qd))
     return MoveDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
@@ -104,11 +104,11 @@ class _Recursion:
         S: of every move, at the foot of its rise or, in a block of several, in the frame at its end.
     """
 
-    tree: LeanTree
+    tree: ReducedTree
     times: int
     motion: list[LinkMotion] = field(default_factory=list)
-    rise: list[Way] = field(default_factory=list)
-    shift: list[Way] = field(default_factory=list)
+    rise: list[VariationWay] = field(default_factory=list)
+    shift: list[VariationWay] = field(default_factory=list)
     S: dict[int, Subspace] = field(default_factory=dict)
 
     def run(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
@@ -145,15 +145,15 @@ class _Recursion:
         tree, still, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
         rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
         self.motion.append(at_rest(neg(tree.gravity)))
-        self.rise.append(Way(still, still))
-        self.shift.append(Way(still, still))
+        self.rise.append(VariationWay(still, still))
+        self.shift.append(VariationWay(still, still))
         for i in tree.outward():
             p, link, slides = tree.parent[i], tree.link[i], tree.slides[i]
             self.motion.append(carried(self.motion[p], link, slides, rate[i], acceleration[i]))
             up = (zero, zero, link.rise)
             sliding = (zero, zero, rate[i] * self.times if slides else zero)
-            self.rise.append(Way(up, add(cross(self._spin(i), up), sliding)))
-            self.shift.append(Way(link.shift, cross(self._spin(p), link.shift)))
+            self.rise.append(VariationWay(up, add(cross(self._spin(i), up), sliding)))
+            self.shift.append(VariationWay(link.shift, cross(self._spin(p), link.shift)))
 
     def _alone(self, i: int) -> dict[int, Subspace]:
         """Return S of a turn or slide, and what becomes of it, at the foot of its rise."""
@@ -191,7 +191,7 @@ class _Recursion:
             found[k] = Subspace(own, first, second, (scale(half, turned), scale(half, slid)))
         return found
 
-    def _enter(self, found: MoveDerivatives, k: int, last: int, brought: Brought) -> None:
+    def _enter(self, move_derivatives: MoveDerivatives, k: int, last: int, brought: Brought) -> None:
         """Read what move k brings, where its block ends, to itself and to all that carry it."""
         tree, j, plain = self.tree, last, self._plain(last)
         while j:
@@ -199,13 +199,13 @@ class _Recursion:
                 brought = brought.moved(self.rise[j])
             for m in tree.block[j]:
                 S = self.S[m]
-                found.by_acceleration[k, m] = found.by_acceleration[m, k] = work(brought.A, S.own)
+                move_derivatives.by_acceleration[k, m] = move_derivatives.by_acceleration[m, k] = work(brought.A, S.own)
                 if m != k or not plain:
-                    found.by_rate[k, m] = dot(brought.G, S.own[0]) + work(brought.A, S.twice)
-                    found.by_position[k, m] = dot(brought.G, S.first[0]) + work(brought.A, S.second)
+                    move_derivatives.by_rate[k, m] = dot(brought.G, S.own[0]) + work(brought.A, S.twice)
+                    move_derivatives.by_position[k, m] = dot(brought.G, S.first[0]) + work(brought.A, S.second)
                 if m not in tree.block[last] or plain:
-                    found.by_rate[m, k] = work(brought.F1, S.own)
-                    found.by_position[m, k] = work(brought.F0, S.own)
+                    move_derivatives.by_rate[m, k] = work(brought.F1, S.own)
+                    move_derivatives.by_position[m, k] = work(brought.F0, S.own)
             if not tree.parent[j]:
                 return
             if not self._plain(j):

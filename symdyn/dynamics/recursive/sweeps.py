@@ -63,9 +63,9 @@ def over_table(table: JointTable, sweeps: Sweeps, given: Mapping[str, Sequence[E
     """Return the entries of the result of a loop; `given` are its arguments by name, q among them, shapes (n,)."""
     graph = given["q"][0].graph
 
-    def put(wanted: Sequence[Expr], here: Mapping[str, Expr]) -> list[Expr]:
-        home = wanted[0].graph
-        return substitute(wanted, {home.symbol(name): x for name, x in here.items()}, graph)
+    def put(nodes: Sequence[Expr], here: Mapping[str, Expr]) -> list[Expr]:
+        home = nodes[0].graph
+        return substitute(nodes, {home.symbol(name): x for name, x in here.items()}, graph)
 
     return _walked(
         table,
@@ -95,8 +95,8 @@ def values_over_table(
     ground = [next(left) for _ in table.ground]
     steps: dict[tuple[Expr, ...], Callable[[Mapping[str, T]], list[T]]] = {}
 
-    def put(wanted: Sequence[Expr], here: Mapping[str, T]) -> list[T]:
-        whole = tuple(wanted)
+    def put(nodes: Sequence[Expr], here: Mapping[str, T]) -> list[T]:
+        whole = tuple(nodes)
         if whole not in steps:
             steps[whole] = repeated(whole, algebra, attrgetter("value"))
         return steps[whole](here)

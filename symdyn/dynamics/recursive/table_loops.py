@@ -1,6 +1,6 @@
 """Functions that code may compute by a loop over a table of joints: one row each.
 
-A road of `OUTPUTS` that goes over a table has its row here, by its name, and nowhere else.
+A formulation of `OUTPUTS` that goes over a table has its row here, by its name, and nowhere else.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ class TableLoop:
     """A loop over a table.
 
     Attributes:
-        road: which, a key of `TABLE_LOOPS`.
+        formulation: which, a key of `TABLE_LOOPS`.
         table: the joints.
     """
 
-    road: str
+    formulation: str
     table: JointTable
 
     @property
     def algorithm(self) -> LoopAlgorithm:
         """The row of the table of loops."""
-        return TABLE_LOOPS[self.road]
+        return TABLE_LOOPS[self.formulation]
 
     @property
     def kinds(self) -> list[RowKind]:

@@ -18,7 +18,7 @@ Twist = tuple[Vec, Vec]
 
 
 @dataclass(frozen=True)
-class Way:
+class VariationWay:
     """How an origin moves back: by p, and twice the velocity u of the old one as seen from the new one."""
 
     p: Vec
@@ -44,7 +44,7 @@ class Brought:
     F1: Twist
     F0: Twist
 
-    def moved(self, way: Way) -> Brought:
+    def moved(self, way: VariationWay) -> Brought:
         """Return it about an origin that has moved back."""
         A, F1, F0 = ((add(n, cross(way.p, f)), f) for n, f in (self.A, self.F1, self.F0))
         return Brought(A, add(self.G, cross(way.u, self.A[1])), F1, F0)
@@ -68,7 +68,7 @@ class Composite:
         P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
-    def moved(self, way: Way) -> Composite:
+    def moved(self, way: VariationWay) -> Composite:
         """Return it about an origin that has moved back."""
         h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, way.u))  # noqa: E741
         rows = ([P[r][c] + way.p[r] * l[c] + h[r] * way.u[c] for c in range(3)] for r in range(3))

@@ -1,4 +1,4 @@
-"""What acts beside gravity and drives, along the tree: the recursive road to the forces of `loads`.
+"""What acts beside gravity and drives, along the tree: the recursive formulation to the forces of `loads`.
 
 A load is a wrench on one body, which the recursions take with them. What pulls two points A and B together acts on the
 joints between their bodies alone. Seen in the frame of move k, which carries B and not A,
@@ -26,8 +26,8 @@ from symdyn.dynamics.mechanism.loads import (
 )
 from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic as struts, resisting
@@ -51,7 +51,7 @@ class Distance:
     slopes: list[tuple[int, Expr]]
 
 
-def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
+def elastic(scene: Scene, tree: Tree, reduced: ReducedTree) -> Elastic:
     """Return the energy and the forces of all struts that store energy."""
     graph = tree.graph
     energy, forces = graph.zero, [graph.zero] * tree.n
@@ -62,14 +62,14 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
             forces[k] = forces[k] + FORCES[strut.kind].pull.force(strut, position, graph.zero) * ratio
             energy = energy + stored(strut, position)
         else:
-            apart = distance(strut, tree, lean)
+            apart = distance(strut, tree, reduced)
             share = pull(strut, apart.square, graph.zero)
-            forces = [a + b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
+            forces = [a + b for a, b in zip(forces, _gathered(reduced, apart, share), strict=True)]
             energy = energy + stored_between(strut, apart.square)
     return Elastic(energy, forces)
 
 
-def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
+def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
     """Return what struts without energy, friction and declared forces exert on the velocities, shape (n,); N m or N."""
     graph, state = tree.graph, State.of(scene, tree.graph)
     forces = declared_forces(scene, graph)
@@ -82,21 +82,21 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
             position, ((k, ratio),) = joint.position(graph), _driven(scene, joint, graph)
             forces[k] = forces[k] - FORCES[strut.kind].pull.force(strut, position, ratio * state.qd[k]) * ratio
             continue
-        apart, rates = distance(strut, tree, lean), lean.rates(state.qd)
+        apart, rates = distance(strut, tree, reduced), reduced.rates(state.qd)
         if apart.square.is_zero:  # points that never part
             continue
         s = graph.sqrt(apart.square)
         rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
         share = FORCES[strut.kind].pull.force(strut, s, rate) / s
-        forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
+        forces = [a - b for a, b in zip(forces, _gathered(reduced, apart, share), strict=True)]
     return forces
 
 
-def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
+def body_wrenches(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Wrench]:
     """Return the wrench of the loads on the ground and every body, each in its frame."""
-    wrench = [Wrench.none(tree.graph)] * len(lean.parent)
+    wrench = [Wrench.none(tree.graph)] * len(reduced.parent)
     for load in scene.loads:
-        i, (f, n) = _on_body(load, tree, lean)
+        i, (f, n) = _on_body(load, tree, reduced)
         moment = add(wrench[i][1], n)  # before the force: programs are written in the order of birth
         wrench[i] = Wrench(add(wrench[i][0], f), moment)
     return wrench
@@ -110,32 +110,32 @@ def _driven(scene: Scene, joint: Joint, graph: Graph) -> list[tuple[int, Expr]]:
     return [(scene.velocities.index(leader), joint.coupling.ratio.express(graph))]
 
 
-def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:
+def _gathered(reduced: ReducedTree, apart: Distance, share: Expr) -> list[Expr]:
     """Return share · h on the velocities."""
-    moves = [lean.graph.zero] * len(lean.parent)
+    moves = [reduced.graph.zero] * len(reduced.parent)
     for i, h in apart.slopes:
         moves[i] = share * h
-    return lean.gather(moves)
+    return reduced.gather(moves)
 
 
-def distance(strut: Strut, tree: Tree, lean: LeanTree) -> Distance:
+def distance(strut: Strut, tree: Tree, reduced: ReducedTree) -> Distance:
     """Return the distance of the two ends, and how the moves between them change it."""
-    (i, a), (j, b) = (_seated(end, tree, lean) for end in strut.ends)
-    near, outwards = lean.paths(i, j)
+    (i, a), (j, b) = (_seated(end, tree, reduced) for end in strut.ends)
+    near, outwards = reduced.paths(i, j)
     far = outwards[::-1]
     if not far:  # the end that moves against the common body comes second
         (a, b), (near, far) = (b, a), (far, near)
-    trail_a, trail_b = _walked_in(lean, near, a), _walked_in(lean, far, b)
+    trail_a, trail_b = _walked_in(reduced, near, a), _walked_in(reduced, far, b)
     slopes = []
     seen = trail_a[-1]  # A from the common body, then outwards
     for k, point in zip(reversed(far), trail_b[-2::-1], strict=True):
-        seen = _out(lean.link[k], seen)
-        slopes.append((k, _slope(lean.slides[k], seen, point)))
+        seen = _out(reduced.link[k], seen)
+        slopes.append((k, _slope(reduced.slides[k], seen, point)))
     outermost = sub(trail_b[0], seen)
     seen = trail_b[-1]
     for k, point in zip(reversed(near), trail_a[-2::-1], strict=True):
-        seen = _out(lean.link[k], seen)
-        slopes.append((k, _slope(lean.slides[k], seen, point)))
+        seen = _out(reduced.link[k], seen)
+        slopes.append((k, _slope(reduced.slides[k], seen, point)))
     return Distance(dot(outermost, outermost), slopes)
 
 
@@ -146,24 +146,24 @@ def _slope(slides: bool, still: Vec, carried: Vec) -> Expr:
     return still[0] * carried[1] - still[1] * carried[0]
 
 
-def _seated(place: Place, tree: Tree, lean: LeanTree) -> tuple[int, Vec]:
+def _seated(place: Place, tree: Tree, reduced: ReducedTree) -> tuple[int, Vec]:
     """Return the moving body that carries a place, and the place in its frame."""
-    i, home = _home(place.body, tree, lean)
+    i, home = _home(place.body, tree, reduced)
     x, y, z = settle(home.point(vector(place.at, tree.graph)))
     return i, (x, y, z)
 
 
-def _home(body: str, tree: Tree, lean: LeanTree) -> tuple[int, Transform]:
+def _home(body: str, tree: Tree, reduced: ReducedTree) -> tuple[int, Transform]:
     """Return the moving body that carries a declared body, and that body's placement in its frame."""
     i, home = tree.home[body]
-    return i, settled(lean.moved[i].inverse() @ home)
+    return i, settled(reduced.moved[i].inverse() @ home)
 
 
-def _walked_in(lean: LeanTree, path: Sequence[int], point: Vec) -> list[Vec]:
+def _walked_in(reduced: ReducedTree, path: Sequence[int], point: Vec) -> list[Vec]:
     """Return a point in the frames of a path, from the first body to the one that carries the last."""
     trail = [point]
     for k in path:
-        link, (x, y, z) = lean.link[k], trail[-1]
+        link, (x, y, z) = reduced.link[k], trail[-1]
         trail.append(add(link.back((x, y, z + link.rise)), link.shift))
     return trail
 
@@ -174,15 +174,15 @@ def _out(link: Link, point: Vec) -> Vec:
     return (x, y, z - link.rise)
 
 
-def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
+def _on_body(load: Load, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:
     """Return the moving body that a load acts on, and its wrench about the origin of that body's frame."""
-    i, home = _home(load.place.body, tree, lean)
-    _, point = _seated(load.place, tree, lean)
+    i, home = _home(load.place.body, tree, reduced)
+    _, point = _seated(load.place, tree, reduced)
     wrench = load_vectors(load, tree.graph)
     if load.frame == "body":
         wrench = wrench.rotated(home.R)
     else:
-        wrench = wrench.rotated(lean.moved[0].R.T)
-        for k in lean.paths(0, i)[1]:
-            wrench = Wrench(lean.link[k].out(wrench[0]), lean.link[k].out(wrench[1]))
+        wrench = wrench.rotated(reduced.moved[0].R.T)
+        for k in reduced.paths(0, i)[1]:
+            wrench = Wrench(reduced.link[k].out(wrench[0]), reduced.link[k].out(wrench[1]))
     return i, wrench.about(point)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics import Argument, TableLoop
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
@@ -48,7 +48,7 @@ class FunctionText:
     """One function, ready to be laid out.
 
     Attributes:
-        name, text, result, units, formulation: as in `symdyn.dynamics.roads.named_functions.Function`.
+        name, text, result, units, formulation: as in `symdyn.dynamics.outputs.named_functions.Function`.
         arguments: in calling order.
         shape: of the result.
         inputs: (local name, argument, index) of every entry that is read.

@@ -29,7 +29,7 @@ ENOUGH = 6
 
 
 @dataclass(frozen=True)
-class Given:
+class ExampleInputs:
     """One argument of the example.
 
     Attributes:
@@ -71,7 +71,7 @@ class WorkedExample:
         left_out: functions that have no value there.
     """
 
-    given: tuple[Given, ...]
+    given: tuple[ExampleInputs, ...]
     called: tuple[Called, ...]
     left_out: tuple[str, ...]
 
@@ -104,7 +104,7 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     results, point = best
     names = {one.symbols: name for name, one in arguments.items()}
     given = [
-        Given(
+        ExampleInputs(
             name,
             one.scalar,
             () if one.name == Program.PREPARED else _texts(_at(one, point), sources.real, suffix),
@@ -187,8 +187,8 @@ def _fraction(value: Any) -> Fraction:
     return mantissa * Fraction(2) ** exponent
 
 
-def _allowed(found: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:
+def _allowed(boundeds: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:
     """Return how far each entry may be off, rounded up to two digits."""
     real = find_real(sources.real)
-    slack = [Real.ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in found]
+    slack = [Real.ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in boundeds]
     return tuple(f"{1.05 * bound + real.tiniest:.1e}{suffix}" for bound in slack)

@@ -20,7 +20,7 @@ MOST = 60
 """Unknowns beyond which nobody reads the system."""
 
 INSTEAD = (
-    "symdyn walkthrough --road dalembert writes it with names for what is long, and the outputs reactions and "
+    "symdyn walkthrough --formulation dalembert writes it with names for what is long, and the outputs reactions and "
     "reactions:joint compute it"
 )
 """What to ask for where the system is too long."""

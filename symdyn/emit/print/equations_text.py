@@ -1,8 +1,8 @@
-"""The door of print: equations of motion, grouped one way or another, and base parameters, in every format."""
+"""The entry point of print: equations of motion, grouped one way or another, and base parameters, in every format."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form
@@ -119,17 +119,23 @@ def printed_text(
     what: str = "equations",
     angles: str = "long",
     document: bool = False,
+    formulation: str = "lagrange",
 ) -> str:
     """Return the equations of motion as `equations_text` does, or what can be printed in place of them.
 
-    `what` is a group of equations, "base-parameters", or "dalembert" for D'Alembert's system (5.18).
+    `what` is a group of equations, or "base-parameters"; `formulation` "lagrange", or "dalembert" for (5.18).
 
     Raises:
         EmitError, DerivationError: as `equations_text`, or as those that print the others.
     """
-    if what not in OTHERS:
+    if formulation == "lagrange" and what != "base-parameters":
         return equations_text(scene, format, what, angles, document)
-    return OTHERS[what](scene.scene if isinstance(scene, ClosedForm) else scene, format, document)
+    plain = scene.scene if isinstance(scene, ClosedForm) else scene
+    if formulation == "lagrange":
+        return _base_parameters(plain, format, document)
+    if what != "equations":
+        raise EmitError(f"D'Alembert's system is no {what}; leave --as out, or --formulation dalembert")
+    return _dalembert(plain, format, document)
 
 
 def _base_parameters(scene: Scene, format: str, document: bool) -> str:
@@ -144,8 +150,5 @@ def _dalembert(scene: Scene, format: str, document: bool) -> str:
     return dalembert_equations(scene, format, document)
 
 
-OTHERS: Mapping[str, Callable[[Scene, str, bool], str]] = {"base-parameters": _base_parameters, "dalembert": _dalembert}
-"""What can be printed in place of equations."""
-
-CHOICES = {**_CHOICES, "what": (*GROUPS, *OTHERS)}
+CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": ("lagrange", "dalembert")}
 """What can be printed, by argument of `printed_text`."""

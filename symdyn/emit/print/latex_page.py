@@ -248,17 +248,21 @@ def constraint_page(page: Printable, group: str, write: Latex) -> str:
     return "\n".join(lines)
 
 
-def _entries(found: PrintedConstraints, write: Latex) -> list[str]:
+def _entries(printed_constraints: PrintedConstraints, write: Latex) -> list[str]:
     """Return the laws with names, and below the entries: G as a matrix where it fits."""
     laws = [r"G\,\dot q = 0,", r"G\,\ddot q + \dot G\,\dot q = 0"]
-    laws = [*(["r(q) = 0,"] if found.positions() else []), *laws]
+    laws = [*(["r(q) = 0,"] if printed_constraints.positions() else []), *laws]
     lines = list(align([["& " + r" \qquad ".join(laws)]]))
-    pairs = [(entry_name("r", k), write(row.residual)) for k, row in enumerate(found.rows) if row.residual is not None]
-    entries = BMatrix([[write.unbroken(form) for form in row.G] for row in found.rows])
+    pairs = [
+        (entry_name("r", k), write(row.residual))
+        for k, row in enumerate(printed_constraints.rows)
+        if row.residual is not None
+    ]
+    entries = BMatrix([[write.unbroken(form) for form in row.G] for row in printed_constraints.rows])
     whole = entries.width + latex_width("G = ") + 30 < LINE
     if whole:
         pairs.append(("G", str(entries)))
-    for k, row in enumerate(found.rows):
+    for k, row in enumerate(printed_constraints.rows):
         if not whole:
             pairs += [(entry_name("G", k, i), write(form)) for i, form in enumerate(row.G)]
         if row.bias is not None:

@@ -143,55 +143,59 @@ class _Reader:
             self._refuse(where, f"refers to {number!r:.40}; there are nodes 0 to {len(nodes) - 1} before it")
         return nodes[number]
 
-    def _function(self, where: str, told: Any, nodes: list[Expr]) -> Function:
+    def _function(self, where: str, reported: Any, nodes: list[Expr]) -> Function:
         """Return one function, all of whose symbols are arguments."""
-        told = self._object(where, told, FUNCTION, LEFT_OUT)
-        arguments = tuple(self._argument(f"{where}.arguments[{k}]", a, nodes) for k, a in enumerate(told["arguments"]))
+        reported = self._object(where, reported, FUNCTION, LEFT_OUT)
+        arguments = tuple(
+            self._argument(f"{where}.arguments[{k}]", a, nodes) for k, a in enumerate(reported["arguments"])
+        )
         symbols = [symbol for argument in arguments for symbol in argument.symbols]
         for what, values in (("argument", [a.name for a in arguments]), ("symbol", symbols)):
             if len({*values}) != len(values):
                 self._refuse(f"{where}.arguments", f"have one {what} twice")
-        if len(told["shape"]) > MOST_DIMENSIONS:
-            self._refuse(f"{where}.shape", f"has {len(told['shape'])} lengths; {MOST_DIMENSIONS} at most are read")
-        shape = tuple(self._size(f"{where}.shape", length) for length in told["shape"])
-        entries = tuple(self._earlier(f"{where}.entries", number, nodes) for number in told["entries"])
+        if len(reported["shape"]) > MOST_DIMENSIONS:
+            self._refuse(f"{where}.shape", f"has {len(reported['shape'])} lengths; {MOST_DIMENSIONS} at most are read")
+        shape = tuple(self._size(f"{where}.shape", length) for length in reported["shape"])
+        entries = tuple(self._earlier(f"{where}.entries", number, nodes) for number in reported["entries"])
         if prod(shape) != len(entries):
             self._refuse(f"{where}.entries", f"are {len(entries)}; shape {shape} has {prod(shape)}")
         strange = {node for node in reachable(entries) if node.op is Op.SYMBOL} - {*symbols}
         if strange:
             names = ", ".join(sorted(str(node.value) for node in strange))
             self._refuse(f"{where}.entries", f"need {names[:200]}, which are none of the arguments")
-        unique = tuple(self._of(f"{where}.unique", one, bool) for one in told.get("unique", []))
-        labels = tuple(self._texts(f"{where}.labels", one) for one in told.get("labels", []))
+        unique = tuple(self._of(f"{where}.unique", one, bool) for one in reported.get("unique", []))
+        labels = tuple(self._texts(f"{where}.labels", one) for one in reported.get("labels", []))
         if unique and len(unique) != len(entries):
             self._refuse(f"{where}.unique", f"has {len(unique)} entries, the result {len(entries)}")
-        name, result = (self._matching(f"{where}.{k}", told[k], NAME, "a name of ASCII") for k in ("name", "result"))
+        name, result = (
+            self._matching(f"{where}.{k}", reported[k], NAME, "a name of ASCII") for k in ("name", "result")
+        )
         return Function(
-            name=name, text=str(told["text"]), arguments=arguments, result=result, shape=shape, entries=entries,
-            units=str(told["units"]), formulation=str(told["formulation"]), request=str(told["request"]), unique=unique,
-            labels=labels,
+            name=name, text=str(reported["text"]), arguments=arguments, result=result, shape=shape, entries=entries,
+            units=str(reported["units"]), formulation=str(reported["formulation"]), request=str(reported["request"]),
+            unique=unique, labels=labels,
         )  # fmt: skip
 
-    def _argument(self, where: str, told: Any, nodes: list[Expr]) -> Argument:
-        told = self._object(where, told, ARGUMENT)
-        symbols = tuple(self._earlier(f"{where}.entries", number, nodes) for number in told["entries"])
+    def _argument(self, where: str, reported: Any, nodes: list[Expr]) -> Argument:
+        reported = self._object(where, reported, ARGUMENT)
+        symbols = tuple(self._earlier(f"{where}.entries", number, nodes) for number in reported["entries"])
         if any(symbol.op is not Op.SYMBOL for symbol in symbols):
             self._refuse(f"{where}.entries", "holds what is no symbol")
-        units = self._texts(f"{where}.units", told["units"])
+        units = self._texts(f"{where}.units", reported["units"])
         if units and len(units) != len(symbols):
             self._refuse(f"{where}.units", f"are {len(units)}; there are {len(symbols)} entries")
-        if told["scalar"] and len(symbols) != 1:
+        if reported["scalar"] and len(symbols) != 1:
             self._refuse(f"{where}.scalar", f"one number has one entry, here are {len(symbols)}")
-        name = self._matching(f"{where}.name", told["name"], NAME, "a name of ASCII")
-        return Argument(name, symbols, told["text"], units, told["scalar"], told["names"])
+        name = self._matching(f"{where}.name", reported["name"], NAME, "a name of ASCII")
+        return Argument(name, symbols, reported["text"], units, reported["scalar"], reported["names"])
 
-    def _check_parameters(self, scene: Scene, functions: tuple[Function, ...], told: Any) -> None:
+    def _check_parameters(self, scene: Scene, functions: tuple[Function, ...], reported: Any) -> None:
         """Refuse parameters that are not those of the scene that functions take."""
         there = {one.name: one for one in scene.parameters}
         names = next((a.symbols for function in functions for a in function.arguments if a.name == Program.PARAMS), ())
         right = [there[str(one.value)] for one in names if str(one.value) in there]
         wanted = [{"name": one.name, "unit": one.unit, "text": one.text} for one in right]
-        if told != wanted or len(right) != len(names):
+        if reported != wanted or len(right) != len(names):
             self._refuse("parameters", "are not those that params has in the scene, each with name, unit and text")
 
     # Values of one kind

@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.dynamics import Function
-from symdyn.dynamics.roads import Counts
+from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.passes.factor import factor

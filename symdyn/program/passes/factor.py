@@ -33,7 +33,7 @@ Term = tuple[bool, tuple[Expr, ...]]
 
 
 @dataclass(slots=True)
-class Reading:
+class FactorReading:
     """A sum or product that is not settled yet: its terms, and the nodes that it is made of."""
 
     terms: list[Term]
@@ -67,7 +67,7 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
     early: set[Expr] = set()
     settled: list[Expr] = []
     found: dict[Expr, list[Term]] = {}
-    readings: dict[Expr, Reading] = {}
+    readings: dict[Expr, FactorReading] = {}
 
     def settle(node: Expr) -> None:
         """Decide what is built for `node`, if it is being read."""
@@ -80,12 +80,12 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
         else:
             settled.extend(sorted(reading.inside, key=lambda one: one.index))
 
-    def operand(node: Expr) -> Reading:
+    def operand(node: Expr) -> FactorReading:
         """Return an operand as terms, read through if it is used nowhere else."""
         if uses[node] == 1 and node in readings:
             return readings.pop(node)
         settle(node)
-        return Reading([(False, (node,))], [])
+        return FactorReading([(False, (node,))], [])
 
     for node in uses:
         op, args = node.op, node.args
@@ -102,7 +102,7 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
                     settle(arg)
                     product += (arg,)
             inside.append(node)
-            readings[node] = Reading([(False, product)], inside)
+            readings[node] = FactorReading([(False, product)], inside)
         elif op is ADD or op is SUB:
             known = args[0] in early and args[1] in early
             a, b = operand(args[0]), operand(args[1])
@@ -112,7 +112,7 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
         elif op is NEG:
             known = args[0] in early
             a = operand(args[0])
-            readings[node] = Reading(_flipped(a.terms), [*a.inside, node])
+            readings[node] = FactorReading(_flipped(a.terms), [*a.inside, node])
         else:
             known = node.value in symbols if op is SYMBOL else all(arg in early for arg in args)
             for arg in args:

@@ -9,7 +9,7 @@ from symdyn.graph import Op
 from symdyn.scene.checks.draft import Use
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension, force_unit
-from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
+from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
@@ -67,37 +67,37 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
     return known
 
 
-def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
+def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
     """Return what formulas of a scene tell of dimensions; with units of `more` letters, such as columns of runs."""
     units = said(scene) | dict(more or {})
     found = Analysis(known_in(units), units)
-    for use in asked:
+    for use in uses:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None
-        found.add(Place(use.where, use.key, use.quantity, use.unit, wanted))
+        found.add(TermPlace(use.where, use.key, use.quantity, use.unit, wanted))
     found.solve()
     return found
 
 
-def check_dimensions(scene: Scene, asked: Iterable[Use], faults: Faults) -> None:
+def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
     """Report terms of letters alone that measure something else than what is asked for, or than each other."""
-    asked = tuple(asked)
-    found = analysed(scene, asked)
+    uses = tuple(uses)
+    found = analysed(scene, uses)
     for pair in found.wrong:
         faults.add(pair.place.where, f"{words(pair, found)}; {ADVICE}, or {faults.unchecked}")
-    for use in (one for one in asked if one.other):
+    for use in (one for one in uses if one.other):
         own = found.of(use.quantity)
         if not (own.letters or own.numbers) and own.dimension not in (dimension_of(use.unit), dimension_of(use.other)):
             told = f"{use.key} = {shown(use.quantity)} is {_unit(own)}, and {use.unit} or {use.other} is asked for"
             faults.add(use.where, f"{told}; {ADVICE}, or {faults.unchecked}")
-    for use, why in _cycles(scene, asked):
+    for use, why in _cycles(scene, uses):
         faults.add(use.where, f"{use.key} = {shown(use.quantity)} {why}")
 
 
-def _cycles(scene: Scene, asked: Iterable[Use]) -> Iterator[tuple[Use, str]]:
+def _cycles(scene: Scene, uses: Iterable[Use]) -> Iterator[tuple[Use, str]]:
     """Yield where a letter in cycles stands alone, its sign apart, and rad/s is asked for, with both readings."""
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     own = {one.name: (one, Unit.read(one.written or one.unit)) for one in letters if one.unit}
-    for use in asked:
+    for use in uses:
         name = alone(use.quantity)
         if name not in own or not use.unit or not own[name][1].cycles:
             continue
@@ -114,18 +114,18 @@ def alone(formula: Quantity) -> str:
     return str(formula.value) if formula.op is Op.SYMBOL else ""
 
 
-def doubts(scene: Scene, found: Analysis) -> Iterator[str]:
+def doubts(scene: Scene, analysis: Analysis) -> Iterator[str]:
     """Yield what is right in SI and may be meant otherwise: letters of two dimensions, and sines of cycles."""
     told: dict[str, list[str]] = {}
-    for pair in found.disagreeing:
+    for pair in analysis.disagreeing:
         for name, _ in pair.ratio.letters:
             where = f"{pair.place.where}: " if pair.place.where else ""
-            told.setdefault(name, []).append(f"{where}{words(pair, found)}")
+            told.setdefault(name, []).append(f"{where}{words(pair, analysis)}")
     for name, places in told.items():
         yield f"{name} says no unit and stands in places of two dimensions: {'; '.join(dict.fromkeys(places))}"
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     cyclic = {one.name for one in letters if one.unit and Unit.read(one.unit).cycles}
-    for pair in found.pairs if cyclic else ():
+    for pair in analysis.pairs if cyclic else ():
         if pair.function not in ("sin", "cos"):
             continue
         for term in terms(pair.one):
@@ -142,12 +142,12 @@ def _has_number(formula: Quantity) -> bool:
     return formula.op in (Op.CONSTANT, Op.PI) or any(map(_has_number, formula.args))
 
 
-def words(pair: Pair, found: Analysis) -> str:
+def words(pair: Pair, analysis: Analysis) -> str:
     """Return what is wrong with a pair: what was found and what was asked for."""
     place = pair.place
     front = f"{place.key} = {shown(place.formula)}"
-    one = _unit(found.resolved(pair.first), pair.one, found)
-    other = _unit(found.resolved(pair.second), pair.other, found)
+    one = _unit(analysis.resolved(pair.first), pair.one, analysis)
+    other = _unit(analysis.resolved(pair.second), pair.other, analysis)
     if pair.other is not None:
         told = f"{front}: {shown(pair.one)} is {one}, and {shown(pair.other)} is {other}"
     elif pair.function:
@@ -155,23 +155,23 @@ def words(pair: Pair, found: Analysis) -> str:
     else:
         term = "" if pair.one == place.formula else f": {shown(pair.one)}"
         told = f"{front}{term} is {one}, and {place.unit} is asked for"
-    return f"{told}{_because(pair, found)}"
+    return f"{told}{_because(pair, analysis)}"
 
 
-def _because(pair: Pair, found: Analysis) -> str:
+def _because(pair: Pair, analysis: Analysis) -> str:
     """Return where the letters of a pair that say no unit were told theirs."""
     both = pair.one.symbols + (pair.other.symbols if pair.other is not None else ())
     told = []
     for name in dict.fromkeys(both):
-        origin = found.origins.get(name)
-        if origin is not None and origin.place != pair.place and (own := found.letter(name)) is not None:
+        origin = analysis.origins.get(name)
+        if origin is not None and origin.place != pair.place and (own := analysis.letter(name)) is not None:
             told.append(f"{name} is {_unit(Measure(own))} by {origin.place.words}")
     return f" ({', '.join(told)})" if told else ""
 
 
-def _unit(measure: Measure, term: Quantity | None = None, found: Analysis | None = None) -> str:
+def _unit(measure: Measure, term: Quantity | None = None, analysis: Analysis | None = None) -> str:
     """Return what something measures; of a letter in radians a second as it says that itself."""
-    own = found.units.get(alone(term), "") if found and term else ""
+    own = analysis.units.get(alone(term), "") if analysis and term else ""
     if "rad/" in own or "/rad" in own:
         return f"in {own}"
     return "a plain number" if measure.text == "1" else f"in {measure.text}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
-from symdyn.scene.forces.force_kind import Part
+from symdyn.scene.forces.force_kind import ForcePart
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
@@ -88,7 +88,7 @@ def slides(scene: Scene, one: Element) -> bool:
     return named is None or JOINTS[named.type].slides(named)
 
 
-def _units(part: Part, one: Element, straight: bool) -> Iterator[str]:
+def _units(part: ForcePart, one: Element, straight: bool) -> Iterator[str]:
     """Return the units of the numbers of a part of an element; of one that is no key, those of places."""
     for k, (key, _, _) in enumerate(part.numbers(one)):
         yield part.unit_at(k, straight) if isinstance(part, Key) else "m" if "at[" in key else ""

@@ -1,4 +1,4 @@
-"""From raw tables to a checked scene: the one road that TOML files, Denavit-Hartenberg tables and Python all take."""
+"""From raw tables to a checked scene: the one way that TOML files, Denavit-Hartenberg tables and Python all take."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypedDict
 
 from symdyn.scene.checks.draft import Draft
-from symdyn.scene.checks.whole import check
+from symdyn.scene.checks.whole_scene import check
 from symdyn.scene.declaration.body_table import read_body
 from symdyn.scene.declaration.dh import BODY_KEYS, expand
 from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops

@@ -69,13 +69,13 @@ def opened(file: Readable) -> Opened:
     return Opened(path, content)
 
 
-def read_bounded(path: Path | Opened, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
+def read_bounded(path: Path | Opened, most: int, requested: str, advice: str, missing: str = "check the path") -> bytes:
     """Return the contents of a file of at most `most` bytes: a device without an end, or a film, fills no memory.
 
     Args:
         path: of the file, or the file that is open already.
         most: a multiple of 2**20.
-        wanted: what kind of file, such as "a scene file".
+        requested: what kind of file, such as "a scene file".
         advice: behind the message that the file is larger.
         missing: behind the message that there is none.
 
@@ -91,7 +91,7 @@ def read_bounded(path: Path | Opened, most: int, wanted: str, advice: str, missi
     except FileNotFoundError:
         raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:
-        raise SceneError(f"{path}: is a folder; give {wanted}") from None
+        raise SceneError(f"{path}: is a folder; give {requested}") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if len(content) > most:

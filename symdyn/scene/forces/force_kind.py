@@ -46,7 +46,7 @@ class Scope:
         return level_normal(self.gravity, self.parameters)
 
 
-class Part(Protocol):
+class ForcePart(Protocol):
     """A part of a kind's table: some keys, and the fields of its noun that they fill. A `Key` is one."""
 
     @property
@@ -186,7 +186,7 @@ class ForceKind:
     section: str
     noun: Callable[..., Element]
     letter: str
-    parts: tuple[Part, ...]
+    parts: tuple[ForcePart, ...]
     needs: tuple[str, ...]
     missing: str
     law: Law

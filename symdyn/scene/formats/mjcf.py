@@ -206,15 +206,15 @@ def _package(path: Path) -> Any:
 
 
 @contextmanager
-def _heard(mujoco: Any, path: Path, said: list[str]) -> Iterator[None]:
+def _heard(mujoco: Any, path: Path, specified: list[str]) -> Iterator[None]:
     """Collect what MuJoCo warns of, which goes into a file in the working directory otherwise; reword its errors."""
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: said.append(_one_line(str(text))))
+    mujoco.set_mju_user_warning(lambda text: specified.append(_one_line(str(text))))
     try:
         with warnings.catch_warnings(record=True) as python:
             warnings.simplefilter("always")
             yield
-        said.extend(_one_line(str(warning.message)) for warning in python)
+        specified.extend(_one_line(str(warning.message)) for warning in python)
     except (ValueError, TypeError, RuntimeError, OSError, MemoryError) as error:
         reason = _one_line(str(error))[:LONGEST_REASON] or type(error).__name__
         raise SceneError(f"{path}: MuJoCo's compiler refuses it: {reason}") from None

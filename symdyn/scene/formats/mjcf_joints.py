@@ -73,30 +73,30 @@ class Joints:
                 self.follow(follower, leader, model.eq_data[i], where, found)
         return found
 
-    def tendons(self, i: int, where: str, found: dict[int, dict[str, object]]) -> None:
+    def tendons(self, i: int, where: str, result: dict[int, dict[str, object]]) -> None:
         """Collect an equality of fixed tendons that couples two joints; the outer one follows, if it is free to."""
         try:
             ties = tied(self.mujoco, self.model, i, self.names)
         except NoCouplingError as reason:
             self.faults.add(where, str(reason))
             return
-        follower = next((j for j in sorted(ties, reverse=True) if j not in found), None)
+        follower = next((j for j in sorted(ties, reverse=True) if j not in result), None)
         if follower is None:
             names = " and ".join(self.names[j] for j in ties)
             self.faults.add(where, f"ties {names}, and each of them follows another joint already; delete one of them")
             return
         (leader,) = ties.keys() - {follower}
         offset = float(self.model.eq_data[i][0]) / ties[follower]
-        self.follow(follower, leader, (offset, -ties[leader] / ties[follower]), where, found)
+        self.follow(follower, leader, (offset, -ties[leader] / ties[follower]), where, result)
 
     def follow(
-        self, follower: int, leader: int, data: Sequence[float], where: str, found: dict[int, dict[str, object]]
+        self, follower: int, leader: int, data: Sequence[float], where: str, result: dict[int, dict[str, object]]
     ) -> None:
         """Collect the coupling q₁ - ref₁ = a₀ + a₁ (q₂ - ref₂) of two joints as ratio and offset, with a note."""
         ratio = quantity(float(data[1]))
         start = folding.neg(folding.mul(ratio, self.reference(leader)))
         offset = plus(plus(self.reference(follower), start), quantity(float(data[0])))
-        found[follower] = {"joint": self.names[leader], "ratio": ratio, "offset": offset}
+        result[follower] = {"joint": self.names[leader], "ratio": ratio, "offset": offset}
         names = f"{self.names[follower]} follows {self.names[leader]}"
         self.faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
 

@@ -23,7 +23,7 @@ MOST_ORDERS = 720
 
 
 @dataclass(frozen=True)
-class Row:
+class ParRow:
     """The six parameters of a frame, rad and m."""
 
     gamma: Quantity = Quantity.ZERO
@@ -43,7 +43,7 @@ class Screw:
     shift: Quantity = Quantity.ZERO
 
 
-def rows(steps: Sequence[Step]) -> list[Row]:
+def rows(steps: Sequence[Step]) -> list[ParRow]:
     """Return the fewest rows found whose product is the placement; one row of zeros for the identity."""
     direct = _direct(steps)
     if direct is not None:
@@ -54,7 +54,7 @@ def rows(steps: Sequence[Step]) -> list[Row]:
     return [single] if single else found
 
 
-def _direct(steps: Sequence[Step]) -> Row | None:
+def _direct(steps: Sequence[Step]) -> ParRow | None:
     """Return the row whose steps are exactly these, the last slots taken first."""
     amounts = [Quantity.ZERO] * 6
     slot = 5
@@ -65,7 +65,7 @@ def _direct(steps: Sequence[Step]) -> Row | None:
             return None
         amounts[slot] = amount
         slot -= 1
-    return Row(*amounts)
+    return ParRow(*amounts)
 
 
 def _orders(steps: Sequence[Step]) -> Iterator[list[Step]]:
@@ -118,19 +118,19 @@ def _plus(a: Quantity, b: Quantity) -> Quantity:
     return folding.mul(Quantity.number(1 if rest == -1 else rest), Quantity.PI)
 
 
-def _chop(screws: Sequence[Screw]) -> list[Row]:
+def _chop(screws: Sequence[Screw]) -> list[ParRow]:
     """Return screws that take turns about z and x as rows: z x z, x z, x z, ..."""
-    found: list[Row] = []
+    found: list[ParRow] = []
     left = list(screws)
     while left or not found:
         first = left.pop(0) if not found and len(left) > 1 and left[0].axis == "z" else Screw("z")
         middle = left.pop(0) if left and left[0].axis == "x" else Screw("x")
         last = left.pop(0) if left else Screw("z")
-        found.append(Row(first.angle, first.shift, middle.angle, middle.shift, last.angle, last.shift))
+        found.append(ParRow(first.angle, first.shift, middle.angle, middle.shift, last.angle, last.shift))
     return found
 
 
-def _right_angled(steps: Sequence[Step]) -> Row | None:
+def _right_angled(steps: Sequence[Step]) -> ParRow | None:
     """Return the row of a placement whose turns are all by right angles, None if there is none or it has others.
 
     With R = Rz(γ) Rx(α) Rz(θ) and p = Rz(γ) (d, -r sin α, b + r cos α), whole numbers of right angles are tried.
@@ -145,9 +145,9 @@ def _right_angled(steps: Sequence[Step]) -> Row | None:
         _, (d, across, up) = _frame((("Rz", _quarters(-g % 4)), *zip(("Tx", "Ty", "Tz"), place, strict=True)))
         if a in (1, 3):
             r = folding.neg(across) if a == 1 else across
-            return Row(_quarters(g), up, _quarters(a), d, _quarters(t), r)
+            return ParRow(_quarters(g), up, _quarters(a), d, _quarters(t), r)
         if across == Quantity.ZERO:
-            return Row(_quarters(g), up, _quarters(a), d, _quarters(t))
+            return ParRow(_quarters(g), up, _quarters(a), d, _quarters(t))
     return None
 
 

@@ -15,7 +15,7 @@ from fractions import Fraction
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.par import FIXED, TYPES
-from symdyn.scene.formats.par_frames import Row, rows
+from symdyn.scene.formats.par_frames import ParRow, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints.joint_table import JOINTS
@@ -47,7 +47,7 @@ class Frame:
     joint: str
     ant: int
     sigma: str
-    row: Row
+    row: ParRow
     carrier: Joint | None = None
     inertial: Link = NOTHING
 
@@ -112,7 +112,7 @@ def _frames(scene: Scene) -> list[Frame]:
         after = (*inverse(turn), *joint.tip.steps)
         path = rows((*lead, *turn)) if joint.moves else rows((*lead, *after))
         if _hides_coordinate(joint, path[-1]):
-            path.append(Row())
+            path.append(ParRow())
         ant = number[joint.parent]
         for k, row in enumerate(path[:-1], start=1):
             names = [_fresh(f"{name}_frame{k}", taken) for name in (body.name, joint.name)]
@@ -125,7 +125,7 @@ def _frames(scene: Scene) -> list[Frame]:
     return frames
 
 
-def _hides_coordinate(joint: Joint, row: Row) -> bool:
+def _hides_coordinate(joint: Joint, row: ParRow) -> bool:
     """Whether symbols would stand beside the coordinate, so that a reader could not tell which of them moves."""
     offset = row.r if JOINTS[joint.type].slides(joint) else row.theta
     return joint.moves and bool(offset.symbols)

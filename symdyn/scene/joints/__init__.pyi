@@ -1,7 +1,7 @@
 """Names that `symdyn.scene.joints` offers; each is imported when it is first used."""
 
 from .blocks import ORIENTATION as ORIENTATION, unit as unit
-from .joint_kind import Block as Block, Gimbal as Gimbal, JointMotion as JointMotion
+from .joint_kind import Gimbal as Gimbal, JointBlock as JointBlock, JointMotion as JointMotion
 from .joint_mark import MarkPart as MarkPart
 from .joint_table import JOINTS as JOINTS, joint_motion as joint_motion
 from .start import start_of as start_of

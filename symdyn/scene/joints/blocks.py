@@ -6,7 +6,7 @@ from collections.abc import Callable
 from itertools import product
 
 from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
+from symdyn.scene.joints.joint_kind import Gimbal, JointBlock, JointMotion, Move
 from symdyn.scene.joints.pythagoras import as_number
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
@@ -64,27 +64,27 @@ def unit(axis: Vector, graph: Graph) -> Vec:
     return scale(graph.one / graph.sqrt(number if number and number > 0 else square), (x, y, z))
 
 
-def turn(axis: Vector) -> Block:
+def turn(axis: Vector) -> JointBlock:
     """Return a rotation about an axis, rad."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = Transform.unit(graph)
         return JointMotion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
-    return Block(("rad",), ("rad",), motion, axis=axis)
+    return JointBlock(("rad",), ("rad",), motion, axis=axis)
 
 
-def slide(axis: Vector) -> Block:
+def slide(axis: Vector) -> JointBlock:
     """Return a translation along an axis, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = Transform.unit(graph)
         return JointMotion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
-    return Block(("m",), ("m",), motion, axis=axis)
+    return JointBlock(("m",), ("m",), motion, axis=axis)
 
 
-def screw(axis: Vector, pitch: Quantity) -> Block:
+def screw(axis: Vector, pitch: Quantity) -> JointBlock:
     """Return a rotation about an axis, rad, with an advance along it of `pitch` a turn, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
@@ -93,37 +93,37 @@ def screw(axis: Vector, pitch: Quantity) -> Block:
         moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
         return JointMotion(moves, still, u)
 
-    return Block(("rad",), ("rad",), motion)
+    return JointBlock(("rad",), ("rad",), motion)
 
 
-def shift(axis: Vector, way: Quantity) -> Block:
+def shift(axis: Vector, way: Quantity) -> JointBlock:
     """Return a constant translation along an axis, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         place = Transform(Mat.identity(graph), scale(way.express(graph), unit(axis, graph)))
         return JointMotion((), place, ())
 
-    return Block((), (), motion)
+    return JointBlock((), (), motion)
 
 
-def aligned(axis: Vector, back: bool = False) -> Block:
+def aligned(axis: Vector, back: bool = False) -> JointBlock:
     """Return the constant rotation that takes z to an axis, or the one back."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         R = Mat.towards(unit(axis, graph))
         return JointMotion((), Transform(R.T if back else R, zero_vector(graph)), ())
 
-    return Block((), (), motion)
+    return JointBlock((), (), motion)
 
 
-def along(axis: Vector, *blocks: Block) -> tuple[Block, ...]:
+def along(axis: Vector, *blocks: JointBlock) -> tuple[JointBlock, ...]:
     """Return blocks in a frame whose z is along an axis; at zero the moved frame is the fixed one."""
     if axis == AXES["z"]:
         return blocks
     return (aligned(axis), *blocks, aligned(axis, back=True))
 
 
-def orientation(joint: Joint) -> tuple[Block, ...]:
+def orientation(joint: Joint) -> tuple[JointBlock, ...]:
     """Return a spherical motion as the joint describes it: a quaternion, or three turns about moving axes."""
     described = ORIENTATION.of(joint)
     return (BALL,) if described == ORIENTATION.default else tuple(turn(AXES[letter]) for letter in described)
@@ -143,7 +143,7 @@ def gimbals(first: int) -> Callable[[Joint], tuple[Gimbal, ...]]:
     return found
 
 
-def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
+def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> JointBlock:
     """Return elementary motions whose amounts are formulas in the coordinates called `names`."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
@@ -161,7 +161,7 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
             place = Transform.unit(graph)
         return JointMotion(tuple(moves), place, u)
 
-    return Block(units, units, motion)
+    return JointBlock(units, units, motion)
 
 
 # A ball and free flight
@@ -220,8 +220,8 @@ def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMoti
     return JointMotion((*slides, *_spin(graph, still, 3)), still, rates, tuple(brackets))
 
 
-BALL = Block(("1",) * 4, ("rad",) * 3, _ball, ("wx", "wy", "wz"))
+BALL = JointBlock(("1",) * 4, ("rad",) * 3, _ball, ("wx", "wy", "wz"))
 """Orientation by a unit quaternion (w, x, y, z), angular velocity in the turned frame."""
 
-FLIGHT = Block(("m",) * 3 + ("1",) * 4, ("m",) * 3 + ("rad",) * 3, _flight, ("vx", "vy", "vz", "wx", "wy", "wz"))
+FLIGHT = JointBlock(("m",) * 3 + ("1",) * 4, ("m",) * 3 + ("rad",) * 3, _flight, ("vx", "vy", "vz", "wx", "wy", "wz"))
 """Position and quaternion; velocity of the origin and angular velocity, both in the moved frame."""

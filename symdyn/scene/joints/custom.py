@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.held_or_reversed import inverse
-from symdyn.scene.joints.joint_kind import Block, JointKind
+from symdyn.scene.joints.joint_kind import JointBlock, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
@@ -43,7 +43,7 @@ UNITS: Key[tuple[str, ...]] = Key(
 )
 
 
-def _blocks(joint: Joint) -> tuple[Block, ...]:
+def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     return (path(STEPS.of(joint), joint.coordinates, UNITS.of(joint)),)
 
 

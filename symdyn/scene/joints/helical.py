@@ -9,7 +9,7 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import AXIS, screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held_or_reversed import Steps, about_opposite, held
-from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
+from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
@@ -31,7 +31,7 @@ PITCH = Key(
 )
 
 
-def _blocks(joint: Joint) -> tuple[Block, ...]:
+def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     return (screw(joint.axis, PITCH.of(joint)),)
 
 

@@ -97,7 +97,7 @@ class JointMotion:
 
 
 @dataclass(frozen=True)
-class Block:
+class JointBlock:
     """One part of a joint, which the next one follows.
 
     Attributes:
@@ -177,7 +177,7 @@ class JointKind:
     """
 
     keys: tuple[Key[Any], ...]
-    blocks: Callable[[Joint], tuple[Block, ...]]
+    blocks: Callable[[Joint], tuple[JointBlock, ...]]
     forbids: Forbids | None
     words: Mapping[str, str]
     mark: JointMark

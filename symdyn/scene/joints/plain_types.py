@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import AXES, AXIS, FLIGHT, ORIENTATION, along, gimbals, orientation, slide, turn
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held_or_reversed import about_opposite, shifted_by, turned_by
-from symdyn.scene.joints.joint_kind import Block, JointKind
+from symdyn.scene.joints.joint_kind import JointBlock, JointKind
 from symdyn.scene.joints.joint_mark import SLIDE, WELD, JointMark, MarkPart, PageSign
 from symdyn.scene.values.joint import Joint
 
@@ -87,7 +87,7 @@ POINT_ON_LINE = JointKind(
 """Point on a line: a translation along the axis and any rotation. Class t = 2."""
 
 
-def _point_on_plane_parts(joint: Joint) -> tuple[Block, ...]:
+def _point_on_plane_parts(joint: Joint) -> tuple[JointBlock, ...]:
     return (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(joint))
 
 
@@ -102,7 +102,7 @@ POINT_ON_PLANE = JointKind(
 """Point on a plane: two translations across the axis, the plane's normal, and any rotation. Class t = 1."""
 
 
-def _free_parts(joint: Joint) -> tuple[Block, ...]:
+def _free_parts(joint: Joint) -> tuple[JointBlock, ...]:
     if ORIENTATION.of(joint) == "quaternion":
         return (FLIGHT,)
     return (*(slide(AXES[letter]) for letter in "xyz"), *orientation(joint))

@@ -10,7 +10,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, ORIENTATION, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held_or_reversed import Steps
-from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
+from symdyn.scene.joints.joint_kind import Forbids, Gimbal, JointBlock, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
@@ -32,7 +32,7 @@ LENGTH = Key(
 )
 
 
-def _blocks(joint: Joint) -> tuple[Block, ...]:
+def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     rod = (turn(AXES["x"]), turn(AXES["y"]), shift(AXES["z"], LENGTH.of(joint)))
     return (*rod, *orientation(joint))
 

@@ -9,7 +9,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXIS, turn, unit
 from symdyn.scene.joints.forbidden import forces, moments
 from symdyn.scene.joints.held_or_reversed import opposite
-from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
+from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
@@ -26,7 +26,7 @@ ROUNDING = 1e-12
 """Sine of an angle between directions that are parallel."""
 
 
-def _blocks(joint: Joint) -> tuple[Block, ...]:
+def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     return (turn(joint.axis), turn(SECOND.of(joint)))
 
 

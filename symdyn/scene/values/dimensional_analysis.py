@@ -67,7 +67,7 @@ class Measure(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Place:
+class TermPlace:
     """Where a formula stands, and the unit that is asked for there, None where any will do."""
 
     where: str
@@ -92,7 +92,7 @@ class Pair(NamedTuple):
         function: whose argument it is, "" elsewhere.
     """
 
-    place: Place
+    place: TermPlace
     one: Quantity
     other: Quantity | None
     first: Measure
@@ -109,7 +109,7 @@ class Pair(NamedTuple):
 class Origin:
     """What told the dimension of a letter: a place, and the number beside the letter that was taken as plain."""
 
-    place: Place
+    place: TermPlace
     plain: Quantity | None = None
 
 
@@ -117,7 +117,7 @@ class Origin:
 class Carried:
     """A number that has to carry a dimension."""
 
-    place: Place
+    place: TermPlace
     number: Quantity
     dimension: Dimension
 
@@ -148,7 +148,7 @@ class Analysis:
     disagreeing: list[Pair] = field(default_factory=list)
     carried: list[Carried] = field(default_factory=list)
 
-    def add(self, place: Place) -> None:
+    def add(self, place: TermPlace) -> None:
         """Take up a formula; a number alone measures whatever is asked for."""
         if not place.formula.symbols:
             return
@@ -238,7 +238,7 @@ class Analysis:
         elif left.dimension != NUMBER and number is not None:
             self.carried.append(Carried(pair.place, number, left.dimension ** (Fraction(-1) / own)))
 
-    def _measure(self, q: Quantity, place: Place | None) -> Measure:
+    def _measure(self, q: Quantity, place: TermPlace | None) -> Measure:
         """Return what an expression measures; of a place, equations of its parts are written down."""
         op = q.op
         if op in (Op.CONSTANT, Op.PI) or (op in (*PLAIN, Op.ATAN2) and not q.symbols):
@@ -267,7 +267,7 @@ class Analysis:
         found = self._alike([part for part in parts if part != Quantity.ZERO], place)
         return Measure() if op is Op.ATAN2 else found
 
-    def _alike(self, parts: Sequence[Quantity], place: Place | None) -> Measure:
+    def _alike(self, parts: Sequence[Quantity], place: TermPlace | None) -> Measure:
         """Return what all terms of a sum measure: as one of letters alone does, where there is one."""
         measures = [self._measure(part, place) for part in parts]
         if not parts:

@@ -181,21 +181,21 @@ def _formula(text: str) -> Quantity:
     return _Reader(_DEGREES.sub("*deg", text)).read()
 
 
-def _value(found: re.Match[str], text: str) -> Quantity:
+def _value(match: re.Match[str], text: str) -> Quantity:
     """Return a number with a unit in SI, and a formula that begins like one, such as 90 deg/2."""
-    if found["unit"] and _FACTOR.match(found["unit"]):
-        return _formula(f"{text[: found.start('unit')].rstrip()} {found['unit']}")
+    if match["unit"] and _FACTOR.match(match["unit"]):
+        return _formula(f"{text[: match.start('unit')].rstrip()} {match['unit']}")
     try:
-        unit = Unit.read(found["unit"] or found["other"])
+        unit = Unit.read(match["unit"] or match["other"])
     except UnitError as error:
         try:
             return _formula(text)
         except _BrokenError as broken:
-            begin = max(found.span("unit")[0], found.span("other")[0])
+            begin = max(match.span("unit")[0], match.span("other")[0])
             raise (_letters_beside(text, begin, error) or (broken if _SUM.search(text) else error)) from None
-    below = folding.constant(_exact(found["below"] or "1"))
-    size = folding.div(folding.constant(_exact(found["number"])), below)
-    return replace(in_si(folding.neg(size) if found["sign"] == "-" else size, unit), unit=unit.text)
+    below = folding.constant(_exact(match["below"] or "1"))
+    size = folding.div(folding.constant(_exact(match["number"])), below)
+    return replace(in_si(folding.neg(size) if match["sign"] == "-" else size, unit), unit=unit.text)
 
 
 def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None:

@@ -78,7 +78,7 @@ class LatexError(ValueError):
 
 
 @dataclass(frozen=True)
-class Part:
+class SymbolPart:
     r"""One part of a symbol.
 
     Attributes:
@@ -90,7 +90,7 @@ class Part:
     raised: bool
 
 
-def read_latex(latex: str) -> tuple[Part, ...]:
+def read_latex(latex: str) -> tuple[SymbolPart, ...]:
     """Return the parts of a symbol, at least one.
 
     Raises:
@@ -141,7 +141,7 @@ class _Reader:
         if min(balance) < 0 or balance[-1]:
             raise LatexError(r"has braces that do not pair; give a symbol such as k_{\mathrm{max}}")
 
-    def parts(self, end: str | None, signs: Container[str]) -> Iterator[Part]:
+    def parts(self, end: str | None, signs: Container[str]) -> Iterator[SymbolPart]:
         """Yield the parts up to a token, which is read too; `signs` and brackets may stand between them."""
         self.depth += 1
         if self.depth > DEEPEST:
@@ -150,9 +150,9 @@ class _Reader:
             if token is None:
                 raise LatexError(f"lacks a {end}; {HELP}")
             if token in signs:
-                yield Part(token, False)
+                yield SymbolPart(token, False)
             elif token in BRACKETS and signs:
-                yield Part(f"{token}{self._inside(BRACKETS[token])}{BRACKETS[token]}", False)
+                yield SymbolPart(f"{token}{self._inside(BRACKETS[token])}{BRACKETS[token]}", False)
             elif token not in SPACES:
                 yield self._scripted(token)
         self.depth -= 1
@@ -171,7 +171,7 @@ class _Reader:
     def _inside(self, end: str) -> str:
         return "".join(part.text for part in self.parts(end, SIGNS))
 
-    def _scripted(self, token: str) -> Part:
+    def _scripted(self, token: str) -> SymbolPart:
         """Return a base and its scripts, the lower one first."""
         base, scripts, primes = self._base(token), {"_": "", "^": ""}, ""
         if re.search(r"[_^']", base) and base.startswith("{") and self._ahead() in ("_", "^", "'"):
@@ -184,7 +184,7 @@ class _Reader:
                 raise LatexError("has two scripts at one place; put both into one, such as k^{a,b}")
             else:
                 scripts[mark] = f"{mark}{{{self._script()}}}"
-        return Part(f"{base}{primes}{scripts['_']}{scripts['^']}", bool(primes or scripts["^"]))
+        return SymbolPart(f"{base}{primes}{scripts['_']}{scripts['^']}", bool(primes or scripts["^"]))
 
     def _base(self, token: str) -> str:
         name = token.removeprefix("\\")

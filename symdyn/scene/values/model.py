@@ -16,7 +16,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import ClassVar, TypeAlias
 
-from symdyn.arguments import check_arguments, walked
+from symdyn.arguments import check_arguments, doubles, walked
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
@@ -312,12 +312,12 @@ class Scene(Shown):
         values = {one.name: one.value for one in self.inputs}
         return replace(self, inputs=(), outputs=()).substituted(values)
 
-    def letters(self, said: Iterable[str] = ()) -> tuple[str, ...]:
-        """Return the names that formulas may use, parameters aside; of what is `said`, multipliers are known later."""
-        (said,) = walked(Scene.letters, locals(), "said", error=SceneError)
+    def letters(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
+        """Return the names that formulas may use, parameters aside; of `specified`, multipliers are known later."""
+        (specified,) = walked(Scene.letters, locals(), "specified", error=SceneError)
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
-        late = (name for name in said if name.startswith(LETTERS.multiplier) and self.is_closed)
+        late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_closed)
         names = (*self.plain_letters, *accelerations, *drives, *self.point_letters, *self.reaction_axes, *late)
         return tuple(dict.fromkeys(names))
 
@@ -328,6 +328,8 @@ class Scene(Shown):
 
     def at_time(self, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
         """Return the values of time, s, and of inputs that nobody gives."""
+        check_arguments(Scene.at_time, locals(), SceneError)
+        (t,) = doubles(t)
         values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in self.inputs}
         return {graph.symbol(CLOCK): t} | values
 

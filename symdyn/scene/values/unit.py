@@ -154,28 +154,28 @@ class Unit:
             raise reader.refusal("breaks off")
         return replace(found, text=" ".join(text.split()))
 
-    def misfit(self, wanted: Unit, number: str = "") -> str | None:
+    def misfit(self, unit: Unit, number: str = "") -> str | None:
         """Return what is wrong with a value in it where another is asked for, or None where it can be converted.
 
         Args:
-            wanted: of what it is for.
+            unit: of what it is for.
             number: the value as it was written, for the two readings of cycles.
         """
-        if self.dimension != wanted.dimension:
-            return f"is in {self.text}, and {wanted.text} is asked for"
-        if self.cycles == wanted.cycles or wanted.dimension == NUMBER:
+        if self.dimension != unit.dimension:
+            return f"is in {self.text}, and {unit.text} is asked for"
+        if self.cycles == unit.cycles or unit.dimension == NUMBER:
             return None
         count = number or "3"
         try:
             size = float(Fraction(count)) * float(self.scale)
         except (ValueError, ZeroDivisionError, OverflowError):
-            return f"is in {self.text}, which are cycles, and {wanted.text} is asked for; one cycle is 2*pi rad"
+            return f"is in {self.text}, which are cycles, and {unit.text} is asked for; one cycle is 2*pi rad"
         if self.cycles:
             return (
-                f"is in cycles, and {wanted.text} is asked for: {count} {self.text} is {size:.6g} cycles a second, "
+                f"is in cycles, and {unit.text} is asked for: {count} {self.text} is {size:.6g} cycles a second, "
                 f"{2 * size:.6g}*pi rad/s = {2 * math.pi * size:.6g}; or did you mean {size:.6g} rad/s?"
             )
-        return f"is in {self.text}, and cycles, {wanted.text}, are asked for; one cycle is 2*pi rad"
+        return f"is in {self.text}, and cycles, {unit.text}, are asked for; one cycle is 2*pi rad"
 
 
 def si(name: str, dimension: Dimension, prefixes: str = "") -> tuple[Unit, str]:

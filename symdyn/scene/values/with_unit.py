@@ -12,21 +12,21 @@ from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
 
-def fits(value: Quantity, wanted: Unit | None, letters: Container[str] = ()) -> None:
+def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> None:
     """Look whether a value, where it was written with a unit, is of the kind of another one.
 
     Args:
         value: any.
-        wanted: the unit of what it is for, None where nothing tells it.
+        unit: the unit of what it is for, None where nothing tells it.
         letters: that a formula might name there, one of which may have been meant.
 
     Raises:
         UnitError: it is not.
     """
-    if value.unit and wanted is not None:
+    if value.unit and unit is not None:
         own = Unit.read(value.unit)
         number = fraction(out_of_si(value, own))
-        reason = own.misfit(wanted, "" if number is None else spell(number))
+        reason = own.misfit(unit, "" if number is None else spell(number))
         if reason:
             raise UnitError(f"{reason}{_letters_meant(value, letters)}")
 

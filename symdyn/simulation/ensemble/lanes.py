@@ -152,14 +152,14 @@ def _said(start: object, rates: object, values: object) -> tuple[tuple[str, obje
     return ("start", start), ("start rates", rates), ("values", values)
 
 
-def _by_name(said: object, what: str, faults: Faults) -> Mapping[str, Any]:
-    if said is None:
+def _by_name(specified: object, what: str, faults: Faults) -> Mapping[str, Any]:
+    if specified is None:
         return {}
-    if isinstance(said, str):
-        return words(split_commas(said), what, faults)
-    if isinstance(said, Mapping):
-        return said
-    faults.add(what, f"a {type(said).__name__} names nothing; give values by name, such as {{'q1': array}}")
+    if isinstance(specified, str):
+        return words(split_commas(specified), what, faults)
+    if isinstance(specified, Mapping):
+        return specified
+    faults.add(what, f"a {type(specified).__name__} names nothing; give values by name, such as {{'q1': array}}")
     return {}
 
 

@@ -17,8 +17,8 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble.measures import Measure, Sums, read_measures, sums_of
-from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, nothing
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import read_forces
@@ -30,7 +30,7 @@ from symdyn.simulation.variations import variations
 def ready(task: Task) -> Runner:
     """Return what runs a part, one run after the other."""
 
-    def run(part: slice) -> Block:
+    def run(part: slice) -> RunBlock:
         runs = range(task.lanes.count)[part]
         found = nothing(task, len(runs))
         t, q, u, sums, samples = found.t, found.q, found.u, found.sums, found.samples
@@ -51,7 +51,7 @@ def ready(task: Task) -> Runner:
             if samples is not None:
                 count = min(len(one.t), len(task.times))
                 samples[row, :count] = np.hstack([one.q, one.qd])[:count]
-        return Block(t, q, u, tuple(why), sums, samples, steps, tuple(notes))
+        return RunBlock(t, q, u, tuple(why), sums, samples, steps, tuple(notes))
 
     return Runner(run)
 
@@ -138,4 +138,4 @@ def measure_slopes(
     return slopes
 
 
-WAY = Way("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)
+WAY = RunMode("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

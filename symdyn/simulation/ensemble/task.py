@@ -64,7 +64,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Block:
+class RunBlock:
     """Some runs, done.
 
     Attributes:
@@ -96,12 +96,12 @@ class Runner:
         halt: makes all that run end soon.
     """
 
-    run: Callable[[slice], Block]
+    run: Callable[[slice], RunBlock]
     halt: Callable[[], None] = lambda: None
 
 
 @dataclass(frozen=True)
-class Way:
+class RunMode:
     """A way to run an ensemble.
 
     Attributes:
@@ -123,12 +123,12 @@ class Way:
     threads: bool = True
 
 
-def nothing(task: Task, count: int) -> Block:
+def nothing(task: Task, count: int) -> RunBlock:
     """Return runs that were not run."""
     nan, scene = np.nan, task.scene
     sums = {one: Sums(*(np.full(count, nan) for _ in range(9))) for one in task.insides}
     shape = (count, len(task.times), len(scene.coordinates) + len(scene.velocities))
-    return Block(
+    return RunBlock(
         np.zeros(count), np.full((count, len(scene.coordinates)), nan), np.full((count, len(scene.velocities)), nan),
         (INTERRUPTED,) * count, sums, np.full(shape, nan) if task.keep else None,
     )  # fmt: skip
@@ -138,7 +138,7 @@ _ALONE = Lock()
 """Of parts that run on threads, one at a time asks `simulate`."""
 
 
-def replaced(task: Task, block: Block, part: slice, which: npt.NDArray[np.bool_], again: Runner) -> Block:
+def replaced(task: Task, block: RunBlock, part: slice, which: npt.NDArray[np.bool_], again: Runner) -> RunBlock:
     """Return a part with some of its runs run again."""
     if not which.any():
         return block
@@ -156,7 +156,7 @@ def replaced(task: Task, block: Block, part: slice, which: npt.NDArray[np.bool_]
     return replace(block, stopped=tuple(stopped), steps=steps)
 
 
-def joined(task: Task, blocks: Sequence[Block]) -> Block:
+def joined(task: Task, blocks: Sequence[RunBlock]) -> RunBlock:
     """Return parts as one, in their order."""
     parts = [*blocks] or [nothing(task, 0)]
 
@@ -168,7 +168,7 @@ def joined(task: Task, blocks: Sequence[Block]) -> Block:
         one: Sums(*(together([getattr(part.sums[one], name) for part in parts]) for name in names))
         for one in task.insides
     }
-    return Block(
+    return RunBlock(
         together([part.t for part in parts]), together([part.q for part in parts]),
         together([part.u for part in parts]), tuple(why for part in parts for why in part.stopped), sums,
         together([part.samples for part in parts]) if task.keep else None, sum(part.steps for part in parts),

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.roads import WrittenDecisions
+from symdyn.dynamics.outputs import WrittenDecisions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.simulation.equations.compiled_routines import function_of

@@ -13,13 +13,13 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.build import load_program
 from symdyn.dynamics import Argument, Equations, Function, Workspace
 from symdyn.dynamics.mechanism import TIME, body_placements
-from symdyn.dynamics.roads import arguments
+from symdyn.dynamics.outputs import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.program import Program, lower, prepare
+from symdyn.runtime import load_program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.prescribed.forces import Forces
 

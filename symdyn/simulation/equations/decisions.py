@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from symdyn.dynamics.roads import WrittenDecisions
+from symdyn.dynamics.outputs import WrittenDecisions
 from symdyn.scene import Scene
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 
 
 @lru_cache(maxsize=16)

@@ -26,14 +26,14 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME, quaternions
-from symdyn.dynamics.roads import WrittenDecisions
+from symdyn.dynamics.outputs import WrittenDecisions
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, compiled
 from symdyn.simulation.equations.conserved import Candidates
 from symdyn.simulation.equations.crossings import Limit
-from symdyn.simulation.equations.opened import Opened, opened
+from symdyn.simulation.equations.parametrised import Opened, opened
 from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property

@@ -215,18 +215,18 @@ def check_smooth(system: StateEquations) -> None:
         )
 
 
-def varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
+def varied(system: StateEquations, requested: Sequence[str] | None) -> tuple[str, ...]:
     """Return the parameters that are varied; SimulateError where one is none of the equations."""
     free = [one.name for one in system.opened.scene.free_parameters]
-    if asked is None:
+    if requested is None:
         return tuple(free)
-    fixed = [f"{name} = {system.opened.values[name]:g}" for name in asked if name not in free]
+    fixed = [f"{name} = {system.opened.values[name]:g}" for name in requested if name not in free]
     if fixed:
         raise SimulateError(
             f"{system.scene.name}: {', '.join(fixed)} decides which terms the equations have, as zero and right angles "
             "do, so that they cannot be differentiated by it; give a value next to that, such as 1e-9"
         )
-    return tuple(asked)
+    return tuple(requested)
 
 
 def _nothing(system: StateEquations) -> dict[tuple[tuple[str, ...], str], Compiled]:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one
-from symdyn.dynamics.roads import Moving, WrittenDecisions
+from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import SimulateError, SymdynWarning
 from symdyn.graph import substitute
 from symdyn.program import Candidates
@@ -28,7 +28,7 @@ from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled
 from symdyn.simulation.equations.conserved import candidates
 from symdyn.simulation.equations.crossings import limits_of
 from symdyn.simulation.equations.decisions import written_decisions
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
 
@@ -74,9 +74,9 @@ _KEPT: Kept[StateEquations] = Kept()
 
 
 def _written(
-    scene: Scene, forces: Forces, events: tuple[Quantity, ...], decisions: WrittenDecisions, told: Sequence[int]
+    scene: Scene, forces: Forces, events: tuple[Quantity, ...], decisions: WrittenDecisions, reported: Sequence[int]
 ) -> StateEquations:
-    """Return the equations derived and compiled; `told` are momenta that are told beside those conserved here."""
+    """Return the equations derived and compiled; `reported` are momenta that are told beside those conserved here."""
     found = opened(scene)
     w = Workspace(found.scene, found.closing)
     scene, linear = w.scene, decisions.linear
@@ -93,7 +93,7 @@ def _written(
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
     power = powers[0] + powers[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
-    kept = tuple(sorted({*momenta.conserved(found.values), *told}))
+    kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
     rates = substitute(w.state.rates, linear.followers(w)) if linear else w.state.rates
     functions = [
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),

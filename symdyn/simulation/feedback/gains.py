@@ -131,17 +131,17 @@ def read_gains(scene: Scene, path: Path) -> tuple[Gains, dict[str, Any]]:
     return gains_from(scene, said, str(path))
 
 
-def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Gains, dict[str, Any]]:
+def gains_from(scene: Scene, specified: Mapping[str, object], where: str) -> tuple[Gains, dict[str, Any]]:
     """Return the gains that a mapping says, and what else it says of the controller; errors as of `read_gains`."""
     faults = Faults(where)
-    for name in said:
+    for name in specified:
         if name not in ALLOWED:
             faults.add(str(name), f"is not known; {suggestion(str(name), ALLOWED)}")
     for name in NEEDED:
-        if name not in said:
+        if name not in specified:
             faults.add(name, "is missing")
     faults.close(SimulateError)
-    states, inputs = (_names(said[name], name, faults) for name in ("states", "inputs"))
+    states, inputs = (_names(specified[name], name, faults) for name in ("states", "inputs"))
     known = state_names(scene)
     quaternions = set(scene.coordinates) - set(known)
     for name in states:
@@ -150,13 +150,13 @@ def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Ga
             faults.add("states", f"{name} is part of a quaternion, whose differences are no vector; give {turns}")
         elif name not in known:
             faults.add("states", f"{name} is not known; {suggestion(name, known)}")
-    K = _matrix(said["K"], len(inputs), len(states), faults)
-    q0, u0 = _reference(scene, _numbers(said.get("x0", {}), "x0", faults), faults)
-    forces = _numbers(said.get("u0", {}), "u0", faults)
+    K = _matrix(specified["K"], len(inputs), len(states), faults)
+    q0, u0 = _reference(scene, _numbers(specified.get("x0", {}), "x0", faults), faults)
+    forces = _numbers(specified.get("u0", {}), "u0", faults)
     for name in forces:
         if name not in inputs:
             faults.add("u0", f"{name} is no input; {suggestion(name, inputs)}")
-    more = {name: said[name] for name in ("period", "delay", "limits") if said.get(name) is not None}
+    more = {name: specified[name] for name in ("period", "delay", "limits") if specified.get(name) is not None}
     for name in ("period", "delay"):
         if name in more and not _finite(more[name]):
             faults.add(name, f"{more[name]!r} is no number of seconds")
@@ -170,11 +170,15 @@ def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Ga
     return Gains(scene, K, tuple(states), tuple(inputs), q0, u0, initial), more
 
 
-def _names(said: object, where: str, faults: Faults) -> list[str]:
-    if not isinstance(said, Sequence) or isinstance(said, str) or not all(isinstance(one, str) for one in said):
+def _names(specified: object, where: str, faults: Faults) -> list[str]:
+    if (
+        not isinstance(specified, Sequence)
+        or isinstance(specified, str)
+        or not all(isinstance(one, str) for one in specified)
+    ):
         faults.add(where, "is no list of names")
         return []
-    found = list(said)
+    found = list(specified)
     if not found:
         faults.add(where, "names none")
     for name in dict.fromkeys(found):
@@ -183,9 +187,9 @@ def _names(said: object, where: str, faults: Faults) -> list[str]:
     return found
 
 
-def _matrix(said: object, rows: int, columns: int, faults: Faults) -> Array | None:
+def _matrix(specified: object, rows: int, columns: int, faults: Faults) -> Array | None:
     try:
-        K = np.asarray(said, dtype=np.float64)
+        K = np.asarray(specified, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         faults.add("K", "is no matrix of numbers, a list of rows of the same length")
         return None
@@ -197,14 +201,14 @@ def _matrix(said: object, rows: int, columns: int, faults: Faults) -> Array | No
     return K
 
 
-def _numbers(said: object, where: str, faults: Faults) -> dict[str, float]:
-    if not isinstance(said, Mapping):
+def _numbers(specified: object, where: str, faults: Faults) -> dict[str, float]:
+    if not isinstance(specified, Mapping):
         faults.add(where, "is no table of numbers by name")
         return {}
-    for name, value in said.items():
+    for name, value in specified.items():
         if not _finite(value):
             faults.add(where, f"{name} = {value!r} is no finite number")
-    return {str(name): float(value) for name, value in said.items() if _finite(value)}
+    return {str(name): float(value) for name, value in specified.items() if _finite(value)}
 
 
 def _finite(value: object) -> bool:
@@ -215,22 +219,22 @@ def _pair(value: object) -> bool:
     return isinstance(value, Sequence) and len(value) == 2 and all(map(_finite, value))
 
 
-def _reference(scene: Scene, said: Mapping[str, float], faults: Faults) -> tuple[Array, Array]:
+def _reference(scene: Scene, specified: Mapping[str, float], faults: Faults) -> tuple[Array, Array]:
     """Return q0, shape (nq,), and u0, shape (nv,)."""
     names = (*scene.coordinates, *scene.velocities)
-    for name, value in said.items():
+    for name, value in specified.items():
         if name.startswith(ALONG) and name in state_names(scene):
             if value:
                 faults.add("x0", f"{name} is a displacement from x0, 0 there; give {', '.join(scene.coordinates)}")
         elif name not in names:
             faults.add("x0", f"{name} is not known; {suggestion(name, names)}")
-    q0 = np.array([said.get(name, 0.0) for name in scene.coordinates])
+    q0 = np.array([specified.get(name, 0.0) for name in scene.coordinates])
     for here, _, turns in _parts(scene):
         if turns:
             e = q0[here][-4:]
             size = float(np.linalg.norm(e))
             q0[here] = np.concatenate([q0[here][:-4], e / size if size else [1.0, 0.0, 0.0, 0.0]])
-    return q0, np.array([said.get(name, 0.0) for name in scene.velocities])
+    return q0, np.array([specified.get(name, 0.0) for name in scene.velocities])
 
 
 # Quaternions (w, x, y, z)

@@ -66,9 +66,9 @@ class Cuts:
         self._since = np.zeros(len(self.names))
         self._ended: list[Saturation] = []
 
-    def of(self, asked: Array) -> Sides:
+    def of(self, values: Array) -> Sides:
         """Return on which sides of their limits forces are, shape (m,)."""
-        found: Sides = (asked > self.most).astype(int) - (asked < self.least).astype(int)
+        found: Sides = (values > self.most).astype(int) - (values < self.least).astype(int)
         return found
 
     def change(self, t: float, sides: Sides) -> None:
@@ -78,24 +78,24 @@ class Cuts:
             self._since[k] = t
         self.sides = sides
 
-    def look(self, t0: float, t1: float, asked: Callable[[float], Array]) -> None:
+    def look(self, t0: float, t1: float, requested: Callable[[float], Array]) -> None:
         """Look at forces that act all the time, from a time on at which they were looked at, to a later one."""
         before = t0
         for t in map(float, t0 + (t1 - t0) * LOOKS):
-            sides = self.of(asked(t))
+            sides = self.of(requested(t))
             while (sides != self.sides).any():
                 k = int(np.flatnonzero(sides != self.sides)[0])
-                before, changed = self._narrowed(k, before, t, sides, asked)
+                before, changed = self._narrowed(k, before, t, sides, requested)
                 self.change(before, changed)
             before = t
 
     def _narrowed(
-        self, k: int, low: float, high: float, sides: Sides, asked: Callable[[float], Array]
+        self, k: int, low: float, high: float, sides: Sides, requested: Callable[[float], Array]
     ) -> tuple[float, Sides]:
         """Return when one of the forces leaves the side on which it is at a time, and where all are then."""
         while high - low > CLOSE * max(1.0, high):
             middle = (low + high) / 2
-            found = self.of(asked(middle))
+            found = self.of(requested(middle))
             if found[k] == self.sides[k]:
                 low = middle
             else:
@@ -119,10 +119,10 @@ MOST = 20
 """Times that are listed for a reader; a controller may chatter."""
 
 
-def cut_lines(found: Sequence[Saturation]) -> list[str]:
+def cut_lines(saturations: Sequence[Saturation]) -> list[str]:
     """Return lines that list such times, the first of many."""
-    more = len(found) - MOST
-    lines = [one.words for one in found[:MOST]]
+    more = len(saturations) - MOST
+    lines = [one.words for one in saturations[:MOST]]
     return [*lines, f"and {more} more, which --json and, in Python, run.saturations list"] if more > 0 else lines
 
 

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.build import load_functions
 from symdyn.dynamics import Equations, Workspace
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import C, emit, render
@@ -30,6 +29,7 @@ from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
 from symdyn.program import Candidates, Program, lower
+from symdyn.runtime import load_functions
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem

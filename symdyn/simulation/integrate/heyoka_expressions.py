@@ -18,13 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn import shell
-from symdyn.build import Kept
 from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import MissingCompiler
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
+from symdyn.runtime import Kept
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
 

@@ -16,7 +16,7 @@ from symdyn.algebra import Array
 from symdyn.simulation.equations.implicit import slopes_in_turn
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
 from symdyn.simulation.integrate.steps import follow
-from symdyn.simulation.integrate.watch import Step
+from symdyn.simulation.integrate.watch import IntegrationStep
 
 MULTISTEP = ("BDF", "LSODA")
 
@@ -43,12 +43,12 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.bound, **options)
     spent = 0
 
-    def steps() -> Iterator[Step]:
+    def steps() -> Iterator[IntegrationStep]:
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
                 raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message.rstrip('.')}")
-            yield Step(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev)
+            yield IntegrationStep(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev)
 
     def resume(t: float, x: Array) -> None:
         nonlocal solver, spent

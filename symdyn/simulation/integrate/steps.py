@@ -10,12 +10,12 @@ from symdyn.algebra import Array
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Piece, Problem
-from symdyn.simulation.integrate.watch import Step, Watch
+from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 Resume = Callable[[float, Array], None]
 
 
-def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
+def follow(problem: Problem, steps: Iterator[IntegrationStep], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
     """Yield a piece a step: its samples, events on its interpolant, and projection at its end.
 
     Steps are made when they are asked for. They `resume` from another state than that of the last one where a
@@ -79,7 +79,7 @@ class Pace:
         self.jumps = problem.system.once(_jumps)
         self.until, self.begin, self.steps = problem.until, 0.0, 0
 
-    def check(self, step: Step) -> None:
+    def check(self, step: IntegrationStep) -> None:
         """Raise IntegrationError where the last steps lead nowhere."""
         self.steps += 1
         if self.steps < self.STEPS:

@@ -21,7 +21,7 @@ from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
 from symdyn.simulation.integrate.steps import follow
-from symdyn.simulation.integrate.watch import Step
+from symdyn.simulation.integrate.watch import IntegrationStep
 
 SMALLEST, SMALLEST_IDA = 1e-15, 1e-12
 """The finest tolerances that the methods get along with; below, IDA's equations are not solved to it."""
@@ -67,7 +67,7 @@ def run_ida(problem: Problem) -> Iterator[Piece]:
         count += 1
         out[:] = equations.residual(t, y, rates)
 
-    def slope(t: float, y: Array, rates: Array, found: Array, c: float, out: Array) -> None:
+    def slope(t: float, y: Array, rates: Array, values: Array, c: float, out: Array) -> None:
         out[:] = equations.slope(t, y, rates, c)
 
     solver: Any = IDA(residual, jacfn=slope, **_options(problem, SMALLEST_IDA))
@@ -93,7 +93,7 @@ def _followed(
     size = len(problem.x)
     solver.init_step(0.0, *whole(0.0, problem.x))
 
-    def steps() -> Iterator[Step]:
+    def steps() -> Iterator[IntegrationStep]:
         t, again = 0.0, 0
         while t < problem.until:
             with redirect_stdout(StringIO()):  # where scikit-sundae prints why a step failed, beside returning it
@@ -105,7 +105,7 @@ def _followed(
             if again:  # after a look inside a step SUNDIALS first returns to its end
                 continue
             begin, t = t, float(found.t)
-            yield Step(begin, t, np.array(found.y[:size], dtype=np.float64), inside, count())
+            yield IntegrationStep(begin, t, np.array(found.y[:size], dtype=np.float64), inside, count())
 
     def inside(times: Array) -> Array:
         """Return the states inside the last step."""

@@ -72,26 +72,26 @@ class Tape:
     steps: tuple[Taken, ...]
     x: Array
 
-    def forward(self, flow: Flow, ways: Array, changes: Array, told: Told = UNHEARD) -> Array:
+    def forward(self, flow: Flow, ways: Array, changes: Array, reported: Told = UNHEARD) -> Array:
         """Return δx at the end, shape (k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np).
 
-        `told` hears the share of the steps that is done.
+        `reported` hears the share of the steps that is done.
         """
         for done, step in enumerate(self.steps, 1):
             ways = ways + step.h * np.einsum("i,ikn->kn", self.b, self._slopes(flow, step, ways, changes))
-            told(done / len(self.steps))
+            reported(done / len(self.steps))
         return ways
 
-    def backward(self, flow: Flow, covectors: Array, told: Told = UNHEARD) -> tuple[Array, Array]:
+    def backward(self, flow: Flow, covectors: Array, reported: Told = UNHEARD) -> tuple[Array, Array]:
         """Return λᵀ ∂(end)/∂(start), shape (k, nx), and λᵀ ∂(end)/∂p, shape (k, np), of λ, shape (k, nx).
 
-        `told` hears the share of the steps that is done.
+        `reported` hears the share of the steps that is done.
         """
         changes = np.zeros((len(covectors), len(flow.parameters)))
         for done, step in enumerate(reversed(self.steps), 1):
             moved, changed = self._pulled(flow, step, covectors)
             covectors, changes = covectors + moved, changes + changed
-            told(done / len(self.steps))
+            reported(done / len(self.steps))
         return covectors, changes
 
     def _slopes(self, flow: Flow, step: Taken, ways: Array, changes: Array) -> Array:

@@ -24,7 +24,7 @@ from numpy.polynomial.polynomial import polyval
 from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import kept_integrators
+from symdyn.simulation.integrate import cached_integrators
 from symdyn.simulation.integrate.heyoka_expressions import (
     guarded,
     library,
@@ -34,7 +34,7 @@ from symdyn.simulation.integrate.heyoka_expressions import (
     translate,
 )
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.integrate.watch import Step, Watch
+from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""
@@ -88,7 +88,7 @@ def _integrator(system: StateEquations, tolerance: float) -> Any:
 
     with interrupts_wait():
         kept = not (compact or soon)  # loops compile soon
-        return kept_integrators.integrator([*variables, *entries], options, make) if kept else make()
+        return cached_integrators.integrator([*variables, *entries], options, make) if kept else make()
 
 
 def run(problem: Problem) -> Iterator[Piece]:
@@ -182,7 +182,7 @@ class Stretch:
         project, end = self.problem.project, float(ta.time)
         begin, self.begin = self.begin, end
         if self.problem.stops and end > begin:
-            self.found += self.watch.within(Step(begin, end, ta.state.copy(), _series(ta.tc.copy(), begin)))
+            self.found += self.watch.within(IntegrationStep(begin, end, ta.state.copy(), _series(ta.tc.copy(), begin)))
         drift = project.drift(ta.state) if project.active else 0.0
         if drift > LOST * project.limit:
             self.why = f"the series leave the constraints after t = {end:g} s"

@@ -36,7 +36,7 @@ BEHIND = 64
 
 
 @dataclass(frozen=True)
-class Step:
+class IntegrationStep:
     """One step of an integrator that goes step by step.
 
     Attributes:
@@ -103,7 +103,7 @@ class Watch:
         before, self.armed = self.armed, np.where(untold, self.armed, np.sign(self.values))
         return [Hit(int(k), t, x) for k in np.flatnonzero(before * self.armed < 0) if self._counts(int(k))]
 
-    def within(self, step: Step) -> list[Hit]:
+    def within(self, step: IntegrationStep) -> list[Hit]:
         """Return the events of a step, in order of time."""
         if not self.problem.stops:
             return []
@@ -116,7 +116,7 @@ class Watch:
         self._enter(step)
         return sorted(hits, key=lambda hit: hit.t)
 
-    def _of_one(self, step: Step, k: int, first: float, last: float) -> Iterator[Hit]:
+    def _of_one(self, step: IntegrationStep, k: int, first: float, last: float) -> Iterator[Hit]:
         """Yield the passages of one event in a step, from its values at the ends."""
 
         def look(times: Array) -> Array:
@@ -147,7 +147,7 @@ class Watch:
         """Tell whether a passage to the sign that an event has now is one: of limits, those outwards are."""
         return k < self.problem.outward or bool(self.armed[k] > 0)
 
-    def _of_limit(self, step: Step, k: int, until: float) -> Hit:
+    def _of_limit(self, step: IntegrationStep, k: int, until: float) -> Hit:
         """Return where a limit was passed for the last time until a time in a step at which it is beyond."""
 
         def look(times: Array) -> Array:
@@ -162,7 +162,7 @@ class Watch:
         t = zero(look, (float(times[low]), beyond[low]), (float(times[low + 1]), beyond[low + 1]))
         return Hit(k, t, self._at(step, t))
 
-    def _enter(self, step: Step) -> None:
+    def _enter(self, step: IntegrationStep) -> None:
         """Keep in mind which limits are passed at the end of a step, but not by their slack."""
         first = self.problem.outward
         slack = np.flatnonzero((self.values[first:] > -SLACK) & (self.values[first:] <= 0)) + first
@@ -175,7 +175,7 @@ class Watch:
         slack = np.flatnonzero((self.values[first:] > -SLACK) & (self.values[first:] <= 0)) + first
         self.entered = {int(k): self.entered.get(int(k), (t, x)) for k in slack}
 
-    def _at(self, step: Step, t: float) -> Array:
+    def _at(self, step: IntegrationStep, t: float) -> Array:
         found: Array = step.states(np.array([t]))[0]
         return found
 

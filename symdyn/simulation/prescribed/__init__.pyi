@@ -1,7 +1,7 @@
 """Names that `symdyn.simulation.prescribed` offers; each is imported when it is first used."""
 
 from .entries import Entries as Entries, read_entries as read_entries
-from .forces import Table as Table, drive_names as drive_names
+from .forces import ForceTable as ForceTable, drive_names as drive_names
 from .formulas_in_time import (
     number_of as number_of,
     parameter_values as parameter_values,

@@ -47,7 +47,7 @@ KINDS = 'a formula such as "2*t", a number, (times, values), or a function of t'
 
 
 @dataclass
-class Said:
+class SpecifiedEntries:
     """Entries sorted by kind.
 
     Attributes:
@@ -61,9 +61,11 @@ class Said:
     functions: list[tuple[str, Callable[..., Any]]] = field(default_factory=list)
 
 
-def read_entries(entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None) -> Said:
+def read_entries(
+    entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None
+) -> SpecifiedEntries:
     """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
-    found, plain = Said(), list[str]()
+    found, plain = SpecifiedEntries(), list[str]()
     alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with faults.noted():
@@ -84,19 +86,24 @@ def read_entries(entries: Entries, what: str, faults: Faults, needed: Collection
 
 
 def _words(
-    entry: str, what: str, found: Said, plain: list[str], faults: Faults, needed: Collection[str] | None
+    entry: str,
+    what: str,
+    specified_entries: SpecifiedEntries,
+    plain: list[str],
+    faults: Faults,
+    needed: Collection[str] | None,
 ) -> None:
     """Sort what a shell says: a file, or name=formula."""
     suffix = "" if "=" in entry else Path(entry).suffix.lower()
     if suffix == ".csv":
-        found.tables.append(Columns.read(Path(entry), needed))
+        specified_entries.tables.append(Columns.read(Path(entry), needed))
     elif suffix == ".toml":
-        found.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
+        specified_entries.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
     else:
         plain.append(entry)
 
 
-def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults) -> None:
+def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: SpecifiedEntries, faults: Faults) -> None:
     """Sort what is given by name; numbers under "t" are the times of all arrays."""
     times, over = entries.get(TIME), dict[str, Any]()
     for name, value in entries.items():
@@ -107,21 +114,21 @@ def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults)
             if text is not None or callable(value):
                 faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
         elif text is not None:
-            found.texts.append((what, name, text))
+            specified_entries.texts.append((what, name, text))
         elif callable(value):
-            found.functions.append((name, value))
+            specified_entries.functions.append((name, value))
         elif times is not None and not isinstance(value, tuple):
             over[name] = value
         else:
             pair = _over(value)
             if isinstance(pair, (tuple, list)) and len(pair) == 2 and all(_dimensions(one) == 1 for one in pair):
                 with faults.noted():
-                    found.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
+                    specified_entries.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
             else:
                 faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}")
     if over:
         with faults.noted():
-            found.tables.append(columns_of(what, times, over, every=True))
+            specified_entries.tables.append(columns_of(what, times, over, every=True))
 
 
 def _over(value: Any) -> Any:

@@ -27,7 +27,7 @@ from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)
-class Table:
+class ForceTable:
     """Numbers over rising times, interpolated; held before the first and after the last."""
 
     t: Array
@@ -73,7 +73,7 @@ class Forces:
     """
 
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
-    tables: Mapping[int, Table] = field(default_factory=dict)
+    tables: Mapping[int, ForceTable] = field(default_factory=dict)
     fed: tuple[int, ...] = ()
     functions: tuple[ForceFunction, ...] = ()
 
@@ -146,7 +146,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     values = parameter_values(scene)
     faults = Faults("")
     formulas: dict[int, Quantity] = {}
-    tables: dict[int, Table] = {}
+    tables: dict[int, ForceTable] = {}
     functions: dict[int, ForceFunction] = {}
     said = read_entries(entries, "forces", faults)
     places = places_of(scene)
@@ -185,7 +185,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
         for name in wanted:
             k = place(name, table.source)
             if k is not None:
-                tables[k] = Table(table.t, table.values[name])
+                tables[k] = ForceTable(table.t, table.values[name])
     for name, function in said.functions:
         led = scene.led_velocities
         names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)

@@ -66,15 +66,15 @@ def _is_table(values: object) -> bool:
 
 
 def _add(
-    found: dict[str, PointPath], name: str, where: str, path: PointPath | None, scene: Scene, faults: Faults
+    result: dict[str, PointPath], name: str, where: str, path: PointPath | None, scene: Scene, faults: Faults
 ) -> None:
     known = (*(one.name for one in scene.points), *(one.name for one in scene.bodies))
     if name not in known:
         faults.add(where, f"{name} is no point and no body; {suggestion(name, known)}")
-    elif name in found:
+    elif name in result:
         faults.add(where, f"{name} has a path already")
     elif path is not None:
-        found[name] = path
+        result[name] = path
 
 
 def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> PointPath | None:

@@ -37,7 +37,7 @@ TURNS: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class PathRequest:
     """What a path asks of its frame at one time; the module's legend.
 
     Attributes:
@@ -103,7 +103,7 @@ class PointPath:
         """How many rows it asks for."""
         return sum(law is not None for law in self.origin) + (3 if self.way else 0)
 
-    def at(self, t: float) -> Asked:
+    def at(self, t: float) -> PathRequest:
         """Return what is asked for at a time, s.
 
         Raises:
@@ -125,7 +125,7 @@ class PointPath:
                 np.vstack([rate_of_S, np.hstack([below, rate_of_across])]),
             )
             b, rate_of_b = [*b, *w], [*rate_of_b, *dw]
-        asked = Asked(S, rate_of_S, np.array(b), np.array(rate_of_b), origin, axes, self.axis)
+        asked = PathRequest(S, rate_of_S, np.array(b), np.array(rate_of_b), origin, axes, self.axis)
         if not all(np.isfinite(part).all() for part in (asked.b, asked.rate_of_b, origin[held], asked.S)):
             texts = ", ".join(law.text for law in self.laws)
             raise SimulateError(f"path: {self.name}: ({texts}) has no finite value or derivative at t = {t:g} s")
@@ -138,11 +138,11 @@ class Approach:
 
     name: str
     rows: int
-    asked: Asked
+    asked: PathRequest
     R: Array
     p: Array
 
-    def at(self, s: float) -> Asked:
+    def at(self, s: float) -> PathRequest:
         """Return what is asked for on the way."""
         from scipy.spatial.transform import Rotation
 

@@ -15,7 +15,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.forces import Table
+from symdyn.simulation.prescribed.forces import ForceTable
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.simulation.prescribed.function_laws import read_function
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
@@ -34,7 +34,7 @@ class SceneMotion:
 
     laws: Mapping[str, Law] = field(default_factory=dict)
     quasi: Mapping[str, Law] = field(default_factory=dict)
-    inputs: Mapping[str, Table] = field(default_factory=dict)
+    inputs: Mapping[str, ForceTable] = field(default_factory=dict)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -82,7 +82,7 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
             faults.add("motion", f"{', '.join(missing)} missing; a quaternion moves as ({', '.join(group)})")
     faults.close(SimulateError)
     letters = [(one.name, table) for one in scene.inputs for table in said.tables if one.name in table.values]
-    return SceneMotion(laws, quasi, {name: Table(table.t, table.values[name]) for name, table in letters})
+    return SceneMotion(laws, quasi, {name: ForceTable(table.t, table.values[name]) for name, table in letters})
 
 
 def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | None, every: float | None) -> Array:

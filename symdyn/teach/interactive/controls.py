@@ -21,10 +21,10 @@ from symdyn.errors import SymdynError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint, Parameter, acceleration_name
+from symdyn.teach.derivations.dalembert.balance import Balance
+from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
-from symdyn.teach.roads.dalembert.balance import Balance
-from symdyn.teach.roads.dalembert.shown_motion import choose_motion
 from symdyn.teach.shown_state import shown_state, starting_rates, undriven
 
 RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider

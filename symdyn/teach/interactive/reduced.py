@@ -19,7 +19,7 @@ import numpy as np
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.loops import Partition
 from symdyn.dynamics.mechanism import TIME, solve
-from symdyn.dynamics.roads import arguments
+from symdyn.dynamics.outputs import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.forces import elastic

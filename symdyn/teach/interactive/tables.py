@@ -9,10 +9,10 @@ from symdyn.emit import in_html
 from symdyn.emit.print import Letters, latex_symbols
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
+from symdyn.teach.derivations.lagrange.equation_steps import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline
-from symdyn.teach.roads.lagrange.equation_steps import coefficient_unit
 
 PHRASES = (
     *("force along the track", "force across the track", "normal force", "force across the blade"),

@@ -23,7 +23,7 @@ from symdyn.dynamics.mechanism import (
     pull,
     vector,
 )
-from symdyn.dynamics.roads import unique
+from symdyn.dynamics.outputs import unique
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene
@@ -65,10 +65,10 @@ class Vectors:
     joints: tuple[tuple[str, str], ...]
 
 
-def vectors(w: Workspace, found: Found) -> Vectors:
-    """Return what arrows show, by what is `found` of a scene; reactions only where rigid bodies determine them all."""
-    moving, acting = list(_motions(w)), list(_actions(w, found))
-    carried = _carried(w, found, _flat(row for _, row in moving))
+def vectors(w: Workspace, result: Found) -> Vectors:
+    """Return what arrows show, by what is `result` of a scene; reactions only where rigid bodies determine them all."""
+    moving, acting = list(_motions(w)), list(_actions(w, result))
+    carried = _carried(w, result, _flat(row for _, row in moving))
     functions = []
     for name, text, rows, takes in (
         ("mass_motions", "place, v, a, L, rate of L and mass of every mass, ground frame", moving, STATE),
@@ -126,13 +126,13 @@ def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
     yield m, at, inertia
 
 
-def _actions(w: Workspace, found: Found) -> Iterator[tuple[tuple[str, str], list[Expr]]]:
+def _actions(w: Workspace, result: Found) -> Iterator[tuple[tuple[str, str], list[Expr]]]:
     """Yield (name, body) and row of "actions"."""
     scene, graph = w.scene, w.graph
     still = zero_vector(graph)
     for strut in scene.struts:
         if strut.ends:
-            a, b = (found["end", strut, k] for k in range(2))
+            a, b = (result["end", strut, k] for k in range(2))
             way = sub((b[0], b[1], b[2]), (a[0], a[1], a[2]))
             square = dot(way, way)
             (rate,) = tangents([graph.sqrt(square)], w.state.velocity)
@@ -143,12 +143,12 @@ def _actions(w: Workspace, found: Found) -> Iterator[tuple[tuple[str, str], list
     for load in scene.loads:
         yield (
             (load.name, load.place.body),
-            [*found["end", load, 0], *found["force", load], *found["couple", load]],
+            [*result["end", load, 0], *result["force", load], *result["couple", load]],
         )
     declared = declared_forces(scene, graph)
     for joint in scene.moving:
-        moves = [x for key, x in found.items() if key[:2] == ("move", joint.name)]
-        slides = [key[3] for key in found if key[:2] == ("move", joint.name)]
+        moves = [x for key, x in result.items() if key[:2] == ("move", joint.name)]
+        slides = [key[3] for key in result if key[:2] == ("move", joint.name)]
         if JOINTS[joint.type].quaternion(joint) is not None or len(moves) != len(joint.rates):
             continue
         for name, slide, axis in zip(joint.rates, slides, moves, strict=True):
@@ -157,7 +157,7 @@ def _actions(w: Workspace, found: Found) -> Iterator[tuple[tuple[str, str], list
             amount = amount + w.state.tau[k] if scene.drives[k] else amount
             if not amount.is_zero:
                 way = scale(amount, (axis[0], axis[1], axis[2]))
-                at = found["moved", joint.name][9:]
+                at = result["moved", joint.name][9:]
                 yield (joint.name, joint.child), [*at, *((*way, *still) if slide else (*still, *way))]
 
 
@@ -180,7 +180,7 @@ def _flat(motions: Iterable[list[Expr]]) -> int | None:
     return level[0] if len(level) == 1 else None
 
 
-def _carried(w: Workspace, found: Found, flat: int | None) -> list[tuple[tuple[str, str], list[Expr]]]:
+def _carried(w: Workspace, result: Found, flat: int | None) -> list[tuple[tuple[str, str], list[Expr]]]:
     """Return (joint, body) and row of "carried_forces"; none where they do not exist or are not unique.
 
     In a plane mechanism what does not act in its plane is left out where rigid bodies do not determine it.
@@ -196,6 +196,6 @@ def _carried(w: Workspace, found: Found, flat: int | None) -> list[tuple[tuple[s
     entries = [x if one else w.graph.zero for x, one in zip(reactions, sure, strict=True)]
     joints = (*w.scene.joints, *w.scene.loops)
     return [
-        ((joint.name, joint.child), [*found["moved", joint.name][9:], *entries[6 * k : 6 * k + 6]])
+        ((joint.name, joint.child), [*result["moved", joint.name][9:], *entries[6 * k : 6 * k + 6]])
         for k, joint in enumerate(joints)
     ]

@@ -16,7 +16,7 @@ from symdyn.scene import Scene
 from symdyn.teach.document import Blank, Block, Braced, Document, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.given import with_given
-from symdyn.teach.practice.hidden import Told, follows, own_symbols, plain, written_out
+from symdyn.teach.practice.hidden import Hidden, follows, own_symbols, plain, written_out
 from symdyn.teach.student.statements import read_formula
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import Verdict
@@ -228,7 +228,7 @@ def _joined(sections: Sequence[Section]) -> list[Section]:
 def _gated(document: Document, sections: Sequence[Section]) -> Iterator[Section]:
     """Yield the sections; a step without blanks needs those before it that it may follow from, and those it tells."""
     blanks = [(step.key, b) for part in sections for step in part.steps for b in step.blocks if isinstance(b, Blank)]
-    told, before = Told(document, {blank.key: blank.answer for _, blank in blanks}), list[tuple[str, str]]()
+    told, before = Hidden(document, {blank.key: blank.answer for _, blank in blanks}), list[tuple[str, str]]()
     for section in sections:
         steps = []
         for step in section.steps:

@@ -45,10 +45,10 @@ APART = {
 """Kinds of steps that come after others and do not follow from them."""
 
 
-def follows(step: str, asked: str) -> bool:
+def follows(step: str, requested: str) -> bool:
     """Whether a step, by its key, may follow from another one that comes before it."""
     kind, _, of = step.removeprefix(ERRATA).partition(":")
-    source, _, other = asked.partition(":")
+    source, _, other = requested.partition(":")
     if kind in OF_ONE and source in OF_ONE and of != other:
         return False
     return source not in APART.get(kind, ())
@@ -65,7 +65,7 @@ def own_symbols(document: Document) -> frozenset[str]:
     return frozenset(Names(document.scene).symbols.values()) - {k for k, x in document.names.items() if x.node}
 
 
-class Told:
+class Hidden:
     """Answers by value, to find where else one of them stands."""
 
     def __init__(self, document: Document, answers: Mapping[str, Form]) -> None:
@@ -83,8 +83,8 @@ class Told:
                 yield key
 
     @staticmethod
-    def _alike(found: list[float], answer: list[float], sign: int) -> bool:
-        pairs = zip(found, answer, strict=True)
+    def _alike(result: list[float], answer: list[float], sign: int) -> bool:
+        pairs = zip(result, answer, strict=True)
         return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in pairs)
 
     def _values(self, node: Expr) -> list[float]:

@@ -33,12 +33,12 @@ def questions(document: Document) -> dict[str, Any]:
     return questions_of(document.scene, asked, document.language)
 
 
-def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: str) -> dict[str, Any]:
+def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], language: str) -> dict[str, Any]:
     """Return what a page needs to check answers to some questions, as JSON takes it.
 
     Args:
         scene: the mechanism.
-        asked: by key of a question the key of its quantity, as documents have it, and its value.
+        requested: by key of a question the key of its quantity, as documents have it, and its value.
         language: of the answers.
 
     Returns:
@@ -50,9 +50,11 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
         pairs), spellings: patterns, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
-    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(asked)))
-    balances = {} if scene.is_closed else {key: left for key, (left, _) in asked.items() if left.startswith(BALANCED)}
-    values = {key: _shortened(points, form) for key, (_, form) in asked.items()}
+    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(requested)))
+    balances = (
+        {} if scene.is_closed else {key: left for key, (left, _) in requested.items() if left.startswith(BALANCED)}
+    )
+    values = {key: _shortened(points, form) for key, (_, form) in requested.items()}
     lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
     return {
         "symbols": dict(names.symbols),
@@ -64,13 +66,13 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
         "bound": BOUND,
         "scaled": SCALED,
         "united": [key for key, row in values.items() if points.united([row[0], row[SCALED]])],
-        "free": [key for key, (left, _) in asked.items() if left.startswith(FREE)],
+        "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "points": [dict(point) for point in points.at],
         "values": values,
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
         "mistakes": {
             key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
-            for key, (left, form) in asked.items()
+            for key, (left, form) in requested.items()
         },
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from symdyn.scene import Scene
+from symdyn.teach.derivations.lessons import walkthrough
 from symdyn.teach.document import Document
 from symdyn.teach.interactive.page import interactive_page
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.sheet import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
 from symdyn.teach.render import rendered
-from symdyn.teach.roads.lessons import walkthrough
 from symdyn.unlocked import cached_property
 
 
@@ -23,7 +23,7 @@ class Handout:
 
     Attributes:
         scene: any that `walkthrough` takes.
-        language, detail, until, road: as of `walkthrough`.
+        language, detail, until, formulation: as of `walkthrough`.
         seed: draws a variant of the scene; None for the scene itself.
         exercises: whether results are left out.
         grade, ask: which, as of `with_exercises`.
@@ -37,7 +37,7 @@ class Handout:
     language: str = "en"
     detail: str = "full"
     until: str = ""
-    road: str = ""
+    formulation: str = ""
     seed: int | None = None
     exercises: bool = False
     grade: int = 2
@@ -60,7 +60,7 @@ class Handout:
 
     def document(self) -> Document:
         """Return the lesson; errors as of `walkthrough`, `variant` and `with_exercises`."""
-        found = walkthrough(self.shown, self.language, self.detail, self.until, self.road)
+        found = walkthrough(self.shown, self.language, self.detail, self.until, self.formulation)
         found = with_changes(found, self.variant) if self.variant else found
         found = with_exercises(found, self.grade, self.ask) if self.exercises else found
         return sheet(found, self.sheet == "solutions") if self.sheet else found

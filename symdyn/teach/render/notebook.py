@@ -42,7 +42,7 @@ EXERCISES = """
 from symdyn.teach import walkthrough
 from symdyn.teach.practice.exercises import judge, with_exercises
 
-lesson = with_exercises(walkthrough(scene, {language!r}, road={road!r}))"""
+lesson = with_exercises(walkthrough(scene, {language!r}, formulation={formulation!r}))"""
 
 
 def notebook(document: Document) -> dict[str, str]:
@@ -69,7 +69,7 @@ def _cells(document: Document) -> Iterator[Cell]:
     setup = (SETUP + EXERCISES if asked else SETUP).format(
         scene=in_code(write_text(document.scene.in_si(), "toml").text),
         language=document.language,
-        road=document.road,
+        formulation=document.formulation,
     )
     yield _code("setup", setup)
     keys = {section.key for section in document.sections}

@@ -103,7 +103,7 @@ def _names_only(statement: Statement, names: Names, count: int) -> bool:
     return count > 1 and bool(named) and named <= results
 
 
-def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
+def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
     if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key:
         return answer
@@ -112,7 +112,7 @@ def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Di
     def equal(a: Form, b: Form) -> bool:
         return equality("mistake", a, b, scene).verdict in EQUAL
 
-    found_mistake = diagnosis.value(key, found, right, equal)
+    found_mistake = diagnosis.value(key, form, right, equal)
     if found_mistake is None:
         return answer
     return replace(answer, mistake=found_mistake)

@@ -48,34 +48,30 @@ class Diagnosis:
             self.known[key] = [] if node is None else mistakes(self.course, key, node, most)
         return self.known[key]
 
-    def value(self, key: str, found: Form, right: Form, equal: Callable[[Form, Form], bool]) -> Mistake | None:
+    def value(self, key: str, form: Form, right: Form, equal: Callable[[Form, Form], bool]) -> Mistake | None:
         """Return the mistake that a wrong value of a quantity is, None for none."""
         known = self.of(key, right)
         if not known:
             return None
         free = key.startswith(FREE)
-        mine, *rows = self.points.marked([found.express(self._graph), *(one.node for one in known)], free)
+        mine, *rows = self.points.marked([form.express(self._graph), *(one.node for one in known)], free)
         for one, row in zip(known, rows, strict=True):
             for first in (0, 2):
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
-                if (
-                    pairs
-                    and all(_close(a, b) for a, b in pairs)
-                    and (free or equal(found, self._form(one.node, first)))
-                ):
+                if pairs and all(_close(a, b) for a, b in pairs) and (free or equal(form, self._form(one.node, first))):
                     return one
         at = [0, SCALED]
-        nodes = [found.express(self._graph), right.express(self._graph)]
+        nodes = [form.express(self._graph), right.express(self._graph)]
         values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
         return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
 
-    def balance(self, i: int, found: Form) -> Mistake | None:
+    def balance(self, i: int, form: Form) -> Mistake | None:
         """Return the mistake that an equation is, times any factor that is free of rates; None for none."""
         known = self.of(f"tau:{i + 1}")
         if self.course is None or not known:
             return None
         drive = self.drive(i)
-        nodes = [found.express(self._graph), *(one.node - drive for one in known)]
+        nodes = [form.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
         for one, row in zip(known, rows, strict=True):
             for first in (0, 4):

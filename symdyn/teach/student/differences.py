@@ -69,15 +69,15 @@ class Difference:
     factor: Fraction = Fraction(1)
 
 
-def differences(found: Form, right: Form, scene: Scene) -> list[Difference]:
-    """Return how `found` differs from `right`; none if they are equal in the ring.
+def differences(form: Form, right: Form, scene: Scene) -> list[Difference]:
+    """Return how `form` differs from `right`; none if they are equal in the ring.
 
     Raises:
         DerivationError: one of them is no trigonometric polynomial, such as 1/cos q, or too large to be multiplied out.
     """
-    if any(terms > MOST_TERMS or degree > HIGHEST for terms, degree in map(_expanded, (found, right))):
+    if any(terms > MOST_TERMS or degree > HIGHEST for terms, degree in map(_expanded, (form, right))):
         raise DerivationError(f"{scene.name}: the formula has too many terms to be compared one by one")
-    return _Comparison(found, right, scene).run()
+    return _Comparison(form, right, scene).run()
 
 
 def split_terms(form: Form, scene: Scene) -> list[Form]:
@@ -112,12 +112,12 @@ def _expanded(form: Form) -> tuple[int, int]:
 
 
 class _Comparison:
-    def __init__(self, found: Form, right: Form, scene: Scene) -> None:
+    def __init__(self, result: Form, right: Form, scene: Scene) -> None:
         graph = Graph()
         for parameter in scene.parameters:
             graph.symbol(parameter.name)  # first, so that forms print them in declared order
         state = State.of(scene, graph)
-        nodes = [form.express(graph) for form in (right, found)]
+        nodes = [form.express(graph) for form in (right, result)]
         groups = angle_groups(scene, graph)
         self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), groups)
         self.compact = Compactor(self.ring, groups)
@@ -264,18 +264,18 @@ def _ratio(a: Polynomial, b: Polynomial) -> Fraction | None:
     return Fraction(int(r.p), int(r.q)) if a == b * r else None
 
 
-def _rounds(found: Fraction, right: Fraction) -> bool:
-    """Whether `right` lies within half a unit of the last digit of `found`, a decimal of two digits or more.
+def _rounds(value: Fraction, right: Fraction) -> bool:
+    """Whether `right` lies within half a unit of the last digit of `value`, a decimal of two digits or more.
 
     The zeros at the end of a large number, three digits or more before them, are places that were not written.
     """
-    places = next((k for k in range(PLACES) if (found * 10**k).denominator == 1), PLACES)
-    if places == PLACES or not found:
+    places = next((k for k in range(PLACES) if (value * 10**k).denominator == 1), PLACES)
+    if places == PLACES or not value:
         return False
-    while places <= 0 and (found * Fraction(10) ** (places - 1)).denominator == 1:
+    while places <= 0 and (value * Fraction(10) ** (places - 1)).denominator == 1:
         places -= 1
     unit = Fraction(1, 10) ** places
-    return places != 0 and abs(found) >= (10 if places > 0 else 100) * unit and 2 * abs(found - right) <= unit
+    return places != 0 and abs(value) >= (10 if places > 0 else 100) * unit and 2 * abs(value - right) <= unit
 
 
 def _functions(form: Form) -> list[Function]:

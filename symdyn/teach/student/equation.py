@@ -41,23 +41,23 @@ def untitled(statement: Statement, page: Printable) -> Answer:
     return motion if motion.right or 0 < len(motion.differences) < len(row.differences) else row
 
 
-def _row(line: int, found: Form, page: Printable) -> Answer:
+def _row(line: int, form: Form, page: Printable) -> Answer:
     """Return the answer to a row: the scene's row that it is, or the row in any axes that it comes nearest to."""
     scene = page.scene
-    level = level_of(found, scene)
+    level = level_of(form, scene)
     own = scene_rows(page, level)
     for row in own:
-        finding = equality(row.name, found, row.form, scene)
+        finding = equality(row.name, form, row.form, scene)
         if finding.verdict in EQUAL:
             return Answer(line, row.name, finding.verdict, finding.error_log10)
         rates = [Symbol(name) for u in scene.velocities for name in (acceleration_name(u), u)]
-        if level != LEVELS[0] and _proportional(found, row.form, page, rates):
+        if level != LEVELS[0] and _proportional(form, row.form, page, rates):
             return Answer(line, row.name, Verdict.PROVED, scaled=True)
-    if holds(found, scene):
+    if holds(form, scene):
         return Answer(line, f"{level} row", HOLDS)
     best = Answer(line, f"{level} row", Verdict.DIFFERENT)
     for row in (*own, *ground_rows(scene, level)):
-        for mine in (found, minus(found)):
+        for mine in (form, minus(form)):
             answer = judged(line, row.name, mine, row.form, scene, "row")
             if answer.differences and (not best.differences or _length(answer) < _length(best)):
                 best = answer
@@ -69,15 +69,15 @@ def _length(answer: Answer) -> int:
     return sum(len(form.terms) for d in answer.differences for form in (d.found, d.right) if form is not None)
 
 
-def _equation(line: int, found: Form, page: Printable) -> Answer:
+def _equation(line: int, form: Form, page: Printable) -> Answer:
     """Return the answer to left = right: the scene's equation that it comes nearest to, times a factor or not."""
-    scene, named = page.scene, set(found.symbols)
+    scene, named = page.scene, set(form.symbols)
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     best: Answer | None = None
     for i in rows:
         right = _balance(page, i)
-        for mine in (found, minus(found)):
+        for mine in (form, minus(form)):
             answer = judged(line, f"equation {i + 1}", mine, right, scene, "equation")
             if answer.right:
                 return answer
@@ -99,7 +99,7 @@ def _equation(line: int, found: Form, page: Printable) -> Answer:
     return best
 
 
-def without_slope(answer: Answer, found: Form, right: Form, i: int, page: Printable) -> Answer:
+def without_slope(answer: Answer, form: Form, right: Form, i: int, page: Printable) -> Answer:
     """Return the answer, or one that says that Lagrange's -∂K/∂q was forgotten, if nothing else is wrong."""
     names = list(page.scene.coordinates)
     if answer.right or len(names) != len(page.rows):
@@ -108,14 +108,14 @@ def without_slope(answer: Answer, found: Form, right: Form, i: int, page: Printa
     slope = gradient(page.K.express(graph), [graph.symbol(names[i])])[0]
     if slope.is_zero:
         return answer
-    finding = same_value("forgotten", found.express(graph), right.express(graph) + slope, page.scene)
+    finding = same_value("forgotten", form.express(graph), right.express(graph) + slope, page.scene)
     return replace(answer, forgotten=names[i], differences=()) if finding.verdict in EQUAL else answer
 
 
-def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
+def _multiplied(form: Form, page: Printable, i: int) -> Iterator[Form]:
     """Yield a wrong equation times what makes one of its accelerations' coefficients the scene's: it was divided by."""
     graph = Graph()
-    node = found.express(graph)
+    node = form.express(graph)
     parameters = {p.name for p in page.scene.parameters}
     for c in page.rows[i]:
         if c.of != "qdd" or c.vanishes:
@@ -123,7 +123,7 @@ def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
         slope = gradient(node, [c.rate.express(graph)])[0]
         names = {str(one.value) for one in reachable([slope]) if one.op is Op.SYMBOL}
         if not slope.is_zero and names <= parameters:
-            yield Form.product((found, c.form, Form.of(slope).power(-1)))
+            yield Form.product((form, c.form, Form.of(slope).power(-1)))
 
 
 def _solved(statement: Statement, page: Printable) -> Answer | None:
@@ -153,10 +153,10 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
     return Answer(statement.line, known[0], finding.verdict, finding.error_log10)
 
 
-def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[Form]) -> bool:
+def _proportional(form: Form, right: Form, page: Printable, rates: Sequence[Form]) -> bool:
     """Whether found / right is free of rates and drives: cross-multiplied by what stands with the first of `rates`."""
     graph = Graph()
-    a, b = found.express(graph), right.express(graph)
+    a, b = form.express(graph), right.express(graph)
     moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
     symbols = [rate.express(graph) for rate in rates]
     pairs = [(x, y) for x, y in zip(gradient(a, symbols), gradient(b, symbols), strict=True) if not y.is_zero]

@@ -25,26 +25,26 @@ ADDED_TO = ("P", "L")
 """Where Lagrange's multipliers may stand: L + λ f, which is K - (P - λ f)."""
 
 
-def energy_judged(line: int, kind: str, found: Form, right: Form, page: Printable) -> Answer:
+def energy_judged(line: int, kind: str, form: Form, right: Form, page: Printable) -> Answer:
     """Return the answer to an energy of the whole mechanism: K, P or L, with multipliers or without."""
     scene = page.scene
-    given = set(found.symbols)
+    given = set(form.symbols)
     used = [row.multiplier for row in page.constraints.rows if row.multiplier in given]
     if not used:
-        return judged(line, kind, found, right, scene, kind)
-    if kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(found, used, scene):
-        alone = judged(line, kind, found.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
+        return judged(line, kind, form, right, scene, kind)
+    if kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(form, used, scene):
+        alone = judged(line, kind, form.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
         return replace(alone, multiplied=tuple(used)) if alone.right else alone
-    answer = judged(line, kind, found, right, scene, kind)
+    answer = judged(line, kind, form, right, scene, kind)
     return (
         replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == Verdict.DIFFERENT else answer
     )
 
 
-def _added(found: Form, used: Sequence[str], scene: Scene) -> bool:
+def _added(form: Form, used: Sequence[str], scene: Scene) -> bool:
     """Whether a formula is λ_k f_k, added up, beside what holds no λ; every f_k a condition, no two the same one."""
     graph = Graph()
-    conditions = [Form.of(x) for x in gradient(found.express(graph), [graph.symbol(name) for name in used])]
+    conditions = [Form.of(x) for x in gradient(form.express(graph), [graph.symbol(name) for name in used])]
     if any(set(used) & set(f.symbols) or level_of(f, scene) != LEVELS[0] for f in conditions):
         return False
     return all(holds(f, scene) or _constant(f, scene) for f in conditions) and independent(conditions, scene)

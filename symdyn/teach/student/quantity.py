@@ -26,20 +26,20 @@ def less(a: Form, b: Form) -> Form:
     return Form.sum((a, Form.product((Number.MINUS_ONE, b))))
 
 
-def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: str) -> Answer:
+def judged(line: int, name: str, form: Form, right: Form, scene: Scene, kind: str) -> Answer:
     """Return the answer to a formula of a quantity, or of a row."""
-    finding = equality(name, found, right, scene)
+    finding = equality(name, form, right, scene)
     if finding.verdict != Verdict.DIFFERENT:
         return Answer(line, name, finding.verdict, finding.error_log10)
-    if kind.startswith(("P", "L")) and (constant := _free(less(found, right), scene)) is not None:
+    if kind.startswith(("P", "L")) and (constant := _free(less(form, right), scene)) is not None:
         return Answer(line, name, Verdict.PROVED, finding.error_log10, shifted=constant)
-    values = _values(found, right, scene)
-    if values and equality(name, found, right.substitute(values), scene).verdict in EQUAL:
+    values = _values(form, right, scene)
+    if values and equality(name, form, right.substitute(values), scene).verdict in EQUAL:
         return Answer(line, name, Verdict.PROVED, valued=tuple(values))
-    if equality(name, found, minus(right), scene).verdict in EQUAL:
+    if equality(name, form, minus(right), scene).verdict in EQUAL:
         return Answer(line, name, Verdict.DIFFERENT, turned=True)
     try:
-        listed = differences(found, right, scene)
+        listed = differences(form, right, scene)
     except DerivationError:
         listed = []
     if listed and all(d.kind == "rounded" for d in listed):
@@ -47,22 +47,22 @@ def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: s
     return Answer(line, name, Verdict.DIFFERENT, differences=tuple(listed[:MANY]))
 
 
-def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
+def _values(form: Form, right: Form, scene: Scene) -> dict[str, Form]:
     """Return the numbers of parameters that only the right formula names."""
-    absent = set(right.symbols) - set(found.symbols)
+    absent = set(right.symbols) - set(form.symbols)
     values = {p.name: p.value for p in scene.parameters if p.name in absent and p.value is not None}
     return {name: Form.of(value.express(Graph())) for name, value in values.items()}
 
 
-def equality(name: str, found: Form, right: Form, scene: Scene) -> Finding:
+def equality(name: str, form: Form, right: Form, scene: Scene) -> Finding:
     """Return whether two forms are the same function."""
     graph = Graph()
-    return same_value(name, found.express(graph), right.express(graph), scene)
+    return same_value(name, form.express(graph), right.express(graph), scene)
 
 
-def same_value(name: str, found: Expr, right: Expr, scene: Scene) -> Finding:
+def same_value(name: str, node: Expr, right: Expr, scene: Scene) -> Finding:
     """Return whether two nodes of one graph are the same function."""
-    return findings([Claim(name, "found", "scene", (found,), (right,))], scene)[0]
+    return findings([Claim(name, "found", "scene", (node,), (right,))], scene)[0]
 
 
 def findings(claims: Sequence[Claim], scene: Scene) -> list[Finding]:

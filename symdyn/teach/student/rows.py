@@ -19,7 +19,7 @@ from symdyn.algebra import Array, Form
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, body_placements
-from symdyn.dynamics.reactions import Hinge
+from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, tangents
@@ -37,7 +37,7 @@ HELD = 1e-8  # of what a formula is worth where the loops are open: what counts 
 
 
 @dataclass(frozen=True)
-class Row:
+class StudentRow:
     """One row that a formula is compared with: its name, such as "velocity row 2", and what vanishes."""
 
     name: str
@@ -76,14 +76,14 @@ def _geometry(page: Printable) -> set[str]:
     return names
 
 
-def scene_rows(page: Printable, level: str) -> list[Row]:
+def scene_rows(page: Printable, level: str) -> list[StudentRow]:
     """Return the scene's rows of a level, as `symdyn equations` prints them."""
     found = page.constraints
     rows = (found.positions, found.rates, found.accelerations)[LEVELS.index(level)]()
-    return [Row(f"{level} row {k}", form) for k, form in enumerate(rows, 1)]
+    return [StudentRow(f"{level} row {k}", form) for k, form in enumerate(rows, 1)]
 
 
-def ground_rows(scene: Scene, level: str) -> list[Row]:
+def ground_rows(scene: Scene, level: str) -> list[StudentRow]:
     """Return that the points of each loop's joint coincide, in the axes of the ground: what is written by hand."""
     w = Workspace(scene)
     placed = body_placements(scene, w.graph)
@@ -97,20 +97,20 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
         if level == LEVELS[2]:
             entries = tangents(entries, w.state.acceleration)
         found += [
-            Row(f"{level} of {hinge.joint.name} along {axis}", Form.of(x))
+            StudentRow(f"{level} of {hinge.joint.name} along {axis}", Form.of(x))
             for axis, x in zip("xyz", entries, strict=True)
             if not x.is_zero
         ]
     return found
 
 
-def keeps_points(hinge: Hinge) -> bool:
+def keeps_points(hinge: JointFrames) -> bool:
     """Whether a joint keeps two points together."""
     kind = JOINTS.get(hinge.joint.type)  # a contact has none
     return kind is not None and kind.pins(hinge.joint)
 
 
-def points_apart(hinge: Hinge, placed: Mapping[str, Transform]) -> list[Expr]:
+def points_apart(hinge: JointFrames, placed: Mapping[str, Transform]) -> list[Expr]:
     """Return the way from a joint's point on the child to that on the parent, m, axes of the ground, shape (3,)."""
     on_parent, on_child = placed[hinge.joint.parent], placed[hinge.joint.child]
     return list(sub(on_parent.point(hinge.origin.p), on_child.point(hinge.place_on_child)))

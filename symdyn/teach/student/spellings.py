@@ -64,10 +64,10 @@ def replacements(text: str) -> Iterator[tuple[int, int, str]]:
             shift += len(new) - len(found[0])
 
 
-def _meaning(means: str, found: str, inner: str) -> str:
+def _meaning(means: str, result: str, inner: str) -> str:
     ways: dict[str, Callable[[], str]] = {
         "": lambda: "",
-        "lower": found.lower,
+        "lower": result.lower,
         "$1": lambda: inner,
         "slope": lambda: f"slope{bare(inner)} ",
         "rate": lambda: f"rate{inner} ",

@@ -96,10 +96,10 @@ def find_target(name: str, scene: Scene) -> Target:
     return found
 
 
-def _without_empty(found: Sequence[Token]) -> list[Token]:
+def _without_empty(result: Sequence[Token]) -> list[Token]:
     """Return the tokens without {}, which only sets distances in LaTeX."""
     kept: list[Token] = []
-    for token in found:
+    for token in result:
         if token.kind == "close" and token.text == "}" and kept and kept[-1].text == "{" and kept[-1].kind == "open":
             kept.pop()
         else:
@@ -107,16 +107,16 @@ def _without_empty(found: Sequence[Token]) -> list[Token]:
     return kept
 
 
-def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
+def _chunks(from_text: Source, result: Sequence[Token]) -> Iterator[list[Token]]:
     """Yield the tokens of each statement."""
     current: list[Token] = []
     depth, row = 0, None
-    for i, token in enumerate(found):
+    for i, token in enumerate(result):
         if token.kind == "row":
             row = token if row is None or token.text != "\n" else row
             continue
         begins = row is not None and depth == 0 and _is_whole(current)
-        begins = begins and row is not None and (_vanishes(current) or _begins(from_text, row, found[i:]))
+        begins = begins and row is not None and (_vanishes(current) or _begins(from_text, row, result[i:]))
         if token.kind == "stop" or begins:
             if current:
                 yield current

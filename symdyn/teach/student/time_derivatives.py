@@ -26,20 +26,20 @@ BY_TIME = (
 )
 
 
-def without_time(source: Source, found: Sequence[Token], names: Names) -> list[Token]:
+def without_time(source: Source, tokens: Sequence[Token], names: Names) -> list[Token]:
     """Return the tokens with primes in place of derivatives with respect to time, and no "(t)" behind a coordinate.
 
     Raises:
         TeachError: the derivative of what is no coordinate, which is a step and no result.
     """
-    return _Timeless(source, found, names).run()
+    return _Timeless(source, tokens, names).run()
 
 
 class _Timeless:
-    def __init__(self, source: Source, found: Sequence[Token], names: Names) -> None:
+    def __init__(self, source: Source, tokens: Sequence[Token], names: Names) -> None:
         self.source, self.names = source, names
         self.moving = {*names.dotted, *names.rates}
-        self.found = list(found)
+        self.found = list(tokens)
 
     def run(self) -> list[Token]:
         self.found = self._without_arguments()

@@ -70,7 +70,10 @@ def _lost(course: Course, key: str, term: Expr) -> str:
     state = course.state
     accelerations, rates = used(term, state.qdd), used(term, state.qd)
     if accelerations:
-        drives = [*(f"tau:{i + 1}" for i in range(len(state.qdd))), *course.scene.drives]  # a road asks for one of them
+        drives = [
+            *(f"tau:{i + 1}" for i in range(len(state.qdd))),
+            *course.scene.drives,
+        ]  # a formulation asks for one of them
         own = state.qdd[drives.index(key) % len(state.qdd)] if key in drives else None
         return "coupling" if own is not None and own not in accelerations else "term"
     if key.startswith(("K", "v2")):

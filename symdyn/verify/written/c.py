@@ -28,7 +28,7 @@ from symdyn.verify.written.c_statements import Statements, declared_name, finish
 from symdyn.verify.written.c_tables import read_table
 from symdyn.verify.written.c_values import File
 from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ CLEAR = "memset"
 GROUP = 8
 """`sincos_row` takes a multiple of so many angles."""
 
-ABREAST = 8
+LANES_AT_ONCE = 8
 """`sincos_rows` uses so many rows more, or as many as it has angles."""
 
 TABLE_OF_STEPS = "steps"
@@ -64,14 +64,14 @@ LOOP = re.compile(r"for\(size_tk=0;k<([0-9]+);k\+\+\)")
 def plain(source: bytes) -> bytes:
     """Return a file as the grammar takes it: spaces in place of what it does not know, directives aside."""
 
-    def blank(found: re.Match[bytes]) -> bytes:
-        line = source[source.rfind(b"\n", 0, found.start()) + 1 : found.start()]
-        return found[0] if line.startswith(b"#") else b" " * len(found[0])
+    def blank(match: re.Match[bytes]) -> bytes:
+        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
+        return match[0] if line.startswith(b"#") else b" " * len(match[0])
 
     return UNKNOWN.sub(blank, source)
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the functions of a C file compute."""
     file = File(text, definitions(text.root), GRAMMAR)
     functions: list[Read] = []
@@ -82,10 +82,10 @@ def read(text: Text) -> Reading:
         for name, columns in ((f"{text.stem}_{wanted.name}", False), (f"{wanted.name}_block", True)):
             if name in file.functions:
                 functions += _function(file, name, wanted, columns)
-    return Reading(tuple(functions), tuple(file.cuts.values()))
+    return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
-def read_columns(text: Text) -> Reading:
+def read_columns(text: Text) -> TextReading:
     """Return what the functions of a C file compute whose results are written column by column."""
     found = read(text)
     shapes = {wanted.name: wanted.shape for wanted in text.wanted}
@@ -125,33 +125,33 @@ def outside(root: Node) -> Iterator[Node]:
 INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "linkage_specification", "declaration_list")
 
 
-def _function(file: File, name: str, wanted: Wanted, columns: bool) -> list[Read]:
+def _function(file: File, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
     """Return what a function computes, for one state, or for state k of a block: there, and where it is copied to."""
-    takes(file, name, [*(["stride", "reach"] if columns else []), *wanted.arguments, "out"])
-    given = opened(wanted, columns, apart=columns, reaching=columns)
+    takes(file, name, [*(["stride", "reach"] if columns else []), *expected.arguments, "out"])
+    given = opened(expected, columns, apart=columns, reaching=columns)
     if columns:
         given.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
-    CStatements(file, wanted, given.names).run(name)
-    places = _places(file, f"{wanted.name}_places") if columns else None
+    CStatements(file, expected, given.names).run(name)
+    places = _places(file, f"{expected.name}_places") if columns else None
     if places is None:
-        return [finished(file, name, wanted, given.result)]
-    copied = _copied(file, name, wanted, given.result, places)
+        return [finished(file, name, expected, given.result)]
+    copied = _copied(file, name, expected, given.result, places)
     if None in given.result.entries:  # it is written nowhere but in rows
         return [copied]
-    return [finished(file, name, wanted, given.result), replace(copied, name=f"{wanted.name}_places")]
+    return [finished(file, name, expected, given.result), replace(copied, name=f"{expected.name}_places")]
 
 
-def _copied(file: File, name: str, wanted: Wanted, result: Result, places: list[int]) -> Read:
+def _copied(file: File, name: str, expected: ExpectedFunction, result: Result, places: list[int]) -> Read:
     """Return a result whose entries are those of a block's result at some places."""
     try:
         entries, lines = result.first()
     except Fault as fault:
         raise Unread(line_of(file.functions[name]), f"{name} {fault}") from None
-    if len(places) != wanted.size or not all(0 <= place <= len(entries) for place in places):
-        raise Unread(line_of(file.functions[name]), f"{name} has other entries than {wanted.name}_places says")
+    if len(places) != expected.size or not all(0 <= place <= len(entries) for place in places):
+        raise Unread(line_of(file.functions[name]), f"{name} has other entries than {expected.name}_places says")
     entries, lines = (*entries, file.text.graph.zero), (*lines, line_of(file.functions[name]))
     chosen = tuple(entries[place] for place in places), tuple(lines[place] for place in places)
-    return Read(wanted.name, name, *chosen)
+    return Read(expected.name, name, *chosen)
 
 
 def _places(file: File, name: str) -> list[int] | None:
@@ -284,7 +284,7 @@ class CStatements(Statements):
         if not (isinstance(stride, Index) and isinstance(angles, Pointer) and isinstance(work, Rows)):
             raise unread(node, "is no rows of sines")
         try:
-            work.row(Index(2 * rows + min(rows, ABREAST) - 1))  # what remains waits there
+            work.row(Index(2 * rows + min(rows, LANES_AT_ONCE) - 1))  # what remains waits there
             for row in range(rows):
                 given = angles.plus(Index(row) * stride), work.row(Index(2 * row)), work.row(Index(2 * row + 1))
                 self.sines(node, given, [Index(0, 1)])
@@ -292,5 +292,5 @@ class CStatements(Statements):
             raise unread(node, str(fault)) from None
 
 
-C = Language("C", GRAMMAR, frozenset({"comment"}), read, plain)
+C = ReadLanguage("C", GRAMMAR, frozenset({"comment"}), read, plain)
 C_BY_COLUMNS = replace(C, read=read_columns)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from symdyn.verify.written.c_values import File, TakenForCast, Value, Values
-from symdyn.verify.written.memory import Fault, Given, Index, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import Cut, Read, Unread, Wanted
+from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Work
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Unread
 from symdyn.verify.written.syntax import line_of, nodes, parse, said, unread
 
 if TYPE_CHECKING:
@@ -229,32 +229,32 @@ class Opened:
     result: Result
 
 
-def opened(wanted: Wanted, columns: bool, apart: bool, reaching: bool = False) -> Opened:
+def opened(expected: ExpectedFunction, columns: bool, apart: bool, reaching: bool = False) -> Opened:
     """Return the arguments of a function by name, entries of one state or of state k among columns.
 
     Args:
-        wanted: which function.
+        expected: which function.
         columns: whether its arguments are columns of states.
         apart: whether the result is another array than the arguments.
         reaching: whether columns of the result are `reach` apart, not as those of arguments.
     """
-    common = common_of(wanted) if columns else ""
-    given = {one: Given(one, wanted.arguments[one], columns and one != common) for one in wanted.arguments}
-    result = Result(wanted.size, columns, () if apart else tuple(given.values()), reaching)
+    common = common_of(expected) if columns else ""
+    given = {one: MemoryInputs(one, expected.arguments[one], columns and one != common) for one in expected.arguments}
+    result = Result(expected.size, columns, () if apart else tuple(given.values()), reaching)
     names: dict[str, Value] = {
-        one: memory.entries[0] if one in wanted.scalars and not columns else Pointer(memory)
+        one: memory.entries[0] if one in expected.scalars and not columns else Pointer(memory)
         for one, memory in given.items()
     }
     return Opened({**names, "out": Pointer(result)}, result)
 
 
-def finished(file: File, name: str, wanted: Wanted, result: Result) -> Read:
+def finished(file: File, name: str, expected: ExpectedFunction, result: Result) -> Read:
     """Return what a function computes, when its body has been read."""
     try:
         entries, lines = result.whole()
     except Fault as fault:
         raise Unread(line_of(file.functions[name]), f"{name} {fault}") from None
-    return Read(wanted.name, name, entries, lines)
+    return Read(expected.name, name, entries, lines)
 
 
 def takes(file: File, name: str, expected: list[str]) -> None:
@@ -292,7 +292,7 @@ def _parameter(node: Node) -> str:
     return names[0]
 
 
-def common_of(wanted: Wanted) -> str:
+def common_of(expected: ExpectedFunction) -> str:
     """Return which argument all states of a batch have in common; "" if each state has its own."""
-    given = wanted.arguments
+    given = expected.arguments
     return next((name for name in given if name in ("params", "prepared") and len(given) > 1), "")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr
 from symdyn.verify.written.c_values import File
-from symdyn.verify.written.reading import Cut, Read, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -25,12 +25,12 @@ TABLES = ("ground", "joints", "matrices")
 """Names behind that of the function."""
 
 
-def read_table(file: File, wanted: Wanted) -> Read:
+def read_table(file: File, expected: ExpectedFunction) -> Read:
     """Return the numbers of all tables of a function, in the order of the text."""
     entries: list[Expr] = []
     lines: list[int] = []
     for ending in TABLES:
-        name = f"{wanted.name}_{ending}"
+        name = f"{expected.name}_{ending}"
         for row in _rows(file, name):
             cells = [one for one in row.named_children if one.type != "comment" and not said(one).isdigit()]
             numbers = [(value, line_of(cell)) for cell in cells for value in _numbers(file, cell)]
@@ -39,7 +39,7 @@ def read_table(file: File, wanted: Wanted) -> Read:
             if cells:
                 first, last = cells[0].start_byte, cells[-1].end_byte
                 file.cuts[f"{name}:{first}"] = Cut(first, last, name)
-    return Read(wanted.name, wanted.name, tuple(entries), tuple(lines))
+    return Read(expected.name, expected.name, tuple(entries), tuple(lines))
 
 
 def _rows(file: File, name: str) -> Iterator[Node]:

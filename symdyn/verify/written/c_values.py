@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Union
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.memory import Fault, Given, Index, Pointer, Rows
-from symdyn.verify.written.reading import Cut, Text, Unread, Wanted
+from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Rows
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Text, Unread
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Values:
     """
 
     file: File
-    wanted: Wanted
+    wanted: ExpectedFunction
     names: dict[str, Value]
     again: bool = False
 
@@ -222,7 +222,7 @@ class Values:
         value = self.value(operand)
         if operator.type != "&" or not isinstance(value, Expr) or operand.type != "identifier":
             raise unread(node, "is not the address of a number")
-        return Pointer(Given(said(operand), (value,)))
+        return Pointer(MemoryInputs(said(operand), (value,)))
 
     def binary(self, node: Node) -> Value:
         """Return what an operator makes of two operands."""

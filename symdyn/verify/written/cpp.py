@@ -17,7 +17,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_values import MATH, OURS, File, Value
 from symdyn.verify.written.memory import Index, Pointer, Work
-from symdyn.verify.written.reading import Language, Reading, Text
+from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
 from symdyn.verify.written.syntax import said, unread
 
 if TYPE_CHECKING:
@@ -39,14 +39,14 @@ NOTHING = re.compile(r"T\*constw=nullptr;")
 def plain(source: bytes) -> bytes:
     """Return a header as the grammar takes it: spaces in place of what it does not know, directives aside."""
 
-    def blank(found: re.Match[bytes]) -> bytes:
-        line = source[source.rfind(b"\n", 0, found.start()) + 1 : found.start()]
-        return found[0] if line.startswith(b"#") else b" " * len(found[0])
+    def blank(match: re.Match[bytes]) -> bytes:
+        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
+        return match[0] if line.startswith(b"#") else b" " * len(match[0])
 
     return UNKNOWN.sub(blank, source)
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the functions of a C++ header compute."""
     file = File(text, _definitions(text.root), GRAMMAR)
     functions = []
@@ -57,7 +57,7 @@ def read(text: Text) -> Reading:
             given = opened(wanted, columns=False, apart=False)
             CppStatements(file, wanted, given.names).run(name)
             functions.append(finished(file, name, wanted, given.result))
-    return Reading(tuple(functions), tuple(file.cuts.values()))
+    return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
 def _definitions(root: Node) -> dict[str, Node]:
@@ -170,4 +170,4 @@ class CppStatements(Statements):
         self.copy(self.names[to], values, node)
 
 
-CPP = Language("C++", GRAMMAR, frozenset({"comment"}), read, plain)
+CPP = ReadLanguage("C++", GRAMMAR, frozenset({"comment"}), read, plain)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ CHECKS = ("_check", "_number")
 RESULT = "out"
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the functions of a module or script compute."""
     bound = _bound(_statements(text.root))
     if "Math" in bound:
@@ -70,7 +70,7 @@ def read(text: Text) -> Reading:
             raise unread(places[0], "nests its expressions too deeply") from None
         functions.append(found)
         cuts.append(cut)
-    return Reading(tuple(functions), tuple(cuts))
+    return TextReading(tuple(functions), tuple(cuts))
 
 
 def _statements(root: Node) -> list[Node]:
@@ -100,7 +100,7 @@ class _Function:
     """A function that is being read: what its names stand for, each set once, and entries of the result so far."""
 
     text: Text
-    wanted: Wanted
+    wanted: ExpectedFunction
     names: dict[str, Expr] = field(default_factory=dict)
     written: dict[int, tuple[Expr, int]] = field(default_factory=dict)
 
@@ -275,4 +275,4 @@ VALUES: Mapping[str, Callable[[_Function, list[Node], Node], Expr]] = {
 }
 """Types of nodes that are expressions."""
 
-JAVASCRIPT = Language("JavaScript", "tree_sitter_javascript", frozenset({"comment"}), read)
+JAVASCRIPT = ReadLanguage("JavaScript", "tree_sitter_javascript", frozenset({"comment"}), read)

@@ -20,7 +20,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ FLOAT = "float"
 """Makes a real number of a whole one, which would overflow, and leaves all others as they are."""
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the functions of a Julia module compute that write into their first argument."""
     tops = meant(text.root)
     modules = [node for node in tops if node.type == "module_definition"]
@@ -79,24 +79,24 @@ def read(text: Text) -> Reading:
             cuts.append(Cut(*function.span, name))
         if wanted.shape:
             _room(found.get(wanted.name), wanted, modules[0])
-    return Reading(tuple(functions), tuple(cuts))
+    return TextReading(tuple(functions), tuple(cuts))
 
 
-def _room(node: Node | None, wanted: Wanted, module: Node) -> None:
+def _room(node: Node | None, requested: ExpectedFunction, module: Node) -> None:
     """Look whether a function makes room for its result and has it filled."""
     if node is None:
-        raise unread(meant(module)[1], f"has no function {wanted.name}")
-    _takes(node, [*wanted.arguments])
-    room = f"Array{{T}}(undef, {', '.join(map(str, wanted.shape))})"
-    expected = [f"T = {_type(wanted)}", f"return {wanted.name}!({', '.join([room, *wanted.arguments])})"]
+        raise unread(meant(module)[1], f"has no function {requested.name}")
+    _takes(node, [*requested.arguments])
+    room = f"Array{{T}}(undef, {', '.join(map(str, requested.shape))})"
+    expected = [f"T = {_type(requested)}", f"return {requested.name}!({', '.join([room, *requested.arguments])})"]
     for one, words in zip_longest(_body(node), expected):
         if one is None or words is None or plain(one) != words:
             raise unread(one or node, f"is not {words}")
 
 
-def _type(wanted: Wanted) -> str:
+def _type(expected: ExpectedFunction) -> str:
     """Return the type of a result."""
-    types = [f"{'typeof' if one in wanted.scalars else 'eltype'}({one})" for one in wanted.arguments]
+    types = [f"{'typeof' if one in expected.scalars else 'eltype'}({one})" for one in expected.arguments]
     return f"float(promote_type({', '.join(types)}))" if types else "Float64"
 
 
@@ -152,7 +152,7 @@ class _Function:
     """A function that is being read: what its names stand for, each set once, and the entries of its result."""
 
     text: Text
-    wanted: Wanted
+    wanted: ExpectedFunction
     local: frozenset[str]
     names: dict[str, Expr] = field(default_factory=dict)
     entries: dict[int, tuple[Expr, int]] = field(default_factory=dict)
@@ -365,4 +365,4 @@ class _Function:
         return said(name), inner[1:-1:2]
 
 
-JULIA = Language("Julia", "tree_sitter_julia", COMMENTS, read)
+JULIA = ReadLanguage("Julia", "tree_sitter_julia", COMMENTS, read)

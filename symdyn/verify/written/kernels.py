@@ -16,7 +16,7 @@ from symdyn.verify.written.c import definitions
 from symdyn.verify.written.c_statements import Statements, finished, opened, takes
 from symdyn.verify.written.c_values import MATH, File, Value
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
-from symdyn.verify.written.reading import Language, Reading, Text
+from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def plain(source: bytes) -> bytes:
     return UNKNOWN.sub(lambda found: b" " * len(found[0]), source)
 
 
-def read(text: Text, grammar: str) -> Reading:
+def read(text: Text, grammar: str) -> TextReading:
     """Return what the kernels of a file compute."""
     file = File(text, definitions(text.root), grammar)
     functions = []
@@ -79,7 +79,7 @@ def read(text: Text, grammar: str) -> Reading:
                 raise unread(file.functions[name], "does not begin with the number of its state")
             body.bounded(file.functions[name])
             functions.append(finished(file, name, wanted, given.result))
-    return Reading(tuple(functions), tuple(file.cuts.values()))
+    return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
 BEGINNING = ("declaration", "if_statement")
@@ -223,5 +223,5 @@ class Places(Work):
         return place
 
 
-CUDA = Language("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))
-OPENCL = Language("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), plain)
+CUDA = ReadLanguage("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))
+OPENCL = ReadLanguage("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), plain)

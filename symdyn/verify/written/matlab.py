@@ -18,7 +18,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -57,11 +57,11 @@ ALLOCATING = ("zeros", "sum", "reshape")
 SILENT = ("comment", "line_continuation", "\n")
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the first function of a MATLAB file computes; a file of comments alone has none."""
     tops = [node for node in text.root.children if node.type not in SILENT and said(node).strip()]
     if not tops:
-        return Reading((), ())
+        return TextReading((), ())
     strange = next((node for node in tops if node.type != "function_definition"), None)
     if strange is not None:
         raise unread(strange, "is no function")
@@ -91,14 +91,14 @@ class _Function:
     """A function that is being read: what its names stand for, each set once, and what is known of its result."""
 
     text: Text
-    wanted: Wanted
+    wanted: ExpectedFunction
     local: frozenset[str]
     names: dict[str, Expr] = field(default_factory=dict)
     entries: dict[int, tuple[Expr, int]] = field(default_factory=dict)
     made: bool = False
     shaped: bool = False
 
-    def read(self, node: Node) -> Reading:
+    def read(self, node: Node) -> TextReading:
         """Return what it computes, and which parts of the file that is: those between its fixed text."""
         self._head(node)
         (body,) = (one for one in node.children if one.type == "block")
@@ -123,7 +123,7 @@ class _Function:
             parts.append((first, ended.end_byte))
             going = True
         cuts = (Cut(*part, f"{self.wanted.name} {number}") for number, part in enumerate(parts, 1))
-        return Reading((self._whole(node),), tuple(cuts))
+        return TextReading((self._whole(node),), tuple(cuts))
 
     def _head(self, node: Node) -> None:
         """Look whether it takes and returns what it must."""
@@ -295,4 +295,4 @@ def column_major(place: int, shape: Sequence[int]) -> int:
     return sum(one * prod(shape[:axis]) for axis, one in enumerate(reversed(index)))
 
 
-MATLAB = Language("MATLAB", "tree_sitter_matlab", frozenset({"comment"}), read)
+MATLAB = ReadLanguage("MATLAB", "tree_sitter_matlab", frozenset({"comment"}), read)

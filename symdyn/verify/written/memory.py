@@ -78,7 +78,7 @@ class Pointer:
         self.memory.store(self.index + index, value, line)
 
 
-class Given:
+class MemoryInputs:
     """An argument: a number an entry, or a column of states an entry."""
 
     def __init__(self, name: str, entries: Sequence[Expr], columns: bool = False) -> None:
@@ -103,7 +103,9 @@ class Given:
 class Result:
     """What a function returns through its last argument: every entry is written once, none is read."""
 
-    def __init__(self, size: int, columns: bool = False, before: Sequence[Given] = (), reaching: bool = False) -> None:
+    def __init__(
+        self, size: int, columns: bool = False, before: Sequence[MemoryInputs] = (), reaching: bool = False
+    ) -> None:
         """Wait for `size` entries; the arrays `before` may be the same one, and are not read from then on.
 
         Columns that are `reaching` stand at i * reach + k, others at i * stride + k.

@@ -14,7 +14,7 @@ from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import Verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
-from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import fixed_text, letters, parse
 from symdyn.verify.written.verbatim import Verbatim, verbatim
 
@@ -83,7 +83,7 @@ class Printed:
     places: Everywhere
     computed: tuple[tuple[Computed, ...], ...]
 
-    def wanted(self, names: Sequence[str]) -> tuple[Wanted, ...]:
+    def wanted(self, names: Sequence[str]) -> tuple[ExpectedFunction, ...]:
         """Return the functions that files must hold, called `names`; entries of arguments are symbols of the graph."""
         graph, found = self.graph, []
         for name, routine in zip(names, self.program.routines, strict=True):
@@ -91,7 +91,7 @@ class Printed:
             arguments = {one.name: tuple(graph.symbol(str(symbol.value)) for symbol in one.symbols) for one in given}
             scalars = frozenset(one.name for one in given if one.scalar)
             loop = routine.function.loop is not None
-            found.append(Wanted(name, arguments, scalars, routine.function.shape, loop))
+            found.append(ExpectedFunction(name, arguments, scalars, routine.function.shape, loop))
         return tuple(found)
 
 
@@ -147,7 +147,7 @@ class Files:
 
 
 def prove_texts(
-    program: Printed, files: Files, languages: Mapping[str, Language], fresh: Mapping[str, Contents] | None = None
+    program: Printed, files: Files, languages: Mapping[str, ReadLanguage], fresh: Mapping[str, Contents] | None = None
 ) -> tuple[Written, ...]:
     """Return what is known of the files of one target.
 
@@ -204,14 +204,16 @@ def _bytes(contents: Contents) -> bytes:
     return contents.encode() if isinstance(contents, str) else contents
 
 
-def read_text(program: Printed, files: Files, source: bytes, language: Language | None) -> tuple[Reading, bytes]:
+def read_text(
+    program: Printed, files: Files, source: bytes, language: ReadLanguage | None
+) -> tuple[TextReading, bytes]:
     """Return what is read of a file, and its fixed text.
 
     Raises:
         Unread: it says what has no meaning.
     """
     if language is None:
-        return Reading((), ()), source
+        return TextReading((), ()), source
     letters(source)
     root = parse(language.grammar, language.plain(source))
     text = Text(root, source, files.stem, program.real, program.wanted(files.functions), program.graph)
@@ -247,7 +249,7 @@ def _difference(program: Printed, files: Files, read: Read) -> str:
 
 
 def _fixed_difference(
-    program: Printed, files: Files, fixed: bytes, fresh: Contents | None, language: Language | None
+    program: Printed, files: Files, fixed: bytes, fresh: Contents | None, language: ReadLanguage | None
 ) -> str:
     """Return where fixed text is not that of a fresh file, "" if nowhere."""
     if fresh is None:

@@ -21,7 +21,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ OF_CASADI = Dialect("", "casadi", {**SMOOTH, "sign": Op.SIGN, "fabs": Op.ABS}, {
 OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {})
 
 
-def read(dialect: Dialect, text: Text) -> Reading:
+def read(dialect: Dialect, text: Text) -> TextReading:
     """Return what the functions of a module compute."""
     bound = _bound(text.root)
     if CODING.search(b"\n".join(text.source.splitlines()[:2])):
@@ -96,7 +96,7 @@ def read(dialect: Dialect, text: Text) -> Reading:
         except RecursionError:
             raise unread(node, "nests its expressions too deeply") from None
         cuts.append(Cut(body.start_byte, body.end_byte, name))
-    return Reading(tuple(functions), tuple(cuts))
+    return TextReading(tuple(functions), tuple(cuts))
 
 
 def _bound(root: Node) -> dict[str, list[Node]]:
@@ -125,7 +125,7 @@ class _Function:
     """A function that is being read: what its names stand for, each set once."""
 
     text: Text
-    wanted: Wanted
+    wanted: ExpectedFunction
     dialect: Dialect
     bound: frozenset[str]
     names: dict[str, Expr] = field(default_factory=dict)
@@ -268,8 +268,8 @@ VALUES: Mapping[str, Callable[[_Function, list[Node], Node], Expr]] = {
 """Types of nodes that are expressions."""
 
 
-def _language(title: str, dialect: Dialect) -> Language:
-    return Language(title, "tree_sitter_python", frozenset({"comment"}), partial(read, dialect))
+def _language(title: str, dialect: Dialect) -> ReadLanguage:
+    return ReadLanguage(title, "tree_sitter_python", frozenset({"comment"}), partial(read, dialect))
 
 
 NUMPY = _language("Python with NumPy", OF_NUMPY)

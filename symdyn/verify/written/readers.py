@@ -11,10 +11,10 @@ from symdyn.verify.written.julia import JULIA
 from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
 from symdyn.verify.written.python import CASADI, HEYOKA, NUMPY
-from symdyn.verify.written.reading import Language
+from symdyn.verify.written.reading import ReadLanguage
 from symdyn.verify.written.rust import RUST
 
-READERS: Mapping[str, Mapping[str, Language]] = {
+READERS: Mapping[str, Mapping[str, ReadLanguage]] = {
     "numpy": {".py": NUMPY},
     "c": {".c": C, ".h": C},
     "js": {".mjs": JAVASCRIPT, ".js": JAVASCRIPT},
@@ -28,12 +28,12 @@ READERS: Mapping[str, Mapping[str, Language]] = {
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
 
-OTHERWISE: Mapping[tuple[str, str], Mapping[str, Language]] = {
+OTHERWISE: Mapping[tuple[str, str], Mapping[str, ReadLanguage]] = {
     ("matlab", "mex"): {".c": C_BY_COLUMNS, ".h": C},  # its .m files hand on what they are given
 }
 """Target and option whose files are read otherwise."""
 
 
-def languages(target: str, option: str) -> Mapping[str, Language]:
+def languages(target: str, option: str) -> Mapping[str, ReadLanguage]:
     """Return what the files of a target with an option are read as, by the ends of their names."""
     return OTHERWISE.get((target, option), READERS[target])

@@ -1,4 +1,4 @@
-"""The nouns of this room: what a reader of a language is given, and what it returns."""
+"""The nouns of this package: what a reader of a language is given, and what it returns."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Unread(Exception):  # noqa: N818  a verdict, not an error
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ExpectedFunction:
     """A function that a file must hold.
 
     Attributes:
@@ -71,7 +71,7 @@ class Text:
     source: bytes
     stem: str
     real: str
-    wanted: tuple[Wanted, ...]
+    wanted: tuple[ExpectedFunction, ...]
     graph: Graph
 
     def number(self, decimal: str, line: int) -> Expr:
@@ -130,7 +130,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Reading:
+class TextReading:
     """What a reader has read of a file; the rest of the file is fixed text."""
 
     functions: tuple[Read, ...]
@@ -138,7 +138,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Language:
+class ReadLanguage:
     """One language.
 
     Attributes:
@@ -152,5 +152,5 @@ class Language:
     title: str
     grammar: str
     comments: frozenset[str]
-    read: Callable[[Text], Reading]
+    read: Callable[[Text], TextReading]
     plain: Callable[[bytes], bytes] = bytes

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Union
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Wanted
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
 from symdyn.verify.written.syntax import line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class Array:
 Value = Union[Expr, Array]
 
 
-def read(text: Text) -> Reading:
+def read(text: Text) -> TextReading:
     """Return what the functions of a module compute."""
     functions: dict[str, list[Node]] = {}
     for node in text.root.children:
@@ -90,7 +90,7 @@ def read(text: Text) -> Reading:
         for ending in ("", "_block"):
             if f"{wanted.name}{ending}" in functions:
                 found.append(file.function(wanted, f"{wanted.name}{ending}"))
-    return Reading(tuple(found), tuple(file.cuts.values()))
+    return TextReading(tuple(found), tuple(file.cuts.values()))
 
 
 @dataclass
@@ -114,19 +114,19 @@ class _File:
         self.cuts[name] = Cut(body.start_byte, body.end_byte, name)
         return parameters, body
 
-    def function(self, wanted: Wanted, name: str) -> Read:
+    def function(self, requested: ExpectedFunction, name: str) -> Read:
         """Return what a function computes, of one state or of a block."""
         parameters, body = self.body(name, self.functions[name][0])
         real, zero = REALS[self.text.real], self.text.graph.zero
-        laned = name != wanted.name
+        laned = name != requested.name
         found = dict(said(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
         names: dict[str, Value] = {}
         lanes = 0
-        for argument, symbols in wanted.arguments.items():
+        for argument, symbols in requested.arguments.items():
             kind = found.get(argument, "")
             rows = re.fullmatch(rf"&\[\[{real}; ([0-9]+)\]; {len(symbols)}\]", kind)
-            row = re.fullmatch(rf"&\[{real}; ([0-9]+)\]", kind) if laned and argument in wanted.scalars else None
-            if kind == real and argument in wanted.scalars and not laned:
+            row = re.fullmatch(rf"&\[{real}; ([0-9]+)\]", kind) if laned and argument in requested.scalars else None
+            if kind == real and argument in requested.scalars and not laned:
                 names[argument] = symbols[0]
             elif laned and (rows or row):
                 lanes = int((rows or row)[1])  # type: ignore[index]
@@ -135,15 +135,15 @@ class _File:
                 names[argument] = Array([*symbols], False, fixed=True)
             else:
                 raise unread(parameters, f"has no {argument} of {len(symbols)} entries")
-        expected = [*wanted.arguments]
-        result = Array([zero] * wanted.size, laned, once=True)
-        if wanted.shape or laned:
+        expected = [*requested.arguments]
+        result = Array([zero] * requested.size, laned, once=True)
+        if requested.shape or laned:
             kind = found.get("out", "")
-            many = re.fullmatch(rf"&mut \[\[{real}; ([0-9]+)\]; {wanted.size}\]", kind)
+            many = re.fullmatch(rf"&mut \[\[{real}; ([0-9]+)\]; {requested.size}\]", kind)
             if laned and many:
                 lanes = int(many[1])
-            elif laned or kind != f"&mut [{real}; {wanted.size}]":
-                raise unread(parameters, f"has no out of {wanted.size} entries")
+            elif laned or kind != f"&mut [{real}; {requested.size}]":
+                raise unread(parameters, f"has no out of {requested.size} entries")
             expected.append("out")
             names["out"] = result
         if [*found] != expected:
@@ -152,14 +152,16 @@ class _File:
             value = _Function(self, names, lanes).run(body)
         except RecursionError:
             raise unread(body, "nests its expressions too deeply") from None
-        if not wanted.shape and not laned:
+        if not requested.shape and not laned:
             if value is None:
                 raise unread(body, "has no value")
-            return Read(wanted.name, name, (value,), (line_of(body),))
-        missing = [place for place in range(wanted.size) if place not in result.written]
+            return Read(requested.name, name, (value,), (line_of(body),))
+        missing = [place for place in range(requested.size) if place not in result.written]
         if missing or value is not None:
             raise unread(body, f"leaves entry {missing[0]} as it is" if missing else "has a value")
-        return Read(wanted.name, name, tuple(result.entries), tuple(result.written[k] for k in range(wanted.size)))
+        return Read(
+            requested.name, name, tuple(result.entries), tuple(result.written[k] for k in range(requested.size))
+        )
 
 
 @dataclass
@@ -447,4 +449,4 @@ VALUES: Mapping[str, Callable[[_Function, Node], Expr]] = {
 }
 """Types of nodes that are expressions."""
 
-RUST = Language("Rust", "tree_sitter_rust", frozenset({"line_comment", "block_comment"}), read)
+RUST = ReadLanguage("Rust", "tree_sitter_rust", frozenset({"line_comment", "block_comment"}), read)

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import run_python
-from symdyn.dynamics import OUTPUTS, Equations, LoopChoices, Workspace, derive_one, expected, of_place, roads_of
+from symdyn.dynamics import OUTPUTS, Equations, LoopChoices, Workspace, derive_one, expected, formulations_of, of_place
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import DerivationError
 from symdyn.program import lower, prepare
 from symdyn.program.formulation import Candidates
+from symdyn.runtime import run_python
 from symdyn.scene import Scene, bind, read_text, with_symbols, write_text
 
 from ..jets import number
@@ -65,7 +65,7 @@ class Code:
         self.broken: dict[str, str] = {}
         for request in requests(self.scene, choice["asked"], choice["axes"]):
             try:
-                functions.append(self._derived(workspace, request, choice["road"]))
+                functions.append(self._derived(workspace, request, choice["formulation"]))
             except DerivationError as fault:
                 self.refused[request] = str(fault)
             except Exception as fault:  # a traceback for a user, who is not to see one
@@ -74,13 +74,13 @@ class Code:
         program = lower(equations.at_rest() if choice["rest"] == "static" else equations)
         program = prepare(program) if choice["prepare"] else program
         module = run_python(emit(program, "numpy", choice["real"]))
-        self.calls, self.arguments, self.chosen, self.roads = {}, {}, {}, {}
+        self.calls, self.arguments, self.chosen, self.formulations = {}, {}, {}, {}
         for name, routine in zip(
             function_names([r.function.name for r in program.routines]), program.routines, strict=True
         ):
             request = routine.function.request or routine.function.name
             self.calls[request] = getattr(module, name)
-            self.roads[request] = routine.function.formulation
+            self.formulations[request] = routine.function.formulation
             self.arguments[request] = [argument.name for argument in routine.function.arguments]
             for argument in routine.function.arguments:
                 if argument.name in ("ui", "qi"):
@@ -89,11 +89,15 @@ class Code:
         if "prepare" in self.calls:
             self.params = self.calls.pop("prepare")(self.params)
 
-    def _derived(self, workspace: Workspace, request: str, road: str) -> Any:
-        known = roads_of(request, self.scene)
-        if road == "last":
+    def _derived(self, workspace: Workspace, request: str, formulation: str) -> Any:
+        known = formulations_of(request, self.scene)
+        if formulation == "last":
             return derive_one(workspace, request, known[-1])
-        return derive_one(workspace, request, road) if road in known else Candidates(workspace, request).cheapest()
+        return (
+            derive_one(workspace, request, formulation)
+            if formulation in known
+            else Candidates(workspace, request).cheapest()
+        )
 
     def __call__(self, name: str, **given: Sequence[Any]) -> Array:
         """Return a function at several states: q, u (for qd), du (for qdd), tau, t, ui, qi, an entry a state each."""

@@ -218,7 +218,8 @@ class Trial:
                     error = off / max(1.0, scale, np.abs(want).max(initial=0.0))
                     self.worst[request] = max(self.worst.get(request, 0.0), error)
                     if not error <= self.tolerance:
-                        yield f"{request} ({self.code.roads[request]}): error {error:.2g}\n{told(truth, got, want)}"
+                        by = self.code.formulations[request]
+                        yield f"{request} ({by}): error {error:.2g}\n{told(truth, got, want)}"
                         break
 
     def partition_holds(self, truth: Truth) -> bool:

@@ -18,7 +18,14 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once c
     "symbols": ("", "inertia", "geometry", "all", "open"),  # --symbolic; open: all of them without values
     "acting": ("nothing", "springs", "dampers", "friction", "loads", "everything"),
     "lead": ("", "motion", "locked"),
-    "road": ("cheapest", "rnea", "crba", "aba", "lagrange", "last"),  # --formulation; last: the table's last road
+    "formulation": (
+        "cheapest",
+        "rnea",
+        "crba",
+        "aba",
+        "lagrange",
+        "last",
+    ),  # --formulation; last: the table's last formulation
     "asked": ("dynamics", "coefficients", "kinematics"),  # beside what drives, loops and joints exert and do
     "rest": ("moving", "moving", "moving", "static"),  # --static
     "prepare": ("", "prepare"),

@@ -13,7 +13,7 @@ from symdyn.emit.targets.c.cuts import by_address, handed_on, length_of, parts_o
 from symdyn.emit.targets.c.gathered import LANES, gathered
 from symdyn.emit.targets.c.plan import SineCosine
 from symdyn.emit.targets.c.row_solve import RowSolveText
-from symdyn.emit.targets.c.sincos import ABREAST
+from symdyn.emit.targets.c.sincos import LANES_AT_ONCE
 from symdyn.emit.targets.c.stages import LONGEST, longest_loop
 from symdyn.emit.targets.c.writer import LANED, PassText, ScalarStage
 from symdyn.errors import EmitError
@@ -100,17 +100,17 @@ class BatchText:
     solve: RowSolveText | None
 
 
-def batches(program: Program, page: Page, printer: Printer, real: Real, abreast: bool) -> tuple[BatchText | None, ...]:
+def batches(program: Program, page: Page, printer: Printer, real: Real, lockstep: bool) -> tuple[BatchText | None, ...]:
     """Return the batch code of every function of the page, None for one that is a loop over a table.
 
-    Where sines and cosines are taken `abreast`, neighbouring rows of angles are handed over together.
+    Where sines and cosines are taken `lockstep`, neighbouring rows of angles are handed over together.
 
     Raises:
         EmitError: a function is called as the batch code of another one will be.
     """
     _check_names([function.name for function in page.functions])
     return tuple(
-        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, abreast)
+        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, lockstep)
         for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
@@ -123,7 +123,7 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(
-    routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int, abreast: bool
+    routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int, lockstep: bool
 ) -> BatchText:
     single = writer = writer_of(routine, text, program, printer, LONGEST, length_of(routine) > LONGEST)
     longest = longest_loop(text.shape, length_of(routine), writer.plan.loads)
@@ -141,8 +141,8 @@ def _batch(
     # in prepare blocks would not pay, and loops over so many arrays compile slowly
     once = not common and Program.PARAMS in names
     result = gathered(routine, program, width)
-    several = writer.several() if abreast else ()
-    rows = max(made.rows, 2 * len(several) + min(len(several), ABREAST))
+    several = writer.several() if lockstep else ()
+    rows = max(made.rows, 2 * len(several) + min(len(several), LANES_AT_ONCE))
     lanes = _lanes((length + result.rows) * width, rows * width) if size and not once else 0
     together = result.states(lanes, width, STACK - lanes * (length + rows) * width)
     passes: list[PassText] = []

@@ -20,7 +20,7 @@ from symdyn.emit.targets.c.double_double import printer as printer_of, sincos_nu
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
 from symdyn.graph import Expr, Op
-from symdyn.program import Program, Routine, Step, shared
+from symdyn.program import Program, Routine, RoutineStep, shared
 
 DD_LANES = REALS["dd"].lanes
 """States in a block."""
@@ -143,11 +143,11 @@ class _Writer:
                 lines.append(Line(line.name, f"dd_of({self._input(line.node, '[k]')})"))
             else:
                 lines.append(self._define(line))
-            if isinstance(line, Step) and line.node in stores:
+            if isinstance(line, RoutineStep) and line.node in stores:
                 lines += _stored("w", stores[line.node], line.name)
         return Stage(number, tuple(self._define(step) for step in stage.uniform), tuple(lines))
 
-    def _define(self, step: Step) -> Line:
+    def _define(self, step: RoutineStep) -> Line:
         """Return the line that gives a step its name."""
         if step.node.op is Op.SYMBOL:
             return Line(step.name, f"dd_of({self._input(step.node, '')})")

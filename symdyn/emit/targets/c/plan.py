@@ -26,7 +26,7 @@ from symdyn.emit.targets.c.stages import (
     stages_of,
 )
 from symdyn.graph import Expr
-from symdyn.program import Routine, Step, shared
+from symdyn.program import Routine, RoutineStep, shared
 
 
 @dataclass(frozen=True)
@@ -42,17 +42,17 @@ class Pass:
     """
 
     plain: bool
-    inputs: tuple[Step, ...]
-    loads: tuple[tuple[Step, int], ...]
-    stores: tuple[tuple[Step, int], ...]
-    order: tuple[Step | int, ...]
-    uniform: tuple[Step, ...]
+    inputs: tuple[RoutineStep, ...]
+    loads: tuple[tuple[RoutineStep, int], ...]
+    stores: tuple[tuple[RoutineStep, int], ...]
+    order: tuple[RoutineStep | int, ...]
+    uniform: tuple[RoutineStep, ...]
 
     @property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[RoutineStep, ...]:
         """What it computes, in order."""
         given = {*self.inputs, *(step for step, _ in self.loads)}
-        return tuple(line for line in self.order if isinstance(line, Step) and line not in given)
+        return tuple(line for line in self.order if isinstance(line, RoutineStep) and line not in given)
 
     @property
     def outputs(self) -> tuple[int, ...]:
@@ -70,10 +70,10 @@ class SineCosine:
         sine, cosine: the step and its row; None for the step where only the other one is asked for.
     """
 
-    angle: Step
+    angle: RoutineStep
     row: int | None
-    sine: tuple[Step | None, int]
-    cosine: tuple[Step | None, int]
+    sine: tuple[RoutineStep | None, int]
+    cosine: tuple[RoutineStep | None, int]
 
     @property
     def rows(self) -> tuple[int, int]:
@@ -123,7 +123,7 @@ def plan(routine: Routine, known: Constants, short: bool = False, longest: int =
 
 def _finish(
     routine: Routine,
-    steps: Sequence[Step],
+    steps: Sequence[RoutineStep],
     stages: Sequence[Stage],
     needs: Mapping[Expr, Sequence[Expr]],
     entries: Sequence[Sequence[Expr]],
@@ -153,7 +153,7 @@ def _finish(
             row[step.node] = take()
         spare: list[int] = []
         if stage.angle is not None:
-            pair: list[tuple[Step | None, int]] = []
+            pair: list[tuple[RoutineStep | None, int]] = []
             for op in TRIGONOMETRIC:
                 found = next((s for s in kept if s.node.op is op), None)
                 if found is None:
@@ -182,15 +182,15 @@ def _order(
     needs: Mapping[Expr, Sequence[Expr]],
     entries: Sequence[Sequence[Expr]],
     everywhere: set[Expr],
-    step_of: Mapping[Expr, Step],
-) -> tuple[Step | int, ...]:
+    step_of: Mapping[Expr, RoutineStep],
+) -> tuple[RoutineStep | int, ...]:
     """Return the lines of a pass in an order of short lives, each value that is read right before its first use."""
-    lines: list[Step | int] = [*stage.steps, *stage.outputs]
-    read = [needs[line.node] if isinstance(line, Step) else entries[line] for line in lines]
+    lines: list[RoutineStep | int] = [*stage.steps, *stage.outputs]
+    read = [needs[line.node] if isinstance(line, RoutineStep) else entries[line] for line in lines]
     read = [[node for node in nodes if node not in everywhere] for nodes in read]
-    made = [line.node if isinstance(line, Step) else None for line in lines]
+    made = [line.node if isinstance(line, RoutineStep) else None for line in lines]
     known = set(made)
-    order: list[Step | int] = []
+    order: list[RoutineStep | int] = []
     for place in schedule(list(zip(made, read, strict=True))):
         first = [node for node in read[place] if node not in known]
         known.update(first)
@@ -205,8 +205,8 @@ def _used(stage: Stage, needs: Mapping[Expr, Sequence[Expr]], entries: Sequence[
 
 
 def _uniform(
-    used: Iterable[Expr], needs: Mapping[Expr, Sequence[Expr]], everywhere: set[Expr], order: Iterable[Step]
-) -> tuple[Step, ...]:
+    used: Iterable[Expr], needs: Mapping[Expr, Sequence[Expr]], everywhere: set[Expr], order: Iterable[RoutineStep]
+) -> tuple[RoutineStep, ...]:
     """Return the uniform steps behind what is used, each after what it needs."""
     wanted: set[Expr] = set()
     stack = [node for node in used if node in everywhere]

@@ -26,7 +26,7 @@ LIMIT_EXPONENT = 20
 CHAINS = 4
 """Angles that one turn of the loop takes side by side: one waits for its own results most of the time."""
 
-ABREAST = 8
+LANES_AT_ONCE = 8
 """Rows of angles that go through both halves together: what remains of them waits in the nearest cache."""
 
 TINY = 2.0**-200
@@ -107,7 +107,7 @@ def sincos_values(real: str, short: ShortSines | None = None) -> Mapping[str, An
         "cosine": horner(in_halves(COSINE[real], 2), "h[j]"),
         "short": None,
         "tiny": repr(TINY),
-        "abreast": ABREAST,
+        "lockstep": LANES_AT_ONCE,
         "chains": CHAINS,
         "limit_exponent": LIMIT_EXPONENT,
     }

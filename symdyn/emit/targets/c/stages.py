@@ -15,7 +15,7 @@ from math import prod
 from symdyn.emit.code.operands import standing
 from symdyn.emit.code.schedule import schedule
 from symdyn.graph import Expr, Op
-from symdyn.program import Routine, Step
+from symdyn.program import Routine, RoutineStep
 
 Constants = Mapping[Expr, Fraction]
 
@@ -66,12 +66,12 @@ class Stage:
     """A stage in the making; `kind` is "pass", "sincos" or "call"."""
 
     kind: str
-    steps: list[Step]
+    steps: list[RoutineStep]
     outputs: list[int]
     angle: Expr | None = None
 
 
-def complete(routine: Routine, known: Constants, short: bool = False) -> list[Step]:
+def complete(routine: Routine, known: Constants, short: bool = False) -> list[RoutineStep]:
     """Return the steps with a name for every call and for whatever is called with.
 
     If they are to be `short`, every operation that reads several values gets a name, too. A long line keeps all that it
@@ -80,11 +80,11 @@ def complete(routine: Routine, known: Constants, short: bool = False) -> list[St
     taken = {step.name for step in (*routine.inputs, *routine.steps)}
     names = (f"y{number}" for number in count(1))
     named = {step.node for step in (*routine.inputs, *routine.steps)}
-    steps: list[Step] = []
+    steps: list[RoutineStep] = []
 
     def add(node: Expr) -> None:
         named.add(node)
-        steps.append(Step(next(name for name in names if name not in taken), node))
+        steps.append(RoutineStep(next(name for name in names if name not in taken), node))
 
     def lift(node: Expr) -> int:  # as deep as a line is wide
         """Return how many values the text of `node` reads, after naming what has to be."""
@@ -112,13 +112,13 @@ def complete(routine: Routine, known: Constants, short: bool = False) -> list[St
     return steps
 
 
-def _operations(step: Step, named: Mapping[Expr, str], known: Constants) -> int:
+def _operations(step: RoutineStep, named: Mapping[Expr, str], known: Constants) -> int:
     """Return how many operations one line holds."""
     return 1 + sum(node not in named for node in standing(step.node.args, named, known))
 
 
 def stages_of(
-    steps: Sequence[Step],
+    steps: Sequence[RoutineStep],
     needs: Mapping[Expr, Sequence[Expr]],
     named: Mapping[Expr, str],
     known: Constants,
@@ -139,7 +139,7 @@ def stages_of(
     stages: list[Stage] = []
     for here in range(last + 1):
         calls = [s for s in steps if s.node.op in CALLS and level[s.node] == here]
-        angles: dict[Expr, list[Step]] = {}
+        angles: dict[Expr, list[RoutineStep]] = {}
         for s in calls:
             if s.node.op in TRIGONOMETRIC:
                 angles.setdefault(s.node.args[0], []).append(s)
@@ -153,7 +153,7 @@ def stages_of(
 
 
 def _passes(
-    steps: Sequence[Step], needs: Mapping[Expr, Sequence[Expr]], sizes: Mapping[Expr, int], longest: int
+    steps: Sequence[RoutineStep], needs: Mapping[Expr, Sequence[Expr]], sizes: Mapping[Expr, int], longest: int
 ) -> list[Stage]:
     """Return `steps` as one pass, or cut into several in the better of two orders: as given, and with short lives."""
     total = sum(sizes.values())
@@ -165,7 +165,7 @@ def _passes(
     return min(ways, key=lambda passes: _carried(passes, needs))
 
 
-def _cut(steps: Sequence[Step], sizes: Sequence[int], count: int) -> list[Stage]:
+def _cut(steps: Sequence[RoutineStep], sizes: Sequence[int], count: int) -> list[Stage]:
     """Return `steps` as `count` passes of about equal length."""
     passes = [Stage("pass", [], []) for _ in range(count)]
     done, total = 0, sum(sizes)

@@ -10,7 +10,7 @@ from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr, Op
-from symdyn.program import Program, Routine, Step, identifier
+from symdyn.program import Program, Routine, RoutineStep, identifier
 
 GROUP = 8
 """Angles of one state are taken together in groups of so many."""
@@ -136,7 +136,7 @@ class Writer:
                 lines.append(Line(line.name, layout.entry.format(*self.places[line.node])))
             else:
                 lines.append(self._define(line))
-            if isinstance(line, Step) and line.node in stores:
+            if isinstance(line, RoutineStep) and line.node in stores:
                 lines.append(Line(layout.row.format(stores[line.node]), line.name))
         return PassText(
             number=number,
@@ -144,7 +144,7 @@ class Writer:
             unused=tuple(name for name in handed if name not in read),
             before=tuple(self._define(step) for step in stage.uniform),
             lines=tuple(lines),
-            names=frozenset(line.name for line in stage.order if isinstance(line, Step)),
+            names=frozenset(line.name for line in stage.order if isinstance(line, RoutineStep)),
         )
 
     def scalar(self) -> tuple[ScalarStage, ...]:
@@ -185,7 +185,7 @@ class Writer:
                     stages.append(ScalarStage(len(stages), results=self._one_by_one(group, angles)))
         return tuple(stages)
 
-    def _given(self, step: Step) -> str:
+    def _given(self, step: RoutineStep) -> str:
         """Return an entry of an argument of the scalar function, which takes single numbers by value."""
         name, place = self.places[step.node]
         scalars = [argument.name for argument in self.routine.function.arguments if argument.scalar]
@@ -200,7 +200,7 @@ class Writer:
                 yield [stage for stage in group if isinstance(stage, SineCosine)]
 
     def _angles(
-        self, number: int, group: list[SineCosine], angles: list[str], target: Callable[[Step, int], str]
+        self, number: int, group: list[SineCosine], angles: list[str], target: Callable[[RoutineStep, int], str]
     ) -> ScalarStage:
         """Return the stage that takes sines and cosines of `angles`; `target` says where one of them goes."""
         results = [
@@ -221,7 +221,7 @@ class Writer:
             if step is not None
         )
 
-    def _define(self, step: Step) -> Line:
+    def _define(self, step: RoutineStep) -> Line:
         """Return the line that gives a step its name."""
         if step.node.op is Op.SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))

@@ -10,7 +10,7 @@ from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import HEADER_ONLY, C
-from symdyn.emit.targets.casadi.jacobians import Block
+from symdyn.emit.targets.casadi.jacobians import JacobianBlock
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,9 @@ class Called:
     work: int
 
 
-def external_text(draft: Draft, jacobians: Mapping[str, Mapping[str, Block]], results: Mapping[str, str]) -> str:
+def external_text(
+    draft: Draft, jacobians: Mapping[str, Mapping[str, JacobianBlock]], results: Mapping[str, str]
+) -> str:
     """Return the file; functions of which all derivatives are there have their Jacobian."""
     inner = C.draft(draft.program, draft.real, draft.page.command, HEADER_ONLY)
     (code,) = C.write(inner).values()
@@ -88,7 +90,7 @@ def _plain(function: FunctionText, inside: str, result: str) -> Called:
 
 def _jacobian(
     function: FunctionText,
-    blocks: Mapping[str, Block],
+    blocks: Mapping[str, JacobianBlock],
     inside: Mapping[str, str],
     every: tuple[FunctionText, ...],
     plain: Called,

@@ -19,7 +19,7 @@ WHOLE, BLOCK, PARAMETERS = "_derivatives", "_by_", "parameters"
 
 
 @dataclass(frozen=True)
-class Block:
+class JacobianBlock:
     """Columns of a function of a program that are the derivatives of another one by one of its arguments.
 
     Attributes:
@@ -32,7 +32,7 @@ class Block:
     end: int
 
 
-def jacobians(program: Program, keywords: frozenset[str]) -> dict[str, dict[str, Block]]:
+def jacobians(program: Program, keywords: frozenset[str]) -> dict[str, dict[str, JacobianBlock]]:
     """Return the blocks of Jacobians that a program has: by function, and by argument of it.
 
     Only where a column is the plain partial derivative by an entry of the argument, in order. Where velocities are no
@@ -44,12 +44,12 @@ def jacobians(program: Program, keywords: frozenset[str]) -> dict[str, dict[str,
     return {name: blocks for name, blocks in zip(legal, found, strict=True) if blocks}
 
 
-def _blocks(function: Function, every: Mapping[str, Function], scene: Scene) -> dict[str, Block]:
+def _blocks(function: Function, every: Mapping[str, Function], scene: Scene) -> dict[str, JacobianBlock]:
     """Return the blocks of a function's Jacobian that stand in other functions, by argument."""
     labels = {argument.name: _labels(argument, scene) for argument in function.arguments}
     moved = [name for name in labels if name in MOVED]
     wanted = {WHOLE: moved, **{f"{BLOCK}{PARAMETERS if name == Program.PARAMS else name}": [name] for name in labels}}
-    blocks: dict[str, Block] = {}
+    blocks: dict[str, JacobianBlock] = {}
     for name, other in every.items():
         along = wanted.get(other.name.removeprefix(function.name), [])
         columns = other.labels[-1] if len(other.labels) == 2 else ()
@@ -57,7 +57,7 @@ def _blocks(function: Function, every: Mapping[str, Function], scene: Scene) -> 
         if same and along and columns == tuple(label for one in along for label in labels[one]):
             ends = list(accumulate(len(labels[one]) for one in along))
             for one, first, end in zip(along, [0, *ends], ends, strict=False):
-                blocks.setdefault(one, Block(name, first, end))
+                blocks.setdefault(one, JacobianBlock(name, first, end))
     return blocks
 
 

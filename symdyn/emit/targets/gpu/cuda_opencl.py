@@ -21,8 +21,8 @@ from symdyn.emit.code.source_text import compose
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.kernels import WAITING, kernels, rooms
-from symdyn.emit.targets.gpu.room import BLOCKS, SIZES
+from symdyn.emit.targets.gpu.kernels import WAITING, budgets, kernels
+from symdyn.emit.targets.gpu.resource_budget import BLOCKS, SIZES
 from symdyn.graph import Op
 from symdyn.program import Program
 
@@ -75,7 +75,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "prepared": program.is_prepared,
         "uses_sign": any(Op.SIGN in function.operations for function in draft.page.functions),
     }
-    files, runs = {}, rooms(program, real)
+    files, runs = {}, budgets(program, real)
     for ending, printer in ((".cu", draft.printer), (".cl", _opencl(real))):
         page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
         values["kernels"] = made = kernels(program, page.functions, runs, printer)

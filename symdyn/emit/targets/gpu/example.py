@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources
-from symdyn.emit.code.worked_example import Called, Given, worked_example
+from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.kernels import rooms
-from symdyn.emit.targets.gpu.room import Room
+from symdyn.emit.targets.gpu.kernels import budgets
+from symdyn.emit.targets.gpu.resource_budget import Budget
 from symdyn.program import Program, shared
 
 STATES = 1000
@@ -42,7 +42,7 @@ def files_beside(sources: Sources) -> dict[str, str]:
     """Return both examples."""
     opening, real = stem(sources.program.scene.name), find_real(sources.real)
     made = worked_example(sources, real.suffix)
-    runs = dict(zip(sources.functions, rooms(sources.program, real), strict=True))
+    runs = dict(zip(sources.functions, budgets(sources.program, real), strict=True))
     values = {
         "stem": opening,
         "real": real.name,
@@ -56,12 +56,12 @@ def files_beside(sources: Sources) -> dict[str, str]:
     return {f"{opening}_main{ending}": render(f"gpu/main{ending}.jinja", values) for ending in (".cu", ".py")}
 
 
-def _is_common(one: Given) -> bool:
+def _is_common(one: ExampleInputs) -> bool:
     """Tell whether all states of the example have an argument in common."""
     return _plain(one.name) in (Program.PARAMS, Program.PREPARED)
 
 
-def _launched(call: Called, room: Room) -> Launched:
+def _launched(call: Called, room: Budget) -> Launched:
     names = [_plain(name) for name in call.arguments]
     common = {Program.PARAMS, Program.PREPARED}.intersection(names)
     single = bool(common) and not shared(names)

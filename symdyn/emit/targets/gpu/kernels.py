@@ -17,8 +17,8 @@ from symdyn.emit.code.operands import operands, standing
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.targets.gpu.room import MANY, SPARE, Room, Task, room
-from symdyn.emit.targets.gpu.waiting import Line, Plan
+from symdyn.emit.targets.gpu.resource_budget import MANY, SPARE, Budget, Task, budget
+from symdyn.emit.targets.gpu.spill import Line, Plan
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, shared
 
@@ -82,30 +82,30 @@ class _Line:
     place: int = -1
 
 
-ROOMS: dict[tuple[int, str], tuple[Room, ...]] = {}
+BUDGETS: dict[tuple[int, str], tuple[Budget, ...]] = {}
 """What was found for a program and a type, as long as the program is there: launchers and examples ask again."""
 
 
-def rooms(program: Program, real: Real) -> tuple[Room, ...]:
+def budgets(program: Program, real: Real) -> tuple[Budget, ...]:
     """Return how the kernel of every function of a program runs."""
     key = (id(program), real.name)
-    if key not in ROOMS:
-        ROOMS[key] = tuple(_room(program, routine, real) for routine in program.routines)
-        finalize(program, ROOMS.pop, key, None)
-    return ROOMS[key]
+    if key not in BUDGETS:
+        BUDGETS[key] = tuple(_room(program, routine, real) for routine in program.routines)
+        finalize(program, BUDGETS.pop, key, None)
+    return BUDGETS[key]
 
 
 def kernels(
-    program: Program, functions: Sequence[FunctionText], rooms: Sequence[Room], printer: Printer
+    program: Program, functions: Sequence[FunctionText], budgets: Sequence[Budget], printer: Printer
 ) -> tuple[KernelText, ...]:
     """Return every function of a program as a kernel that runs as its room says, in a printer's language."""
     return tuple(
         _kernel(program, routine, text, one, printer)
-        for routine, text, one in zip(program.routines, functions, rooms, strict=True)
+        for routine, text, one in zip(program.routines, functions, budgets, strict=True)
     )
 
 
-def _room(program: Program, routine: Routine, real: Real) -> Room:
+def _room(program: Program, routine: Routine, real: Real) -> Budget:
     lines, shape = _lines(program, routine), routine.function.shape
     columns: list[list[int]] = [[] for _ in range((shape or (1,))[-1])]
     for number, line in enumerate(lines):
@@ -113,14 +113,14 @@ def _room(program: Program, routine: Routine, real: Real) -> Room:
             columns[line.place % len(columns)].append(number)
     plain = [Line(line.makes, line.reads, line.spare) for line in lines]
     weights = [line.operations for line in lines]
-    return room(Task(plain, weights, columns, max(len(program.scene.velocities), 1), real))
+    return budget(Task(plain, weights, columns, max(len(program.scene.velocities), 1), real))
 
 
-def _kernel(program: Program, routine: Routine, text: FunctionText, room: Room, printer: Printer) -> KernelText:
+def _kernel(program: Program, routine: Routine, text: FunctionText, budget: Budget, printer: Printer) -> KernelText:
     common = shared([argument.name for argument in routine.function.arguments])
     again = len(routine.function.entries) > MANY
-    page = _Page(program, routine, _lines(program, routine), printer, common, AGAIN if again else "n", room.block)
-    return KernelText(text, common, room.block, room.places, again, tuple(page.part(one) for one in room.plans))
+    page = _Page(program, routine, _lines(program, routine), printer, common, AGAIN if again else "n", budget.block)
+    return KernelText(text, common, budget.block, budget.places, again, tuple(page.part(one) for one in budget.plans))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.kernels import rooms
+from symdyn.emit.targets.gpu.kernels import budgets
 
 END = "_launch"
 """How the name of a launcher ends, behind the name of its kernel."""
@@ -27,7 +27,7 @@ def launchers(sources: Sources) -> dict[str, str]:
             "parts": len(room.plans),
         }
         for spelled, routine, room in zip(
-            sources.functions, sources.program.routines, rooms(sources.program, find_real(sources.real)), strict=True
+            sources.functions, sources.program.routines, budgets(sources.program, find_real(sources.real)), strict=True
         )
     ]
     values = {"real": sources.real, "kernels": listed, "end": END}

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 
-from symdyn.emit.targets.gpu.waiting import Line
+from symdyn.emit.targets.gpu.spill import Line
 
 
 def needed_by(lines: Sequence[Line], columns: Sequence[Sequence[int]]) -> list[int]:

@@ -32,7 +32,7 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Block:
+class RustBlock:
     """One function over the states of a block.
 
     Attributes:
@@ -48,7 +48,7 @@ class Block:
     common: str
 
 
-def blocks(program: Program, page: Page, printer: Printer, bytes_each: int) -> tuple[Block, ...]:
+def blocks(program: Program, page: Page, printer: Printer, bytes_each: int) -> tuple[RustBlock, ...]:
     """Return every function of the page as a block.
 
     Raises:
@@ -64,7 +64,7 @@ def blocks(program: Program, page: Page, printer: Printer, bytes_each: int) -> t
     )
 
 
-def _block(routine: Routine, text: FunctionText, program: Program, printer: Printer, bytes_each: int) -> Block:
+def _block(routine: Routine, text: FunctionText, program: Program, printer: Printer, bytes_each: int) -> RustBlock:
     names = [argument.name for argument in text.arguments]
     common, size = shared(names), prod(text.shape)
     # vectors stay whole where C cuts them (`LONGEST_OF_VECTOR`): rustc's loops ran 0.89 times as fast in pieces
@@ -73,7 +73,7 @@ def _block(routine: Routine, text: FunctionText, program: Program, printer: Prin
     held = writer.plan.rows + size + sum(argument.length for argument in text.arguments)
     once = not common and Program.PARAMS in names
     if not size or once or held * LANES * bytes_each > STACK:
-        return Block(0, 0, (), common)
+        return RustBlock(0, 0, (), common)
     stages: list[PassText | Turn] = []
     for number, stage in enumerate(writer.plan.stages):
         if isinstance(stage, SineCosine):
@@ -81,4 +81,4 @@ def _block(routine: Routine, text: FunctionText, program: Program, printer: Prin
             stages.append(Turn(place, stage.sine[1], stage.cosine[1]))
         else:
             stages.append(writer.loop(stage, number, LANED))
-    return Block(LANES, writer.plan.rows, tuple(stages), common)
+    return RustBlock(LANES, writer.plan.rows, tuple(stages), common)

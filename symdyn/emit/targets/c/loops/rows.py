@@ -50,12 +50,12 @@ class Room:
     Attributes:
         one: of one state.
         lanes: states side by side; 0 where they would not fit on the stack.
-        abreast: of these.
+        in lockstep: of these.
     """
 
     one: int
     lanes: int
-    abreast: int
+    lockstep: int
 
 
 def rows_of(

@@ -1,5 +1,0 @@
-"""Builds: the only room that runs a compiler."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,209 @@
+"""The fewest columns that span the driving forces of a tree: base parameters of link frames, and what is no inertia.
+
+By second moments J, in the frames that the generator chose (`reduced_tree`); equal columns are one. A ball and a free
+body keep all ten.
+
+Reference: Gautier and Khalil, Direct calculation of minimum set of inertial parameters of serial robots (1990); Khalil
+and Dombre (2002), chapters 9 and 12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from symdyn.dynamics.outputs.linear_forces import Linear, driving, lagrange_driving
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.scene import INERTIAL, Quantity, Scene
+from symdyn.scene.values import Joint
+from symdyn.spatial import Mat, Transform, dot, zero_vector
+
+TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
+SLIDING = ("m", "mx", "my", "mz")
+"""What a revolute and a prismatic joint feel of a body, see `reduced_tree.split`."""
+
+ALONG = ("m", "mz")
+"""What a prismatic joint feels whose direction all turns before it have for their axis."""
+
+ALL = ("m", "mx", "my", "mz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz")
+
+
+@dataclass(frozen=True)
+class Base:
+    """Base parameters of the moving bodies, each a symbol.
+
+    Attributes:
+        names: such as "mxR2" or "JxxR1", R1 the frame of the first moving body.
+        symbols: of the parameters, in the same order.
+        values: what they are made of, kg, kg m, kg m^2.
+        tree: the link frames, bodies that have these parameters alone, without rotors.
+    """
+
+    names: tuple[str, ...]
+    symbols: tuple[Expr, ...]
+    values: tuple[Expr, ...]
+    tree: ReducedTree
+
+
+def base(w: Workspace) -> Base:
+    """Return the base parameters of a scene, felt or not; a ball and a free body keep all ten of theirs."""
+    graph, zero, reduced = w.graph, w.graph.zero, w.whole
+    together = {k: block[-1] for block in reduced.block if len(block) > 1 for k in block}
+    names, symbols, values = list[str](), list[Expr](), list[Expr]()
+    bodies = [Moments(zero, zero_vector(graph), Mat.symmetric(*(zero,) * 6))]
+    along = (
+        ()
+        if together
+        else tuple(k for k in reduced.outward() if reduced.slides[k] and slides_along_all_turns(reduced, k))
+    )
+    grouped = _given_on(reduced, along) if along else reduced.body
+    for k in reduced.outward():
+        own = dict(zip(ALL, _ten(grouped[k]), strict=True))
+        felt: tuple[str, ...] = ALONG if k in along else SLIDING if reduced.slides[k] else TURNING
+        if k in together:  # moves that act as one: only behind the last of them is there a frame that is a body's
+            felt = ALL if k == together[k] else ()
+        here = {word: graph.symbol(f"{word} of link frame {k}") for word in felt}
+        names += [f"{word}R{k}" for word in felt]
+        symbols += here.values()
+        values += [own[word] for word in felt]
+        m, x, y, z, xx, yy, zz, xy, xz, yz = (here.get(word, zero) for word in ALL)
+        bodies.append(Moments(m, (x, y, z), Mat.symmetric(xx, yy, zz, xy, xz, yz)))
+    still = (zero,) * len(reduced.parent)
+    tree = replace(reduced, body=tuple(bodies), armature=still, balls=())
+    return Base(tuple(names), tuple(symbols), tuple(values), tree)
+
+
+def _given_on(reduced: ReducedTree, along: tuple[int, ...]) -> list[Moments]:
+    """Return the bodies of a tree where slides along all turns give what lies beside them to what they slide on."""
+    zero = reduced.graph.zero
+    bodies = list(reduced.body)
+    for k in reduced.inward():
+        given, p = split(bodies[k], reduced.slides[k])[1], reduced.parent[k]
+        if k in along:
+            x, y, _ = bodies[k].h
+            given = replace(given, h=(x, y, zero))
+        bodies[p] = bodies[p] + reduced.link[k].at_rest(reduced.slides[k]).moments_back(given)
+    return bodies
+
+
+def _ten(body: Moments) -> tuple[Expr, ...]:
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
+    return (body.m, *body.h, xx, yy, zz, xy, xz, yz)
+
+
+@dataclass(frozen=True)
+class BaseColumns:
+    """The columns of a base regressor: groups of equal ones.
+
+    Attributes:
+        w: the workspace whose regressor it is.
+        names: of the columns, equal ones as a sum, such as "JxxR1 + JyyR1 + Ia1".
+        groups: of each column, the places of those that are equal to it among base parameters and what is no inertia.
+    """
+
+    w: Workspace
+    names: tuple[str, ...]
+    groups: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(cls, w: Workspace) -> BaseColumns:
+        """Return the columns of a workspace, found once."""
+        found: BaseColumns = w.once(grouped)
+        return found
+
+    def values(self) -> list[Expr]:
+        """Return β, what the columns are to be multiplied by: formulas of declared parameters."""
+        own: Base = self.w.once(base)
+        every = [*own.values, *Linear.of(self.w).parameters()[len(INERTIAL) * len(self.w.scene.bodies) :]]
+        return [self.w.graph.total(every[k] for k in group) for group in self.groups]
+
+    def named(self) -> tuple[tuple[str, Expr], ...]:
+        """Return name and value of every column."""
+        return tuple(zip(self.names, self.values(), strict=True))
+
+    def of_columns(self) -> list[Expr]:
+        """Return β as formulas of π, the columns of the regressor, on the graph where these are symbols (`Linear`)."""
+        found = Linear.of(self.w)
+        there = found.workspace
+        opened: Base = there.once(base)
+        value = dict(zip(opened.names, opened.values, strict=True))
+        own = self.w.once(base).names
+        assert value.keys() == {*own}, f"link frames part: {own} and {opened.names}"
+        every = [value[name] for name in own]
+        every += [there.graph.symbol(name) for name in found.columns[len(INERTIAL) * len(self.w.scene.bodies) :]]
+        return [there.graph.total(every[k] for k in group) for group in self.groups]
+
+
+def grouped(w: Workspace) -> BaseColumns:
+    """Return the columns that forces depend on, the first of equal ones in its place."""
+    names, slopes = w.once(felt)
+    groups: dict[tuple[Expr, ...], list[int]] = {}
+    for k, column in enumerate(slopes):
+        if any(not slope.is_zero for slope in column):
+            groups.setdefault(tuple(column), []).append(k)
+    told = tuple(" + ".join(names[k] for k in group) for group in groups.values())
+    return BaseColumns(w, told, tuple(tuple(group) for group in groups.values()))
+
+
+def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    """Return names and columns of all base parameters, then of what is no inertia of a body; by recursion."""
+    found: Base = w.once(base)
+    forces = rnea(found.tree, w.state.qd, w.state.qdd)
+    rows = [gradient(force, found.symbols) for force in forces]
+    names, more = w.once(others)
+    suffix = ""
+    while {f"{name}{suffix}" for name in found.names} & {*names}:
+        suffix += "_b"  # a letter of the scene's own is called as one of these
+    return (*(f"{name}{suffix}" for name in found.names), *names), [*map(list, zip(*rows, strict=True)), *more]
+
+
+def others(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    """Return names and columns of the linear parameters that are no inertia of a body, by recursion."""
+    return _beside(w, driving)
+
+
+def _beside(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    found = Linear.of(w)
+    ten = len(INERTIAL) * len(w.scene.bodies)
+    rows = found.slopes(forces(found.workspace))
+    columns = [substitute(column, {}, w.graph) for column in list(zip(*rows, strict=True))[ten:]]
+    return found.columns[ten:], columns
+
+
+def base_columns(w: Workspace) -> tuple[str, ...]:
+    """Return a label for each column of the base regressor."""
+    return BaseColumns.of(w).names
+
+
+def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
+    """Return all columns from K = 1/2 tr(dT/dt S dT/dt^T) and P = -g.S of every link frame T, S the moments."""
+    found: Base = w.once(base)
+    K, P = w.graph.zero, w.graph.zero
+    placed = [Transform.unit(w.graph)]
+    for k in found.tree.outward():
+        placed.append(placed[found.tree.parent[k]] @ found.tree.link[k].transform)
+        body, T = found.tree.body[k], placed[k]
+        columns = [*T.R.T, T.p]
+        rates = [tangents(column, w.state.velocity) for column in columns]
+        S = [[*body.J[i], body.h[i]] for i in range(3)] + [[*body.h, body.m]]
+        for i, j in product(range(4), repeat=2):
+            K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
+        P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
+    energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=_bare(w.scene)))
+    rows = [gradient(force, found.symbols) for force in energy.driving_forces()]
+    return [*map(list, zip(*rows, strict=True)), *_beside(w, lagrange_driving)[1]]
+
+
+def _bare(scene: Scene) -> tuple[Joint, ...]:
+    """Return the joints without damping and friction."""
+    return tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in scene.joints)
+
+
+def chosen(w: Workspace, slopes: Sequence[Sequence[Expr]]) -> list[Expr]:
+    """Return the first column of each group, row by row."""
+    return [slopes[group[0]][i] for i in range(w.state.n) for group in BaseColumns.of(w).groups]

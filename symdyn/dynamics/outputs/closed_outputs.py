@@ -1,0 +1,244 @@
+"""The outputs of closed scenes: rows of OUTPUTS that only they have, and what others say there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from symdyn.dynamics.loops.constraint_rows import Constraints
+from symdyn.dynamics.loops.dense import solve_normal
+from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
+from symdyn.dynamics.loops.reduction import accelerations
+from symdyn.dynamics.mechanism.ldl import moves_no_mass
+from symdyn.dynamics.outputs import result_labels as labels
+from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Own, by_differentiation, by_lagrange
+from symdyn.dynamics.outputs.tree_formulations import flat
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, evaluate
+
+# Forward dynamics
+
+
+def forward(w: Workspace) -> list[Expr]:
+    """Return u̇ by recursion."""
+    _massive(w)
+    if w.loops.decisions.fails:
+        return w.loops.together[0]
+    reduced = w.loops.motion
+    rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
+    return accelerations(reduced, w.composite_mass, rest)
+
+
+def _massive(w: Workspace) -> None:
+    """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
+    import numpy as np
+
+    from symdyn.algebra import Floats
+
+    reduced = w.loops.motion
+    if not reduced.independent:
+        return
+    size = len(reduced.independent)
+    known = w.loops.values(w.loops.decisions.assembly.typical) | w.scene.at_time(w.graph)
+    entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
+    mass = np.array(entries).reshape(size, size)
+    values, vectors = np.linalg.eigh(mass)
+    if values[0] > 1e-13 * max(1e-300, abs(values[-1])):
+        return
+    velocity = reduced.independent[int(np.abs(vectors[:, 0]).argmax())]
+    raise DerivationError(moves_no_mass(w.scene, velocity, " of what the loops leave free"))
+
+
+def multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows by recursion."""
+    if w.loops.decisions.fails:
+        return w.loops.together[1][: len(w.loops.decisions.kept)]
+    found = w.forces(w.once(forward))
+    excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
+    return w.loops.decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
+
+
+def lagrange_forward(w: Workspace) -> list[Expr]:
+    """Return u̇ by Lagrange's equations."""
+    return w.loops.lagrange_solution[0]
+
+
+def lagrange_multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows by Lagrange's equations."""
+    return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
+
+
+def drives(w: Workspace) -> list[Expr]:
+    """Return the driving forces, those of prescribed motions solved for."""
+    place, tau = w.prescribed.place, list(w.state.tau)
+    if not place:
+        return tau
+    forces, found = w.forces(w.once(forward)), w.once(multipliers)
+    pairs = list(zip(w.loops.G(w.loops.recursive), found, strict=True))
+    for k in place:
+        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in pairs)
+    return tau
+
+
+def lagrange_drives(w: Workspace) -> list[Expr]:
+    """Return them by Lagrange's equations."""
+    tau = list(w.state.tau)
+    if w.prescribed.place:
+        extra = w.loops.lagrange_solution[1][len(w.loops.decisions.kept) :]
+        for k, more in zip(w.prescribed.place, extra, strict=True):
+            tau[k] = tau[k] + more
+    return tau
+
+
+# Inverse dynamics: forces of the spanning tree, less what the loops carry
+
+
+def inverse(w: Workspace) -> list[Expr]:
+    """Return driving forces by recursion: of the tree, less what the loops carry."""
+    multipliers = w.once(carried)
+    return w.loops.at_drives(w.forces(list(w.state.qdd)), w.loops.G(w.loops.recursive), multipliers)
+
+
+def carried(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows for a motion that the loops allow."""
+    partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
+    return partition.solve_transposed(G, w.forces(list(w.state.qdd)))
+
+
+def lagrange_inverse(w: Workspace) -> list[Expr]:
+    """Return them by Lagrange's equations."""
+    return lagrange_drives_of(w, w.loops.lagrange_forces)
+
+
+def lagrange_drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
+    """Return the same by the rows of differentiated positions."""
+    partition, G = w.loops.driven, w.loops.G(w.loops.differentiated)
+    transposed = [[row[k] for row in G] for k in partition.dependent]
+    found = solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
+    return w.loops.at_drives(forces, G, found)
+
+
+# Velocities
+
+
+def velocities(w: Workspace) -> list[Expr]:
+    """Return u = T u_i."""
+    T = w.loops.reduction.T
+    return [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in T]
+
+
+def normal_velocities(w: Workspace) -> list[Expr]:
+    """Return the same by normal equations."""
+    partition, G, u = w.loops.decisions.partition, w.loops.G(w.loops.differentiated), w.state.qd
+    result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
+    given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
+    for k, value in partition.solve_normal(G, given).items():
+        result[k] = value
+    return result
+
+
+def _positions(w: Workspace) -> list[Expr]:
+    from symdyn.dynamics.loops.closed_positions import positions  # with NumPy, which trees can do without
+
+    return positions(w)
+
+
+FORWARD_IN_LOOPS = Own(
+    {"crba": Formulation(forward), "lagrange": by_lagrange(lagrange_forward)},
+    "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
+    ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
+)
+INVERSE_IN_LOOPS = Own(
+    {"rnea": Formulation(inverse), "lagrange": by_lagrange(lagrange_inverse)},
+    "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
+)
+DRIVES_IN_LOOPS = Own({"crba": Formulation(drives), "lagrange": by_lagrange(lagrange_drives)})
+
+_of_loops = partial(Output, in_loops="same", loops_only=True)
+
+
+def _both(of: Callable[[LoopWorkspace, Constraints], Sequence[Expr]]) -> dict[str, Formulation]:
+    """Return the two formulations to what follows from the rows."""
+    return {
+        "recursive": Formulation(lambda w: of(w.loops, w.loops.recursive)),
+        "differentiation": by_differentiation(lambda w: of(w.loops, w.loops.differentiated)),
+    }
+
+
+OF_LOOPS: dict[str, Output] = {
+    "constraint_residual": _of_loops(
+        "residuals of the loops, which vanish where they are closed",
+        ("q",),
+        "r",
+        (labels.kept_rows,),
+        "m or 1",
+        formulations=_both(LoopWorkspace.residual),
+        lacks="told",
+    ),
+    "constraint_jacobian": _of_loops(
+        "rows G(q) of the loops: G qd = 0, and the multipliers do the power lambda.G qd",
+        ("q",),
+        "G",
+        (labels.kept_rows, labels.velocities),
+        "m or 1",
+        formulations=_both(lambda loops, rows: flat(loops.G(rows))),
+        lacks="told",
+    ),
+    "constraint_bias": _of_loops(
+        "velocity products Gdot qd of the loops: G qdd + Gdot qd = 0",
+        ("q", "qd"),
+        "gamma",
+        (labels.kept_rows,),
+        "m/s^2 or 1/s^2",
+        formulations=_both(LoopWorkspace.bias),
+        lacks="told",
+    ),
+    "multipliers": _of_loops(
+        "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
+        "the origin of the moved joint frame, axes of the joint frame on the parent; of contacts along, across, normal",
+        ("q", "qd", "tau"),
+        "lambda",
+        (labels.kept_rows,),
+        "N or N m",
+        formulations={
+            "crba": Formulation(multipliers),
+            "lagrange": by_lagrange(lagrange_multipliers),
+        },
+        depends=("independent", "alpha", "beta"),
+        compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
+        lacks="told",
+    ),
+    "tree_forces": _of_loops(
+        "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
+        ("q", "qd", "qdd"),
+        "f",
+        (labels.velocities,),
+        FORCES,
+        formulations={
+            "rnea": Formulation(lambda w: w.forces(list(w.state.qdd))),
+            "lagrange": by_lagrange(lambda w: w.loops.lagrange_forces),
+        },
+    ),
+    "velocities": _of_loops(
+        "velocities qd that the loops allow, from independent ones",
+        ("q", "ui"),
+        "qd",
+        (labels.velocities,),
+        "rad/s or m/s",
+        formulations={"partition": Formulation(velocities), "normal": Formulation(normal_velocities)},
+        depends=("independent",),
+        lacks="told",
+    ),
+    "positions": _of_loops(
+        "positions q at which the loop is closed, from the independent one, on the branch of the start",
+        ("qi",),
+        "q",
+        (labels.coordinates,),
+        "rad or m",
+        formulations={"closed form": Formulation(_positions)},
+        depends=("independent",),
+        lacks="silently",
+    ),
+}
+"""Rows of the table that only closed scenes have."""

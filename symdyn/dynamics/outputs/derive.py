@@ -1,0 +1,201 @@
+"""From a scene to its equations: the entry point of this package."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import prod
+
+from symdyn.arguments import check_arguments
+from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
+from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
+from symdyn.dynamics.outputs.named_functions import DRIVES, Equations, Function, arguments
+from symdyn.dynamics.outputs.output import Output
+from symdyn.dynamics.outputs.requests import expected, looped, name_in_code, request_of, row_of
+from symdyn.dynamics.outputs.result_labels import told
+from symdyn.dynamics.outputs.too_large import too_large
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, growing, reachable
+from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.forces import elastic
+
+TREE_TEXT = "; of the spanning tree, as if nothing closed it"
+"""What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
+
+
+@growing()
+def derive(
+    scene: SceneLike,
+    outputs: Sequence[str] | None = None,
+    formulation: str | None = None,
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+) -> Equations:
+    """Return the equations of motion of a scene, only the outputs asked for.
+
+    >>> import symdyn
+    >>> equations = symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
+    >>> equations
+    <Equations of cart_pole: mass_matrix(q), pose_tip(q)>
+    >>> equations["mass_matrix"].shape, equations["pose:tip"].units
+    ((2, 2), '1 and m')
+
+    Args:
+        scene: the mechanism.
+        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool"; or
+            names in code, such as "jacobian_tool". None takes the dynamics that a scene of its kind has.
+        formulation: which derivation, a key of the output's `formulations`; None takes the one that code is generated
+            from.
+        closing: what to choose about closed loops, see `LoopChoices`.
+
+    Raises:
+        DerivationError: an unknown output, formulation, body or point, or equations that do not exist.
+    """
+    check_arguments(derive, locals())
+    scene = scene_of(scene)
+    workspace = Workspace(scene, closing)
+    wanted = expected(scene) if outputs is None else outputs
+    functions = [derive_one(workspace, request, formulation) for request in wanted]
+    return Equations(scene, workspace.graph, tuple(functions), closing)
+
+
+@growing()
+def loop_alone(workspace: Workspace, request: str, formulation: str) -> Function:
+    """Return an output by a formulation that is a loop with its table alone: no entry is derived."""
+    request = request_of(request, workspace.scene)
+    row, place = row_of(request, workspace.scene)
+    assert row.formulations[formulation].loop, f"{formulation} is no loop"
+    return _named(workspace, request, row, place, formulation, ())
+
+
+@growing()
+def derive_one(workspace: Workspace, request: str, formulation: str | None = None) -> Function:
+    """Return one output as a function on the workspace's graph, derived once; see `derive`."""
+    request = request_of(request, workspace.scene)
+    row, place = row_of(request, workspace.scene)
+    try:
+        name = formulation or row.preferred(workspace)
+        if (request, name) not in workspace.derived:
+            refuse_large(workspace, request)
+            workspace.derived[request, name] = _derived(workspace, request, row, place, name)
+        return workspace.derived[request, name]
+    except Singular as fault:
+        if workspace.scene.is_closed:  # a reduced matrix, whose rows are no velocities
+            raise
+        raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
+
+
+def refuse_large(workspace: Workspace, request: str) -> None:
+    """Raise DerivationError where an output is too large to be written as lines."""
+    if fault := too_large(workspace, request):
+        raise DerivationError(fault)
+
+
+def _derived(workspace: Workspace, request: str, row: Output, place: str, formulation: str) -> Function:
+    scene = workspace.scene
+    if formulation not in row.formulations:
+        raise DerivationError(f"{request} has no formulation {formulation!r}; there are {', '.join(row.formulations)}")
+    if DRIVES in row.arguments:
+        refuse_ideal_friction(scene)
+    entries = workspace.once(row.formulations[formulation].derive, *([place] if row.place else []))
+    made = _named(workspace, request, row, place, formulation, entries)
+    assert prod(made.shape) == len(entries), f"{request} by {formulation}: {len(entries)} entries for {made.labels}"
+    return made
+
+
+def _named(
+    workspace: Workspace, request: str, row: Output, place: str, formulation: str, entries: Sequence[Expr]
+) -> Function:
+    """Return entries, or none of a loop, with all that is said of them."""
+    made = _called(workspace, request, row, place, over_time(workspace, entries))
+    unique = row.unique(workspace) if row.unique else ()
+    text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
+    text += _chosen(workspace, row) + _loose(made.labels, unique)
+    loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
+    solve = row.formulations[formulation].solve
+    rows = solve(workspace) if solve else None
+    return replace(
+        made, text=text, entries=tuple(entries), formulation=formulation, unique=unique, loop=loop, solve=rows
+    )
+
+
+def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:
+    """Return how an output is called, as a function without entries; `timed` are arguments that its row has not."""
+    scene = workspace.scene
+    tree = row.in_loops == "tree" and scene.is_closed
+    labels = tuple(axis(workspace) for axis in row.axes)
+    return Function(
+        name=name_in_code(row, request, scene),
+        text=row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else ""),
+        arguments=arguments(workspace, (*row.arguments, *timed), row.weighs(workspace) if row.weighs else ()),
+        result=row.result,
+        shape=tuple(map(len, labels)),
+        entries=(),
+        units=row.units,
+        formulation="",
+        request=request,
+        labels=labels,
+    )
+
+
+@growing()
+def called(workspace: Workspace, request: str) -> Function | None:
+    """Return how an output is called, as a function without entries, derived only where it may not exist.
+
+    It is a loop over a table where code would be one unasked. None where derivations say what the arguments are: of
+    closed scenes, and of what depends on time or inputs.
+
+    Raises:
+        DerivationError: an unknown output, body or point, or equations that do not exist.
+    """
+    if loop := looped(workspace, request, None):
+        return loop_alone(workspace, request, loop)
+    scene = workspace.scene
+    request = request_of(request, scene)
+    row, place = row_of(request, scene)
+    if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
+        return None
+    refuse_large(workspace, request)
+    return derive_one(workspace, request) if row.lacks != "never" else _called(workspace, request, row, place)
+
+
+def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
+    """Return which entries are not unique, behind the text of an output that has such."""
+    if all(unique):
+        return ""
+    rows, columns = labels
+    loose = told(rows, columns, [not one for one in unique])
+    return f"; not unique, for rigid bodies do not tell them: {loose}"
+
+
+def _chosen(workspace: Workspace, row: Output) -> str:
+    """Return what the user chose about loops, behind the text of an output that it changes."""
+    if not workspace.scene.is_closed:
+        return ""
+    chosen = {choice: getattr(workspace.closing, choice) for choice in row.depends}
+    words = replace(LoopChoices(), **chosen).words
+    return f"; {words}" if words else ""
+
+
+def _terms(scene: Scene) -> dict[str, str]:
+    """Return what springs and prescribed motions add to the texts of outputs."""
+    springs = elastic(scene)
+    return {
+        "pulls": " + k_E(q)" if springs else "",
+        "less_pulls": " - k_E(q)" if springs else "",
+        "stored": " and in springs" if springs else "",
+        "motion": "; where a motion is prescribed its acceleration, whatever tau" if has_motion(scene) else "",
+        "undriven": "zero where it is passive" if any(scene.drives) else "no joint has a drive, so at independent ones",
+    }
+
+
+def over_time(workspace: Workspace, entries: Sequence[Expr]) -> tuple[str, ...]:
+    """Return the names of the arguments that entries take beside those of their row: time, and inputs."""
+    symbols = {TIME: (TIME,), INPUTS: tuple(one.name for one in workspace.scene.inputs)}
+    there = {name: argument for argument, names in symbols.items() for name in names if workspace.graph.names(name)}
+    if not there:
+        return ()
+    found = {there.get(str(node.value)) for node in reachable(entries) if node.op is Op.SYMBOL}
+    return tuple(argument for argument in symbols if argument in found)

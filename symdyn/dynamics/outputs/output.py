@@ -1,0 +1,173 @@
+"""One row of the table of outputs, and the formulations that lead to it: all that is true of an output stands here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from math import inf
+from typing import Literal, get_args
+
+from symdyn.dynamics.mechanism.row_solve import RowSolve
+from symdyn.dynamics.outputs.result_labels import Axis
+from symdyn.dynamics.outputs.size import LINEAR, Size
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.graph import Expr
+from symdyn.scene import Scene
+
+FORCES = "N m (revolute) or N (prismatic)"
+"""Unit of forces that do work on velocities."""
+
+TREE_NAME = "tree_"
+"""In front of the name of what is the spanning tree's alone, where loops or rows close a scene."""
+
+InLoops = Literal["same", "own", "tree", "refuse"]
+"""What an output is where loops or rows close a scene: a function of the full state as anywhere, another row, what the
+spanning tree alone would have, nothing."""
+
+
+class Unasked(IntEnum):
+    """Who takes an output without being asked for it, at declared points if it is of one."""
+
+    AT_A_LOOK = 0
+    """All, and who wants a first look."""
+    CALLED = 1
+    """Who loads the functions of a scene, and all below."""
+    WRITTEN = 2
+    """Who writes them, counts them or measures them; too large to be loaded."""
+    PROVED = 3
+    """Who proves them, and then of the last body; no one writes them."""
+    NEVER = 4
+    """No one."""
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """One derivation of an output.
+
+    Attributes:
+        derive: takes the workspace, and the body or point of an output of one; returns the entries, row by row.
+        trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
+        up_to: coordinates up to which it pays to derive it beside others, to see which costs least.
+        apart: whether it is derived on a graph of its own for that.
+        loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
+            a loop; None otherwise. Only scenes that a table holds have it.
+        solve: the right sides and steps that the entries are solved by, which code may take in rows; None otherwise.
+    """
+
+    derive: Callable[..., Sequence[Expr]]
+    trees_only: bool = False
+    up_to: float = inf
+    apart: bool = False
+    loop: Callable[..., Sequence[Expr]] | None = None
+    solve: Callable[[Workspace], RowSolve | None] | None = None
+
+
+def by_loop(compute: Callable[..., Sequence[Expr]]) -> Formulation:
+    """Return a formulation that goes over the table of joints of a scene, at the motion of its state."""
+    return Formulation(lambda w: compute(w.joint_table, *w.state.motion), up_to=0, loop=compute)
+
+
+def by_lagrange(derive: Callable[..., Sequence[Expr]]) -> Formulation:
+    """Return a formulation by Lagrange's equations, which grow fast."""
+    return Formulation(derive, up_to=4)
+
+
+def by_differentiation(derive: Callable[..., Sequence[Expr]]) -> Formulation:
+    """Return a formulation by differentiation of placements in the ground frame, which grows fast."""
+    return Formulation(derive, up_to=8)
+
+
+@dataclass(frozen=True)
+class Own:
+    """What a row says of scenes with loops or rows alone, "" where the text is the same; the rest is as of trees."""
+
+    formulations: dict[str, Formulation]
+    text: str = ""
+    solves: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Output:
+    """One row of the table.
+
+    Attributes:
+        text: what it computes, one line; in braces what `derive` fills in.
+        arguments: names of its arguments, keys of `ARGUMENTS`.
+        result: short name of the result.
+        axes: what its rows stand for, then its columns; () for a scalar.
+        units: unit of the result, one line.
+        in_loops: what it is where loops or rows close a scene.
+        formulations: derivations by name; the first is the one that code is generated from, unless `prefer` says
+            otherwise.
+        place: "" for a whole-scene output, "body", "point" or "output" where a name must be given.
+        own: what the row of scenes with loops or rows says, where it is another one.
+        loops_only: whether only these have it.
+        exists: which of those that may have it have it without being asked.
+        unasked: who takes it then.
+        lacks: whether a scene may lack it after all, for its mass matrix is singular or its loops cannot be closed;
+            "silently" where most do, and nobody is told.
+        cubic: whether its formulas grow with the cube of the number of coordinates.
+        depends: which choices about closed loops its formulas depend on, attributes of `LoopChoices`.
+        prefer: which formulation is cheapest for a mechanism, where that depends on it.
+        compared: what of the result formulations agree on, where it is one choice among many: in words, and from its
+            entries.
+        unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.
+        solves: outputs M, h and, where loops close, G, γ: the linear equations that it solves, if it solves such.
+        weighs: what the entries of its argument `weights` stand for, if it has that.
+        remark: what else its text says of a scene; takes what formulations take.
+        size: about how many operations it takes.
+    """
+
+    text: str
+    arguments: tuple[str, ...]
+    result: str
+    axes: tuple[Axis, ...]
+    units: str
+    in_loops: InLoops
+    formulations: dict[str, Formulation]
+    place: Literal["", "body", "point", "output"] = ""
+    own: Own | None = None
+    loops_only: bool = False
+    exists: Callable[[Scene], bool] = lambda scene: True
+    unasked: Unasked = Unasked.CALLED
+    lacks: Literal["never", "told", "silently"] = "never"
+    cubic: bool = False
+    depends: tuple[str, ...] = ()
+    prefer: Callable[[Workspace], str] | None = None
+    compared: tuple[str, Callable[[Workspace, Sequence[Expr]], Sequence[Expr]]] | None = None
+    unique: Callable[[Workspace], tuple[bool, ...]] | None = None
+    solves: tuple[str, ...] = ()
+    weighs: Axis | None = None
+    remark: Callable[..., str] | None = None
+    size: Size = LINEAR
+
+    def __post_init__(self) -> None:
+        """Refuse a row that does not say what it is where loops close."""
+        assert self.in_loops in get_args(InLoops), f"{self.result}: in loops it is none of {get_args(InLoops)}"
+        assert (self.own is not None) == (self.in_loops == "own"), f"{self.result}: a row of its own is a row"
+
+    def exists_in(self, scene: Scene) -> bool:
+        """Tell whether a scene has it without being asked, if it has not to be lacked."""
+        fits = self.in_loops != "refuse" if scene.is_closed else not self.loops_only
+        return fits and self.exists(scene)
+
+    @property
+    def where_closed(self) -> Output:
+        """The row of scenes with loops or rows."""
+        if self.own is None:
+            return self
+        own, text = self.own, self.own.text or self.text
+        return replace(
+            self, text=text, in_loops="same", formulations=own.formulations, own=None, prefer=None, solves=own.solves
+        )
+
+    def preferred(self, workspace: Workspace) -> str:
+        """Return the name of the formulation that code is generated from."""
+        name: str = workspace.once(self.prefer) if self.prefer else next(iter(self.formulations))
+        return name
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it is written unasked, but loaded only when it is asked for."""
+        return self.unasked is Unasked.WRITTEN

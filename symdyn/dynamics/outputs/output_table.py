@@ -1,0 +1,337 @@
+"""The outputs that a scene has, one row each: what it is, what it takes, and every formulation that derives it.
+
+One formulation of a row is preferred, and code is generated from it; the others prove it. A formulation takes the
+workspace (and the name of a body or point for kinematic outputs) and returns the entries of the result, row by row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from symdyn.dynamics.mechanism import kinematics
+from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
+from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
+from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.outputs.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
+from symdyn.dynamics.outputs.output import (
+    FORCES,
+    Formulation,
+    Output,
+    Unasked,
+    by_differentiation,
+    by_lagrange,
+    by_loop,
+)
+from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
+from symdyn.dynamics.outputs.reaction_outputs import REACTIONS
+from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.signal_outputs import SIGNALS
+from symdyn.dynamics.outputs.size import Size
+from symdyn.dynamics.recursive.aba_loop import aba_loop
+from symdyn.dynamics.recursive.reduced_tree import potential_energy
+from symdyn.dynamics.recursive.rnea_loop import rnea_loop
+from symdyn.graph import Expr
+from symdyn.scene.forces import elastic
+
+
+def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Formulation]:
+    """Return the two formulations to how a body or a point moves."""
+    return {
+        "recursive": Formulation(lambda w, name: recursive(w.scene, w.tree, w.state, name)),
+        "differentiation": by_differentiation(lambda w, name: differentiated(w.scene, name, w.graph)),
+    }
+
+
+VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
+
+_MASS = Output(
+    "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
+    ("q",),
+    "M",
+    SQUARE,
+    "kg m^2, kg m or kg",
+    "tree",
+    {
+        "crba": Formulation(lambda w: formulations.flat(w.composite_mass)),
+        "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_mass)),
+    },
+    unasked=Unasked.AT_A_LOOK,
+    size=Size((0, 27)),
+)
+_GRAVITY = Output(
+    "gravity forces g(q) = dP/dq",
+    ("q",),
+    "g",
+    VECTOR,
+    FORCES,
+    "tree",
+    {
+        "lagrange": Formulation(lambda w: w.energy.gravity_forces()),  # never large
+        "rnea": Formulation(lambda w: w.gravity_forces),
+    },
+    unasked=Unasked.AT_A_LOOK,
+    prefer=formulations.quicker_gravity,
+    size=Size((70,)),
+)
+_ELASTIC = Output(
+    "elastic forces of springs, dE/dq",
+    ("q",),
+    "k_E",
+    VECTOR,
+    FORCES,
+    "tree",
+    {
+        "recursive": Formulation(lambda w: w.elastic.forces),
+        "lagrange": by_lagrange(lambda w: w.energy.elastic_forces()),
+    },
+    exists=lambda scene: bool(elastic(scene)),
+)
+
+OUTPUTS: dict[str, Output] = {
+    "inverse_dynamics": Output(
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
+        ("q", "qd", "qdd"),
+        "tau",
+        VECTOR,
+        FORCES,
+        "own",
+        {
+            "rnea": Formulation(lambda w: w.forces(list(w.state.qdd))),
+            "lagrange": by_lagrange(lambda w: w.energy.driving_forces()),
+            "rnea_loop": by_loop(rnea_loop),
+        },
+        own=INVERSE_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent",),
+    ),
+    "forward_dynamics": Output(
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
+        ("q", "qd", "tau"),
+        "qdd",
+        VECTOR,
+        "rad/s^2 (revolute) or m/s^2 (prismatic)",
+        "own",
+        {
+            "crba": Formulation(formulations.forward_crba),
+            "aba": Formulation(formulations.forward_aba, trees_only=True),
+            "lagrange": by_lagrange(formulations.lagrange_forward),
+            "aba_loop": Formulation(formulations.forward_loop, up_to=0, loop=aba_loop),
+        },
+        own=FORWARD_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
+        prefer=formulations.cheaper_forward,
+        size=Size((550,)),
+        solves=("mass_matrix", "inverse_dynamics"),
+    ),
+    "mass_matrix": _MASS,
+    "velocity_forces": Output(
+        "Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd",
+        ("q", "qd"),
+        "c",
+        VECTOR,
+        FORCES,
+        "tree",
+        {
+            "rnea": Formulation(lambda w: w.velocity_forces(list(w.state.qd))),
+            "lagrange": by_lagrange(formulations.lagrange_velocity_forces),
+        },
+    ),
+    "gravity_forces": _GRAVITY,
+    "elastic_forces": _ELASTIC,
+    "drive_forces": Output(
+        "driving forces during forward dynamics: what prescribed motions take, tau elsewhere",
+        ("q", "qd", "tau"),
+        "tau",
+        VECTOR,
+        FORCES,
+        "own",
+        {"crba": Formulation(formulations.drives_recursive), "lagrange": by_lagrange(formulations.drives_lagrange)},
+        own=DRIVES_IN_LOOPS,
+        exists=has_motion,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
+    ),
+    "prescribed_motion": Output(
+        "position, velocity and acceleration, one row each, of the coordinates whose motion is prescribed, in order",
+        (),
+        "f",
+        (labels.fixed("position", "velocity", "acceleration"), labels.prescribed),
+        "rad or m, and per s, and per s^2",
+        "same",
+        {
+            "formula": Formulation(
+                lambda w: [*w.prescribed.position, *w.prescribed.velocity, *w.prescribed.acceleration]
+            )
+        },
+        exists=has_motion,
+    ),
+    "coriolis_matrix": Output(
+        "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
+        ("q", "qd"),
+        "C",
+        SQUARE,
+        "N m or N per unit of velocity",
+        "tree",
+        {
+            "crba": Formulation(lambda w: formulations.flat(w.composite_christoffel.coriolis_matrix(w.state.qd))),
+            "rnea": Formulation(formulations.polarised_matrix),
+            "derivatives": Formulation(recursive_derivatives.coriolis_matrix, apart=True),
+            "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+        size=Size((0, 0, 15)),
+    ),
+    "momentum": Output(
+        "generalized momentum p = M(q) qd",
+        ("q", "qd"),
+        "p",
+        VECTOR,
+        "kg m^2/s or kg m/s",
+        "same",
+        {"rnea": Formulation(lambda w: w.momentum), "lagrange": by_lagrange(lambda w: w.energy.momenta())},
+    ),
+    "kinetic_energy": Output(
+        "kinetic energy K(q, qd)",
+        ("q", "qd"),
+        "K",
+        (),
+        "J",
+        "same",
+        {
+            "rnea": Formulation(
+                lambda w: [w.graph.total(p * u for p, u in zip(w.momentum, w.state.qd, strict=True)) / 2]
+            ),
+            "lagrange": Formulation(lambda w: [w.energy.K]),
+        },
+    ),
+    "potential_energy": Output(
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
+        ("q",),
+        "P",
+        (),
+        "J",
+        "same",
+        {
+            "recursive": Formulation(lambda w: [potential_energy(w.reduced) + w.elastic.energy]),
+            "lagrange": Formulation(lambda w: [w.energy.P]),
+        },
+        size=Size((42,)),
+    ),
+    "k_z": replace(
+        _MASS,
+        text="inertia coefficients k_z of qdd_j, which is M(q)",
+        result="k_z",
+        unasked=Unasked.WRITTEN,
+    ),
+    "k_C": Output(
+        "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
+        ("q",),
+        "k_C",
+        PAIRS,
+        "N m or N per unit of velocity squared",
+        "tree",
+        {
+            "crba": Formulation(lambda w: formulations.flat(w.composite_christoffel.coriolis())),
+            "rnea": Formulation(formulations.polarised_coriolis),
+            "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.coriolis())),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+        size=Size((0, 0, 13)),
+    ),
+    "k_D": Output(
+        "centrifugal coefficients k_D of qd_j^2",
+        ("q",),
+        "k_D",
+        SQUARE,
+        "N m or N per unit of velocity squared",
+        "tree",
+        {
+            "crba": Formulation(lambda w: formulations.flat(w.composite_christoffel.centrifugal())),
+            "rnea": Formulation(formulations.polarised_centrifugal),
+            "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.centrifugal())),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+        size=Size((0, 83)),
+    ),
+    "k_G": replace(
+        _GRAVITY,
+        text="gravity coefficients k_G, which is g(q)",
+        result="k_G",
+        unasked=Unasked.WRITTEN,
+    ),
+    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN),
+    "coordinate_rates": Output(
+        "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
+        ("q", "qd"),
+        "qdot",
+        (labels.coordinates,),
+        "rad/s, m/s, or 1/s for a quaternion",
+        "same",
+        {
+            "joints": Formulation(lambda w: list(w.state.rates)),
+            "placements": Formulation(
+                lambda w: rates_of_placements(w.scene, w.graph), up_to=0
+            ),  # divides by w, never code
+        },
+        exists=has_quaternions,
+    ),
+    "pose": Output(
+        "placement [R | p] of {name} in the ground frame",
+        ("q",),
+        "T",
+        (labels.fixed(*"xyz"), labels.fixed("x axis", "y axis", "z axis", "origin")),
+        "1 and m",
+        "same",
+        {
+            "recursive": Formulation(lambda w, name: kinematics.pose(kinematics.tree_placed(w.scene, w.tree, name))),
+            "positions": by_differentiation(lambda w, name: kinematics.pose(kinematics.placed(w.scene, name, w.graph))),
+        },
+        place="point",
+    ),
+    "jacobian": Output(
+        "Jacobian J of {name}: [velocity of its origin; angular velocity] = J qd, ground frame",
+        ("q",),
+        "J",
+        (labels.fixed(*labels.TWIST), labels.velocities),
+        "m or 1, and 1",
+        "same",
+        _moving(kinematics.jacobian, kinematics.differentiated_jacobian),
+        place="point",
+    ),
+    "jdot_qdot": Output(
+        "velocity product Jdot qd of {name}: its [acceleration; angular acceleration] at qdd = 0, ground frame",
+        ("q", "qd"),
+        "a",
+        (labels.fixed(*labels.TWIST),),
+        "m/s^2 and rad/s^2",
+        "same",
+        _moving(kinematics.velocity_product, kinematics.differentiated_velocity_product),
+        place="point",
+    ),
+    "com_acceleration": Output(
+        "acceleration of the centre of mass of {name}, ground frame, without gravity",
+        ("q", "qd", "qdd"),
+        "a",
+        (labels.fixed(*"xyz"),),
+        "m/s^2",
+        "same",
+        _moving(kinematics.acceleration, kinematics.differentiated_acceleration),
+        place="body",
+        unasked=Unasked.PROVED,
+        lacks="silently",
+    ),
+    **OF_LOOPS,
+    **REACTIONS,
+    **CENTROIDAL,
+    **SIGNALS,
+    **REGRESSORS,
+    **PASSIVITY,
+}

@@ -1,0 +1,238 @@
+"""The outputs that a person names: formulas of coordinates, rates, points, reactions and inputs, as rows of OUTPUTS.
+
+    y = f(t, q, u, u̇, λ, R, τ, w)      u̇, λ and reactions R of the motion that the forces τ and inputs w give
+
+`Moving.expressed` puts what letters stand for into formulas; who looks at another motion says what it is.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from symdyn.dynamics.mechanism import kinematics
+from symdyn.dynamics.outputs import closed_outputs as loops, result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.output import Formulation, Output
+from symdyn.dynamics.outputs.reaction_outputs import forward_reactions, unique as unique_entries
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, substitute
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import LETTERS, choice, spell, suggestion
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+    from symdyn.dynamics.loops.loop_numbers import Numbers
+
+BY_LETTER = {"force along": "f", "moment about": "m"}
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What the letters of a formula stand for, each worked out when a formula names it.
+
+    Attributes:
+        w: the workspace whose letters they are.
+        accelerations: shape (nv,).
+        drives: driving forces, shape (nv,).
+        reactions: force and moment of every joint, row by row, in axes.
+        multipliers: of the kept rows.
+    """
+
+    w: Workspace
+    accelerations: Callable[[], Sequence[Expr]]
+    drives: Callable[[], Sequence[Expr]]
+    reactions: Callable[[str], Sequence[Expr]]
+    multipliers: Callable[[], Sequence[Expr]]
+
+    @classmethod
+    def driven(cls, w: Workspace, formulation: str = "recursive") -> Moving:
+        """Return what letters stand for while driving forces move the scene, "recursive" or "lagrange"."""
+        closed, reduced = w.scene.is_closed, formulation == "recursive"
+        of = {
+            "accelerations": ((trees.forward, trees.lagrange_forward), (loops.forward, loops.lagrange_forward)),
+            "drives": ((trees.drives_recursive, trees.drives_lagrange), (loops.drives, loops.lagrange_drives)),
+            "multipliers": ((_none, _none), (loops.multipliers, loops.lagrange_multipliers)),
+        }
+        formulations = {name: pairs[closed][not reduced] for name, pairs in of.items()}
+        return cls(
+            w,
+            accelerations=partial(w.once, formulations["accelerations"]),
+            drives=partial(w.once, formulations["drives"]),
+            reactions=partial(w.once, _REACTIONS[formulation]),
+            multipliers=partial(w.once, formulations["multipliers"]),
+        )
+
+    def expressed(
+        self,
+        formulas: Sequence[Quantity],
+        placed: Callable[[str], Sequence[Expr]] | None = None,
+        inputs: Mapping[Expr, Expr] | None = None,
+    ) -> list[Expr]:
+        """Return formulas as entries, `placed` telling where a point is, ground axes, and `inputs` what inputs are.
+
+        Raises:
+            DerivationError: a reaction or a multiplier that there is not.
+        """
+        w = self.w
+        named = self.check(formulas)
+        graph, state = w.graph, w.state
+        placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
+        found: dict[Expr, Expr] = dict(inputs or {})
+        accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
+        drives = {drive: k for k, drive in enumerate(w.scene.drives) if drive}
+        for letters, values in ((accelerations, self.accelerations), (drives, self.drives)):
+            if any(name in letters for name in named):
+                known = values()
+                found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
+        for point in w.scene.points:
+            names = [f"point_{point.name}_{axis}" for axis in "xyz"]
+            if any(name in named for name in names):
+                found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+        axes = w.scene.reaction_axes
+        for one in dict.fromkeys(axes[name] for name in named if name in axes):
+            told = reaction_names(w.scene, w.once(unique_entries, one), one)
+            found |= zip(map(graph.symbol, told), self.reactions(one), strict=True)
+        if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
+            told = w.once(kept_multipliers)
+            found |= zip(map(graph.symbol, told), self.multipliers(), strict=False)  # of prescribed motions, others
+        return substitute([one.express(graph) for one in formulas], found)
+
+    def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
+        """Return the letters of formulas.
+
+        Raises:
+            DerivationError: a reaction or a multiplier that there is not.
+        """
+        named = dict.fromkeys(name for one in formulas for name in one.symbols)
+        for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, kept_multipliers)):
+            asked = [name for name in named if name.startswith(letter)]
+            known = self.w.once(there) if asked else ()
+            for name in asked:
+                if name not in known:
+                    raise DerivationError(f"outputs: {name} is not known; {suggestion(name, known)}")
+        return named
+
+
+def reaction_letters(w: Workspace) -> tuple[str, ...]:
+    """Return the letters of all reactions, those that rigid bodies do not tell marked as such."""
+    return tuple(name for one in LETTERS.axes for name in reaction_names(w.scene, w.once(unique_entries, one), one))
+
+
+def reaction_names(scene: Scene, unique: Sequence[bool], axes: str = "body") -> tuple[str, ...]:
+    """Return the letters of reactions in some axes, row by row; `unique` tells which ones are, () for all."""
+    ending = "" if axes == "body" else f"_{axes}"
+    names = labels.joints_of(scene)
+    each = (f"{LETTERS.reaction}{name}_{component}{ending}" for name in names for component in LETTERS.components)
+    unique = unique or (True,) * (len(names) * len(LETTERS.components))
+    return tuple(f"{name}{'' if known else LETTERS.loose}" for name, known in zip(each, unique, strict=True))
+
+
+def kept_multipliers(w: Workspace) -> tuple[str, ...]:
+    """Return the letters of the multipliers of kept rows."""
+    if not w.scene.is_closed:
+        return ()
+    decisions, numbers = w.loops.decisions, w.loops.numbers
+    from symdyn.dynamics.loops.loop_decisions import loose_rows  # with NumPy, which scenes without loops do without
+
+    return multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
+
+
+def multiplier_names(
+    scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
+) -> tuple[str, ...]:
+    """Return the letters of the multipliers of kept rows; `loose` are rows that nothing determines."""
+    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
+    many, seen, found = Counter(names), Counter[str](), []
+    for k, name in zip(decisions.kept, names, strict=True):
+        seen[name] += 1
+        number = f"_{seen[name]}" if many[name] > 1 else ""
+        found.append(f"{LETTERS.multiplier}{name}{number}{LETTERS.loose if k in loose else ''}")
+    return tuple(found)
+
+
+def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
+    label = numbers.constraints.labels[k]
+    if not label.loop:
+        row = next((row for row in scene.contacts if row.name == label.owner), None)
+        return f"{label.owner}_{row.components[label.number]}" if row else label.owner
+    words = decisions.names[k].removeprefix(f"{label.owner}: ")
+    kind, _, axis = words.rpartition(" ")
+    if kind in BY_LETTER and axis in ("x", "y", "z"):
+        return f"{label.owner}_{BY_LETTER[kind]}{axis}_joint"
+    return f"{label.owner}_{words.partition(' ')[0]}"
+
+
+# Rows of the table
+
+
+def _none(w: Workspace) -> list[Expr]:
+    return []
+
+
+_REACTIONS: Mapping[str, Callable[..., list[Expr]]] = {
+    "recursive": forward_reactions,
+    "lagrange": partial(
+        forward_reactions, moved=(trees.lagrange_forward, loops.lagrange_forward, loops.lagrange_multipliers)
+    ),
+}
+
+
+def _formulas(w: Workspace, name: str = "") -> list[Quantity]:
+    """Return the formulas of all outputs, or of one.
+
+    Raises:
+        DerivationError: there is no such output.
+    """
+    there = {one.name: one.formula for one in w.scene.outputs}
+    if not there:
+        advice = f'declare one, such as [outputs.y] formula = "{w.scene.coordinates[0]}"'
+        raise DerivationError(f"{w.scene.name} has no outputs; {advice}")
+    if name and name not in there:
+        raise DerivationError(f"{w.scene.name}: there is no output {name!r} in [outputs]; {choice(name, there)}")
+    return [there[name]] if name else list(there.values())
+
+
+def _recursive(w: Workspace, name: str = "") -> list[Expr]:
+    return Moving.driven(w).expressed(_formulas(w, name))
+
+
+def _differentiated(w: Workspace, name: str = "") -> list[Expr]:
+    moving = Moving.driven(w, "lagrange")
+    return moving.expressed(_formulas(w, name), lambda point: kinematics.placed(w.scene, point, w.graph).p)
+
+
+def _told(w: Workspace, name: str = "") -> str:
+    """Return the formulas behind a text."""
+    told = (
+        f"{one.name} = {spell(one.formula)}{f' [{one.unit}]' if one.unit else ''}"
+        for one in w.scene.outputs
+        if name in ("", one.name)
+    )
+    return f": {'; '.join(told)}"
+
+
+_USUAL = partial(
+    Output,
+    arguments=("q", "qd", "tau"),
+    result="y",
+    units="as their formulas have it",
+    in_loops="same",
+    formulations={"recursive": Formulation(_recursive), "lagrange": Formulation(_differentiated, up_to=4)},
+    lacks="told",
+    exists=lambda scene: bool(scene.outputs),
+    depends=("independent", "alpha", "beta"),
+    remark=_told,
+)
+
+SIGNALS: dict[str, Output] = {
+    "outputs": _USUAL(
+        "outputs",
+        axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
+    ),
+    "output": _USUAL("output {name}", axes=(), place="output"),
+}
+"""Rows of the table, about what the scene declares in [outputs]."""

@@ -1,0 +1,168 @@
+"""The formulations to the outputs of a tree: recursion from body to body, and Lagrange's equations.
+
+Each takes the workspace and returns the entries of a result, row by row; `outputs` says which result each derives.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.dynamics.mechanism.prescribed import accelerations
+from symdyn.dynamics.outputs.workspace import Matrix, Workspace
+from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.aba_loop import aba_loop
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.graph import Expr, substitute
+
+
+def flat(matrix: Matrix) -> list[Expr]:
+    """Return the entries of a matrix, row by row."""
+    return [entry for row in matrix for entry in row]
+
+
+def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+# Recursive formulations
+
+
+def forward_aba(w: Workspace) -> list[Expr]:
+    """Return q̈ by the articulated-body algorithm."""
+    given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
+    return aba(w.held, w.state.qd, [tau + force - pull for tau, force, pull in given], w.held_loads)
+
+
+def forward_loop(w: Workspace) -> list[Expr]:
+    """Return q̈ by that algorithm, joint by joint from the table."""
+    try:
+        return aba_loop(w.joint_table, w.state.q, w.state.qd, w.state.tau)
+    except ZeroDivisionError:
+        w.once(forward_aba)  # which tells the joint that moves no mass
+        raise
+
+
+def forward_crba(w: Workspace) -> list[Expr]:
+    """Return q̈ from M by composite bodies, factored as LᵀDL."""
+    given = w.prescribed
+    if given.place:
+        parents = w.tree.velocity_parents(given.free)
+        return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.still)))
+    bias = rnea(w.held, w.state.qd, w.still, w.held_loads)
+    known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
+    rest = [tau + force - load - pull for tau, force, load, pull in known]
+    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
+
+
+def drives_recursive(w: Workspace) -> list[Expr]:
+    """Return the drives, those of prescribed motions solved for."""
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    forces = w.forces(w.once(forward_crba))
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
+
+
+SURE = (1.5, 4.5)
+"""Pairs of a joint and an ancestor, a joint: up to the first CRBA is cheaper, from the second on ABA."""
+
+
+def cheaper_forward(w: Workspace) -> str:
+    """Return "aba" for long chains: factoring M costs a term for every pair of a joint and an ancestor, ABA does not.
+
+    The counts cross before 2 pairs a joint for parallel axes, before 4.5 for crossed ones; in between both are counted.
+    """
+    if w.reduced.coupled or w.reduced.balls or w.prescribed.place:
+        return "crba"
+    depth = [0]
+    for i in w.reduced.outward():
+        depth.append(depth[w.reduced.parent[i]] + 1)
+    pairs = (sum(depth) - w.reduced.n) / max(1, w.reduced.n)
+    if not SURE[0] < pairs < SURE[1]:
+        return "aba" if pairs >= SURE[1] else "crba"
+    varying = (*w.state.q, *w.state.qd, *w.state.tau)
+    return "aba" if cost(w.once(forward_aba), varying) < cost(w.once(forward_crba), varying) else "crba"
+
+
+def forward(w: Workspace) -> list[Expr]:
+    """Return q̈ by the formulation that is cheaper."""
+    found: list[Expr] = w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
+    return found
+
+
+LONGEST = 50
+"""Velocities up to which gravity forces are differentiated; beyond, the gradient takes longer than all else."""
+
+
+def quicker_gravity(w: Workspace) -> str:
+    """Return "rnea" for many velocities, whatever it costs to run: the energy's gradient is slow to derive."""
+    return "rnea" if w.state.n > LONGEST else "lagrange"
+
+
+def _unit(w: Workspace, *moving: int) -> list[Expr]:
+    return [w.graph.one if i in moving else w.graph.zero for i in range(w.state.n)]
+
+
+def polarised_centrifugal(w: Workspace) -> list[Expr]:
+    """Return k_D from c(q, q̇): column j is c at q̇ = e_j."""
+    columns = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def polarised_coriolis(w: Workspace) -> list[Expr]:
+    """Return k_C from c(q, q̇): column jk is c(e_j + e_k) - c(e_j) - c(e_k)."""
+    alone = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    columns = [
+        _minus(_minus(w.velocity_forces(_unit(w, j, k)), alone[j]), alone[k])
+        for j, k in combinations(range(w.state.n), 2)
+    ]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def polarised_matrix(w: Workspace) -> list[Expr]:
+    """Return C(q, u) from k_D and k_C: C_ij = k_D[i,j] u_j + ½ Σ_k≠j k_C[i,jk] u_k + ½ Σ_kl γ^l_kj M_li u_k."""
+    n = range(w.state.n)
+    pairs = {pair: position for position, pair in enumerate(combinations(n, 2))}
+    k_D, k_C = w.once(polarised_centrifugal), w.once(polarised_coriolis)
+    entries = []
+    for i in n:
+        for j in n:
+            mixed = (k_C[i * len(pairs) + pairs[min(j, k), max(j, k)]] * w.state.qd[k] for k in n if k != j)
+            turned = (
+                w.state.qd[k] * w.composite_mass[m][i] * value
+                for k in n
+                for m, value in w.directions.brackets.get((k, j), ())
+            )
+            half = (w.graph.total(mixed) + w.graph.total(turned)) / 2
+            entries.append(k_D[i * w.state.n + j] * w.state.qd[j] + half)
+    return entries
+
+
+# Lagrange formulations
+
+
+def lagrange_forward(w: Workspace) -> list[Expr]:
+    """Return q̈ that solves Lagrange's equations."""
+    given = w.prescribed
+    alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
+    bias = substitute(w.energy.driving_forces(), alone)
+    chain = range(-1, len(given.free))
+    if given.place:
+        return accelerations(given, chain, w.lagrange_mass, w.state.tau, bias)
+    return solve(chain, w.lagrange_mass, _minus(list(w.state.tau), bias))
+
+
+def drives_lagrange(w: Workspace) -> list[Expr]:
+    """Return the drives by Lagrange's equations, those of prescribed motions solved for."""
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    moving = dict(zip(w.state.qdd, w.once(lagrange_forward), strict=True))
+    forces = substitute(w.energy.driving_forces(), moving)
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
+
+
+def lagrange_velocity_forces(w: Workspace) -> list[Expr]:
+    """Return c = C(q, q̇) q̇ from Christoffel's symbols."""
+    C = w.lagrange_christoffel.coriolis_matrix(w.state.qd)
+    return [w.graph.total(c * qd for c, qd in zip(row, w.state.qd, strict=True)) for row in C]

@@ -1,0 +1,198 @@
+"""What closes loops: reactions of the tree eliminated from (5.18) leave an equation for each velocity without a drive.
+
+    W_l      wrench l of a joint that closes a loop, or of a contact, axes of its joint frame J, about P
+    G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
+    Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
+
+The unknowns λ are those of the rows that are kept, so that they are the multipliers of forward dynamics. All
+velocities without a drive take part in finding them: what tells λ more than once (the idle spin of a rod between two
+balls, all of a disc that rolls) does so in the sum of squares, which no position spoils that does not spoil λ itself.
+
+A loop whose bodies move in one plane relative to each other cannot say what goes across the plane: there are three
+equations a body. Its joint is taken to transmit what lies in the plane as far as it can, and the tree's joints the
+rest: such a joint's wrench has its part across the plane taken off where that leaves a wrench which the joint can
+exert. A rod, or a plane that leans, can exert nothing else than its one wrench, and does so whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.dynamics.loops.constraint_rows import recursive
+from symdyn.dynamics.loops.partition import Partition, blocks
+from symdyn.dynamics.mechanism.exact import has_symbols
+from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, without_place
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.spatial import Mat, Vec, Wrench, dot, scale, sub
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.free_bodies import FreeBodies
+
+FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
+
+
+@dataclass(frozen=True)
+class ClosureEquation:
+    """One unknown that closes a loop, or keeps a row of the scene.
+
+    Attributes:
+        owner: name of the loop or row.
+        loop: number of the loop or contact, -1 for a row.
+        wrench: W at unit size; None for a row, which acts on the velocities alone.
+        G: its row of G, shape (nv,).
+    """
+
+    owner: str
+    loop: int
+    wrench: Wrench | None
+    G: tuple[Expr, ...]
+
+
+def why_no_reactions(scene: Scene) -> str:
+    """Return why a scene has no reactions: nothing says where the force of a row acts; "" where it has them.
+
+    Whatever bodies it acts on, the motion is the same; which joints feel it, a slide across it or the rail beneath it
+    included, is not. So none of the scene's reactions is known.
+    """
+    rows = [f"rows.{name}" for name in without_place(scene)]
+    if not rows:
+        return ""
+    formulas = "is a formula in rates, which says" if len(rows) == 1 else "are formulas in rates, which say"
+    return (
+        f"{scene.name}: there are no reactions: {', '.join(rows)} {formulas} nothing of where the force acts that "
+        'keeps it; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" '
+        "where it acts in the joints of those rates, as in belts, gears and servos"
+    )
+
+
+def refuse_without_place(scene: Scene) -> None:
+    """Refuse reactions that depend on where the force of a row acts.
+
+    Raises:
+        DerivationError: nothing says where.
+    """
+    if why := why_no_reactions(scene):
+        raise DerivationError(why)
+
+
+def ties(hanging: FreeBodies) -> list[ClosureEquation]:
+    """Return the unknowns of the rows that are kept, in their order."""
+    every = all_ties(hanging)
+    return [every[k] for k in hanging.decisions.kept] if hanging.decisions else every
+
+
+def all_ties(hanging: FreeBodies, whole: bool = False) -> list[ClosureEquation]:
+    """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
+    found: dict[tuple[bool, str], list[ClosureEquation]] = {}  # by whether it is a loop, and its name
+    zero, every = hanging.graph.zero, range(hanging.state.n)
+    for number, loop in enumerate(hanging.cuts):
+        name, twists = loop.joint.name, hanging.relative_twists(loop)
+        wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
+        rows = [(W, tuple(W.power(twists[k]) if k in twists else zero for k in every)) for W in wrenches]
+        found[number < len(hanging.loops), name] = [ClosureEquation(name, number, wrench, row) for wrench, row in rows]
+    found |= {(False, one.owner): [one] for one in rows_of(hanging)}
+    names = [*((True, loop.name) for loop in hanging.scene.loops), *((False, row.name) for row in hanging.scene.rows)]
+    return [one for name in names for one in found[name]]
+
+
+def rows_of(hanging: FreeBodies) -> list[ClosureEquation]:
+    """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
+    names = {row.name for row in hanging.scene.rows if FORCES[row.kind].formula(row) is not None}
+    if not names:
+        return []
+    every = recursive(hanging.scene, hanging.tree, hanging.state)
+    pairs = zip(every.labels, every.G, strict=True)
+    return [ClosureEquation(label.owner, -1, None, G) for label, G in pairs if label.wrench is None]
+
+
+def sizes(hanging: FreeBodies, unknown: Sequence[ClosureEquation], forces: Sequence[Expr]) -> list[Expr]:
+    """Return λ with Gᵀ λ = forces in the velocities without a drive, block by block.
+
+    The forces are what drives and loops must exert together, M u̇ + h of the tree, shape (nv,). Where the equations are
+    more than the unknowns, the motion is one that the drives can give if they agree.
+
+    Raises:
+        DerivationError: these velocities do not determine λ.
+    """
+    decisions = hanging.decisions
+    if decisions is not None and decisions.driven is None:
+        raise DerivationError(
+            f"{hanging.scene.name}: reactions are not unique: {decisions.fault}; or ask for forward_reactions, with "
+            "drives given"
+        )
+    among = hanging.scene.undriven_velocities
+    uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]
+    partition = Partition((), tuple(among), tuple(blocks(uses)))
+    return partition.solve_transposed([one.G for one in unknown], forces)
+
+
+# Planes
+
+
+def taken_wrenches(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> tuple[Wrench, ...]:
+    """Return what a closing joint's wrenches are taken to be: without what goes across the plane, where they can."""
+    normal = plane(hanging, loop, twists)
+    if normal is None or not loop.wrenches:
+        return loop.wrenches
+    flat = flattened(loop.wrenches, normal)
+    given = len(loop.wrenches)  # which are independent
+    return tuple(
+        lying if all(_rank(hanging, [*loop.wrenches, lying], seed) == given for seed in PLACES) else whole
+        for whole, lying in zip(loop.wrenches, flat, strict=True)
+    )
+
+
+def _rank(hanging: FreeBodies, wrenches: Sequence[Wrench], seed: int) -> int:
+    numbers = hanging.samples.at([x for force, moment in wrenches for x in (*force, *moment)], seed)
+    return int(np.linalg.matrix_rank(numbers.reshape(-1, 6), tol=FLAT))
+
+
+def flattened(wrenches: Sequence[Wrench], normal: Vec) -> list[Wrench]:
+    """Return wrenches without what goes across a plane."""
+    return [Wrench(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
+
+
+def plane(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> Vec | None:
+    """Return the normal of the plane that a loop moves in, axes of J; None in space."""
+    entries = [x for v, omega in twists.values() for x in (*v, *omega)]
+    numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in PLACES]
+    for normal in _normals(hanging, loop, twists):
+        n = hanging.samples.at(normal, PLACES[0])
+        if all(_flat(twist, n) for at in numbers for twist in at):
+            return normal
+    return None
+
+
+def _normals(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> Iterator[Vec]:
+    """Yield what is tried: the joint's own axis, those of J, and axes of other joints that stand still in J."""
+    kind = JOINTS.get(loop.joint.type)  # a contact has none
+    if kind and kind.has_axis:
+        yield unit(loop.joint.axis, hanging.graph)
+    yield from Mat.identity(hanging.graph)[::-1]
+    for _, omega in twists.values():
+        if not any(map(has_symbols, omega)) and not all(x.is_zero for x in omega):
+            yield omega
+
+
+def _flat(twist: Array, n: Array) -> bool:
+    (v, omega), size = twist, max(1.0, float(np.abs(twist).max()))
+    return abs(float(v @ n)) < FLAT * size and float(np.abs(np.cross(n, omega)).max()) < FLAT * size
+
+
+def independent_in_plane(hanging: FreeBodies, wrenches: Sequence[Wrench], normal: Vec) -> list[int]:
+    """Return which wrenches are independent in a plane, of those that depend on each other the first."""
+    flat = flattened(wrenches, normal)
+    kept: list[int] = []
+    for k in range(len(wrenches)):
+        if _rank(hanging, [flat[i] for i in (*kept, k)], PLACES[0]) > len(kept):
+            kept.append(k)
+    return kept

@@ -1,0 +1,238 @@
+"""A scene's bodies hanging on its joints, for recursions over wrenches from the tips to the ground.
+
+f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
+W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.mechanism.state import State, quaternions
+from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.reactions.bivectors import Bivectors, known_bivectors
+from symdyn.dynamics.reactions.body_motion import acting, inertias, motions, needed, own_forces, placements, way_apart
+from symdyn.dynamics.reactions.closure_equations import ClosureEquation, sizes, ties
+from symdyn.dynamics.reactions.joint_frames import PLACES, TINY, JointFrames, drives, hinges, relative_twists
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import Strut
+from symdyn.spatial import Inertia, Mat, Transform, Wrench, neg
+from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+
+
+@dataclass(frozen=True)
+class FreeBodies:
+    """A scene's bodies and joints on its graph, for recursions over wrenches.
+
+    Attributes:
+        decisions: what is decided about loops and rows; None for a tree without, or where nothing is decided.
+    """
+
+    scene: Scene
+    tree: Tree
+    state: State
+    decisions: LoopDecisions | None = None
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that it lives on."""
+        return self.tree.graph
+
+    @cached_property
+    def hinges(self) -> tuple[JointFrames, ...]:
+        """The joints of the tree, then those of the loops, then contacts."""
+        return hinges(self.scene, self.graph)
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Numbers for what is decided by numbers: which entries vanish, which pivots are large."""
+        if self.decisions is None:
+            return Samples(self.scene, self.graph)
+        assembly = self.decisions.assembly
+        positions = (assembly.typical, *assembly.places)
+        places = (dict(assembly.parameters) | dict(zip(self.scene.coordinates, q, strict=True)) for q in positions)
+        return Samples(self.scene, self.graph, tuple(places))
+
+    @property
+    def joints(self) -> tuple[JointFrames, ...]:
+        """The joints of the tree."""
+        return self.hinges[: len(self.scene.joints)]
+
+    @property
+    def loops(self) -> tuple[JointFrames, ...]:
+        """The joints that close loops."""
+        return self.hinges[len(self.scene.joints) : len(self.scene.joints) + len(self.scene.loops)]
+
+    @property
+    def cuts(self) -> tuple[JointFrames, ...]:
+        """The joints that close loops, and contacts."""
+        return self.hinges[len(self.scene.joints) :]
+
+    @cached_property
+    def placements(self) -> list[Transform]:
+        """Placements of the bodies in the ground."""
+        return placements(self.joints)
+
+    @property
+    def frames(self) -> list[Transform]:
+        """Placements in the ground of frames with axes of the bodies, their origins in the joints that carry them."""
+        ways = (hinge.place_on_child for hinge in self.joints)
+        return [T @ Transform(Mat.identity(self.graph), way) for T, way in zip(self.placements, ways, strict=True)]
+
+    @property
+    def inertias(self) -> list[Inertia]:
+        """Inertia of every body about the origin of its own frame."""
+        return inertias(self.scene, self.tree)
+
+    @property
+    def acting(self) -> list[Wrench]:
+        """What loads, and struts between points, do on every body about the origin of its frame, no weight."""
+        return acting(self.scene, self.joints, self.state)
+
+    def own_forces(self, hinge: JointFrames) -> list[Expr]:
+        """Return what a joint's own elements do along each of its velocities, N m or N."""
+        return own_forces(self.scene, hinge, self.state)
+
+    def drives(self, hinge: JointFrames) -> tuple[Wrench, ...]:
+        """Return D of a joint, axes of J, about P; one for every velocity of the joint."""
+        return drives(hinge, self.samples)
+
+    def relative_twists(self, loop: JointFrames) -> dict[int, Wrench]:
+        """Return the twist of the child relative to J at P, axes of J, for every velocity, of what closes a loop."""
+        return relative_twists(loop, self.joints)
+
+    def squared_length(self, strut: Strut) -> Expr:
+        """Return the squared distance of the ends of a strut between points, m²."""
+        return way_apart(self.scene, strut, self.placements, self.graph)[1]
+
+    def bivectors(self, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+        """Return actions, what joints do by themselves (`own`) included, and inertia bivectors of every body."""
+        return known_bivectors(self, own)
+
+    @property
+    def closing(self) -> list[Expr]:
+        """Entries of the wrenches at unit size that close loops and keep contacts, of the rows that are kept."""
+        return [x for one in ties(self) for part in one.wrench or () for x in part]
+
+    def carried(self) -> list[tuple[ClosureEquation, Expr]]:
+        """Return what closes loops, contacts and rows of a closed mechanism, each with its size in `reactions`."""
+        unknown = ties(self)
+        return list(zip(unknown, sizes(self, unknown, self.needed_forces(self.transmitted(self.loads))), strict=True))
+
+    def closed_by(self, cuts: Sequence[JointFrames]) -> FreeBodies:
+        """Return the mechanism with other hinges where it is cut."""
+        found = replace(self)
+        found.__dict__["hinges"] = (*self.joints, *cuts)
+        return found
+
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """What every body needs for its motion beyond weight and loads, about the origin of its frame."""
+        moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
+        wanted = [needed(body, motion) for body, motion in zip(self.inertias, moved, strict=True)]
+        given = self.acting
+        return [a + b.scaled(self.graph.constant(-1)) for a, b in zip(wanted, given, strict=True)]
+
+    def transmitted(self, loads: Sequence[Wrench]) -> list[Wrench]:
+        """Return f of every joint of the tree for what each body needs."""
+        f = list(loads)
+        for k in reversed(range(len(self.joints))):
+            hinge = self.joints[k]
+            if hinge.parent >= 0:
+                T = hinge.placement
+                f[hinge.parent] = f[hinge.parent] + f[k].rotated(T.R).about(T.p)
+        return f
+
+    def carry(self, f: list[Wrench], loop: JointFrames, wrench: Wrench) -> None:
+        """Add to f what joints of the tree transmit when a joint that closes a loop exerts W."""
+        ends = (loop.on_parent(wrench).about(loop.place_on_parent), loop.on_child(wrench).about(loop.place_on_child))
+        for path, exerted in zip(loop.paths, ends, strict=True):
+            need = -exerted
+            for k in path:
+                f[k] = f[k] + need
+                T = self.joints[k].placement
+                need = need.rotated(T.R).about(T.p)
+
+    def at_joints(self, f: Sequence[Wrench]) -> list[Wrench]:
+        """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""
+        return [one.about(neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
+
+    def felt(self, wrenches: Sequence[Wrench]) -> list[Expr]:
+        """Return Σ S·wrench on every velocity, shape (nv,), for wrenches from `at_joints`; N m or N."""
+        total = [self.graph.zero] * self.state.n
+        for hinge, wrench in zip(self.joints, wrenches, strict=True):
+            if hinge.velocities:
+                here = hinge.in_joint_axes(wrench)
+                for k, twist in zip(hinge.velocities, hinge.S, strict=True):
+                    total[k] = total[k] + hinge.ratio * here.power(twist)
+        return total
+
+    def needed_forces(self, f: Sequence[Wrench]) -> list[Expr]:
+        """Return M u̇ + h of the tree, shape (nv,): what drives and loops exert together, for f from `transmitted`."""
+        return self.driving(self.felt(self.at_joints(f)))
+
+    def driving(self, felt: Sequence[Expr]) -> list[Expr]:
+        """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""
+        total = list(felt)
+        for hinge in self.joints:
+            for k, force in zip(hinge.velocities, self.own_forces(hinge), strict=True):
+                total[k] = total[k] - hinge.ratio * force
+        return total
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Values of a scene's symbols; the same seed, the same values.
+
+    Attributes:
+        places: values by name that stand above all others at seeds 1, 2, …: of closed loops, an assembled position and
+            then generic ones, since a position at which loops are open says nothing about a mechanism that closes them.
+    """
+
+    scene: Scene
+    graph: Graph
+    places: tuple[Mapping[str, float], ...] = ()
+
+    def at(self, entries: Sequence[Expr], seed: int = 1) -> Array:
+        """Return entries at seed 1, where the scene says that it starts, or at other positions, seeds from 2 on.
+
+        What has no value there is drawn from 0.3 … 1.7; parameters have their values, quaternions the length 1.
+        """
+        values = {node: self._drawn(node, seed) for node in _symbols(entries)}
+        known: dict[str, Quantity] = {p.name: p.value for p in self.scene.parameters if p.value is not None}
+        if seed == 1:
+            for joint in self.scene.moving:
+                known |= dict(zip(joint.coordinates, joint.start, strict=False))
+        for name, quantity in known.items():
+            node = quantity.express(self.graph)
+            inner = {x: values.get(x, self._drawn(x, seed)) for x in _symbols([node])}
+            values[self.graph.symbol(name)] = evaluate([node], Floats(), inner)[0]
+        if seed <= len(self.places):
+            values |= {self.graph.symbol(name): value for name, value in self.places[seed - 1].items()}
+        for group in quaternions(self.scene):
+            nodes = [self.graph.symbol(name) for name in group]
+            values |= {node: values.get(node, self._drawn(node, seed)) for node in nodes}
+            length = sum(values[node] ** 2 for node in nodes) ** 0.5
+            values |= {node: values[node] / length for node in nodes if length}
+        return np.array(evaluate(list(entries), Floats(), values), dtype=np.float64)
+
+    def vanish(self, entries: Sequence[Expr]) -> bool:
+        """Whether entries are zero at a generic position."""
+        return bool(np.abs(self.at(entries, PLACES[0])).max() < TINY)
+
+    def _drawn(self, node: Expr, seed: int) -> float:
+        return random.Random(f"{seed}:{node.value}").uniform(0.3, 1.7)
+
+
+def _symbols(entries: Sequence[Expr]) -> list[Expr]:
+    return [node for node in reachable(entries) if node.op is Op.SYMBOL]

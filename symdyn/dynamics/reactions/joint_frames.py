@@ -1,0 +1,234 @@
+"""Every joint of a scene with its frames, and what it can transmit. Declared bodies, nothing merged or moved.
+
+    J        joint frame, on the parent               B, C     frames of parent and child as declared
+    P        origin of the moved joint frame, on the child: where reactions act
+    X        placement of the moved joint frame in J
+    S        twist (velocity of P; angular velocity) of the child relative to the parent for a unit rate, axes of J
+    W        a wrench (force; moment about P) on the child, axes of J: force first, as the textbook stacks bivectors
+
+Bodies have the number of their joint, the ground is -1; joints that close loops come after those of the tree.
+
+What a joint can transmit is split: wrenches that its freedoms never feel, and one for every freedom.
+
+    W    reactions: t wrenches without power, Sᵀ W = 0
+    D    drives: one a velocity, Sᵀ D = 1: the free places of (5.7), which the unknown drives take
+
+D is a moment where the freedoms turn (a screw is turned, not pushed), else what has no part along W.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra import vanishes
+from symdyn.dynamics.loops.cut_joints import Cut, cuts
+from symdyn.dynamics.loops.loop_decisions import pivots
+from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, joint_motion
+from symdyn.scene.values import Joint, velocity_name
+from symdyn.spatial import (
+    Transform,
+    Vec,
+    Wrench,
+    add,
+    cross,
+    sub,
+    zero_vector,
+)
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.free_bodies import Samples
+
+CONTACT = "contact"
+"""Type of the joint that stands for a wheel, a ball or a blade on its plane."""
+
+TINY = 1e-9
+
+PLACES = (2, 3)
+"""Seeds of the generic positions."""
+
+
+@dataclass(frozen=True)
+class JointFrames:
+    """One joint, of the tree or closing a loop; see the module's legend.
+
+    Attributes:
+        parent, child: numbers of bodies, -1 the ground.
+        origin: placement of J in B. tip: placement of C in the moved joint frame.
+        wrenches: what it can exert without working, W; () for a custom joint, which `reactions_of` knows.
+        velocities: numbers of the velocities that move it, () where it closes a loop.
+        S: one a velocity.
+        ratio: the joint's rate per unit of its velocity: 1 but where it follows another one.
+        rates: the joint's own rates, ratio · velocity.
+        paths: of a joint that closes a loop: bodies from its parent, and from its child, inwards to where both meet.
+    """
+
+    joint: Joint
+    parent: int
+    child: int
+    origin: Transform
+    X: Transform
+    tip: Transform
+    ratio: Expr
+    wrenches: tuple[Wrench, ...]
+    velocities: tuple[int, ...] = ()
+    S: tuple[Wrench, ...] = ()
+    rates: tuple[Expr, ...] = ()
+    paths: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that it lives on."""
+        return self.X.p[0].graph
+
+    @property
+    def placement(self) -> Transform:
+        """Placement of C in B."""
+        return self.origin @ self.X @ self.tip
+
+    def on_child(self, wrench: Wrench) -> Wrench:
+        """Return W in the axes of C, about P."""
+        return wrench.rotated((self.X @ self.tip).R.T)
+
+    def in_joint_axes(self, wrench: Wrench) -> Wrench:
+        """Return a wrench about P from the axes of C in those of J."""
+        return wrench.rotated((self.X @ self.tip).R)
+
+    def on_parent(self, wrench: Wrench) -> Wrench:
+        """Return what the child exerts on the parent, -W, in the axes of B, about P: action = reaction."""
+        return -wrench.rotated(self.origin.R)
+
+    @property
+    def place_on_child(self) -> Vec:
+        """P in C."""
+        return self.tip.inverse().p
+
+    @property
+    def place_on_parent(self) -> Vec:
+        """P in B."""
+        return (self.origin @ self.X).p
+
+
+def hinges(scene: Scene, graph: Graph) -> tuple[JointFrames, ...]:
+    """Return the joints of the tree, then those that close loops, then contacts (as joints of type "contact")."""
+    number = {Scene.GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    velocities = {name: k for k, name in enumerate(scene.velocities)}
+    tree = [_of_tree(joint, number, velocities, graph) for joint in scene.joints]
+    closing = [(cut, cut.joint or Joint(cut.owner, CONTACT, cut.parent, cut.child)) for cut in cuts(scene, graph)]
+    return (*tree, *(_of_cut(cut, joint, number, tree, graph) for cut, joint in closing))
+
+
+def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], graph: Graph) -> JointFrames:
+    motion = joint_motion(joint, graph)
+    X, still = motion.placement, zero_vector(graph)
+    names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
+    ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
+    S = [Wrench(still, still)] * len(names)
+    place = Transform.unit(graph)
+    for move in motion.moves:
+        here = place @ move.before
+        axis = here.R @ move.axis
+        twist = Wrench(axis, still) if move.slides else Wrench(cross(axis, sub(X.p, here.p)), axis)
+        for k, x in move.rate:
+            S[k] = S[k] + twist.scaled(x)
+        place = here @ move.placement
+    rates = tuple(ratio * graph.symbol(name) for name in names)
+    numbers = tuple(velocities[name] for name in names)
+    origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
+    forbids = JOINTS[joint.type].forbids
+    wrenches = forbids.wrenches(joint, X) if forbids else ()
+    ends = (number[joint.parent], number[joint.child])
+    return JointFrames(joint, *ends, origin, X, tip, ratio, wrenches, numbers, tuple(S), rates)
+
+
+def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[JointFrames], graph: Graph) -> JointFrames:
+    origin, tip = cut.before, cut.behind.inverse()
+    i, j = number[cut.parent], number[cut.child]
+    near, far = _path(i, tree), _path(j, tree)
+    while near and far and near[-1] == far[-1]:  # nothing beyond the nearest common carrier enters
+        near.pop()
+        far.pop()
+    J, moved = (_walked(path, tree, graph) for path in (near, far))
+    X = (J @ origin).inverse() @ moved @ cut.behind
+    return JointFrames(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
+
+
+def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int, Wrench]:
+    """Return the twist of the child relative to J at P, axes of J, for every velocity that moves it, at unit size."""
+    graph = loop.graph
+    near, far = loop.paths
+    back = (_walked(near, tree, graph) @ loop.origin).inverse()
+    total: dict[int, Wrench] = {}
+    for path, sign in ((near, -graph.one), (far, graph.one)):
+        here = back
+        for body in reversed(path):
+            hinge = tree[body]
+            J = here @ hinge.origin
+            way = sub(loop.X.p, J.point(hinge.X.p))
+            for k, (v, omega) in zip(hinge.velocities, hinge.S, strict=True):
+                spin = J.R @ omega
+                rate = sign * hinge.ratio
+                twist = Wrench(add(J.R @ v, cross(spin, way)), spin).scaled(rate)
+                total[k] = total[k] + twist if k in total else twist
+            here = here @ hinge.placement
+    return dict(sorted(total.items()))
+
+
+def _path(body: int, tree: Sequence[JointFrames]) -> list[int]:
+    """Return a body and all that carry it but the ground."""
+    path = []
+    while body >= 0:
+        path.append(body)
+        body = tree[body].parent
+    return path
+
+
+def _walked(path: Sequence[int], tree: Sequence[JointFrames], graph: Graph) -> Transform:
+    """Return the placement of the first body of a path in what carries the last; the path leads inwards."""
+    T = Transform.unit(graph)
+    for k in reversed(path):
+        T = T @ tree[k].placement
+    return T
+
+
+def drives(hinge: JointFrames, samples: Samples) -> tuple[Wrench, ...]:
+    """Return D, axes of J, about P; one for every velocity of the joint."""
+    if not hinge.S:
+        return ()
+    zero = hinge.graph.zero
+    n = len(hinge.S)
+    still = (zero, zero, zero)
+    turning = [Wrench(still, omega) for _, omega in hinge.S]
+    turns = [samples.at([x for _, omega in turning for x in omega], seed).reshape(n, 3) for seed in PLACES]
+    S = turning if any(np.linalg.matrix_rank(at, tol=TINY) == n for at in turns) else list(hinge.S)
+    gram = [[a.power(b) for b in S] for a in S]
+    one = hinge.graph.one
+    if all(vanishes(gram[i][j] - one if i == j else gram[i][j]) for i in range(n) for j in range(i + 1)):
+        return tuple(S)  # also where loops are open, where angles that they hold may have any value
+    columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
+    return tuple(reduce(Wrench.__add__, map(Wrench.scaled, S, column)) for column in columns)
+
+
+def reactions_of(hinge: JointFrames, samples: Samples) -> tuple[Wrench, ...]:
+    """Return W, axes of J, about P; t of them.
+
+    Those of a joint that has no formula for them are units less what the drives take of them. The units that are left
+    out are those that the drives themselves have large, else a combination of the others would be a drive.
+    """
+    kind = JOINTS.get(hinge.joint.type)  # a contact has none
+    if kind is None or kind.forbids:
+        return hinge.wrenches
+    units, D = Wrench.units(hinge.graph), drives(hinge, samples)
+    numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
+    taken, _ = pivots(numbers.T, [range(6)], len(D))
+    left = [e for k, e in enumerate(units) if k not in taken]
+    for twist, drive in zip(hinge.S, D, strict=True):  # e - D Sᵀ e
+        left = [e + drive.scaled(-e.power(twist)) for e in left]
+    return tuple(left)

@@ -1,5 +1,0 @@
-"""The table of outputs, the roads that derive each of them, and the door `derive`."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,5 @@
+"""Builds: the only package that runs a compiler."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,239 @@
+"""A function and its derivatives as functions of their own: what a backend calls where it differentiates.
+
+    f(x)                    m entries of arguments x, one after another
+    ALONG   J d             for a direction d of each argument that moves
+    BACK    wᵀ J            for weights w of the entries; a number has none
+    ALL     J               all columns
+    BENT    H(w) d          H the second derivatives of wᵀ f
+
+They are derived when they are first called. There are two ways to them. `stated` goes by the scene's own words
+(`inverse_dynamics_jvp`), which are cheap and proved; its arguments are those that velocities move, in trees whose
+velocities are rates of coordinates. `plain` differentiates what the code computes by all of its arguments, entry by
+entry: free parameters, inputs, time, parts of quaternions, all coordinates of a closed scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from math import prod
+from threading import RLock
+from typing import Any
+
+from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspace, row_of
+from symdyn.dynamics.outputs import differentiable
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, gradient, tangents
+from symdyn.program import Program, Routine, formulate, lower
+from symdyn.scene import Scene
+from symdyn.unlocked import cached_property
+
+VALUE, ALONG, BACK, ALL, BENT = "", "_jvp", "_vjp", "_derivatives", "_hessian_vector"
+
+LOCK = RLock()
+"""One derivation at a time: what two threads ask for at once is derived once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Code:
+    """A program, and what is made of it: by real type and by whom, once, when it is first called.
+
+    `columns` are those of each argument where it returns J, () of all else.
+    """
+
+    program: Program
+    make: Callable[[Program, str, tuple[int, ...]], Any]
+    columns: tuple[int, ...] = ()
+    made: dict[Any, Any] = field(default_factory=dict)
+
+    def ready(self, real: str, make: Callable[[Program, str, tuple[int, ...]], Any] | None = None) -> Any:
+        """Return what the backend calls, for one real type; `make` makes it where it is not the backend's own."""
+        with LOCK:
+            if (real, make) not in self.made:
+                self.made[real, make] = (make or self.make)(self.program, real, self.columns)
+            return self.made[real, make]
+
+
+@dataclass(frozen=True, eq=False)
+class Word:
+    """One function that can be called: a function of the scene, or one of its derivatives.
+
+    Attributes:
+        kind: VALUE, ALONG, BACK, ALL or BENT.
+        way: how it belongs to its function; None where it is that function.
+        code: the program that it is in.
+        place: which of its routines it is.
+        source: the scene and what was asked for, where the scene's own words tell its derivatives.
+    """
+
+    kind: str
+    way: DerivativeRule | None
+    code: Code
+    place: int = 0
+    source: tuple[Scene, str, LoopChoices] | None = None
+
+    @property
+    def routine(self) -> Routine:
+        """What it computes."""
+        return self.code.program.routines[self.place]
+
+    @cached_property
+    def arguments(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """(name, shape) in calling order."""
+        return tuple((one.name, one.shape) for one in self.routine.function.arguments)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the arguments."""
+        return tuple(name for name, _ in self.arguments)
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the result for one state."""
+        return self.routine.function.shape
+
+    @cached_property
+    def directions(self) -> dict[str, str]:
+        """What the direction of each argument is called, a name that nothing has: "dq" of "q"."""
+        found: dict[str, str] = {}
+        for name in self.names:
+            found[name] = f"d{name}"
+            while found[name] in (*self.names, *(one for other, one in found.items() if other != name)):
+                found[name] = f"d{found[name]}"
+        return found
+
+    @cached_property
+    def plain(self) -> DerivativeRule:
+        """Its derivatives by all arguments, those that are no numbers left out."""
+        return DerivativeRule(
+            self, tuple((name, prod(shape)) for name, shape in self.arguments), partial(_derived, self)
+        )
+
+    @cached_property
+    def stated(self) -> DerivativeRule | None:
+        """Its derivatives as the scene's own words; None where it has none that say the same."""
+        if self.source is None or Program.PREPARED in self.names:
+            return None
+        scene, request, closing = self.source
+        try:
+            row = row_of(f"{_behind(request, ALONG)}", scene)[0]
+            along = differentiable(row)
+        except DerivationError:
+            return None
+        if scene.is_closed or ("q" in along and not _are_rates(scene)):
+            return None
+        lengths = dict(self.arguments)
+        varied = tuple((name, prod(lengths[name])) for name in along if name in lengths)
+        return DerivativeRule(
+            self, varied, lambda kind: lower(formulate(scene, (_behind(request, kind),), closing=closing))
+        )
+
+    def way_for(self, moving: Sequence[str]) -> DerivativeRule:
+        """Return the way to derivatives along these arguments."""
+        stated = self.stated
+        return stated if stated is not None and set(moving) <= {name for name, _ in stated.varied} else self.plain
+
+
+@dataclass(frozen=True, eq=False)
+class DerivativeRule:
+    """One way to the derivatives of a function.
+
+    Attributes:
+        of: the function.
+        varied: name and length of the arguments that move, in the order of the columns of J.
+        derive: returns the program of a derivative by its kind.
+    """
+
+    of: Word
+    varied: tuple[tuple[str, int], ...]
+    derive: Callable[[str], Program]
+    known: dict[str, Word] = field(default_factory=dict)
+
+    def word(self, kind: str) -> Word:
+        """Return one of the derivatives, derived when it is first asked for."""
+        with LOCK:
+            if kind not in self.known:
+                columns = tuple(length for _, length in self.varied) if kind == ALL else ()
+                self.known[kind] = Word(kind, self, Code(self.derive(kind), self.of.code.make, columns))
+            return self.known[kind]
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Names of the arguments that move."""
+        return tuple(name for name, _ in self.varied)
+
+    @property
+    def columns(self) -> int:
+        """How many columns J has."""
+        return sum(length for _, length in self.varied)
+
+    def direction(self, name: str) -> str:
+        """Return what the direction of an argument is called."""
+        return self.of.directions[name]
+
+
+def weights_of(of: Word) -> str:
+    """Return what the weights of a function's entries are called, "" where it is a number and has none."""
+    if not of.shape:
+        return ""
+    found = "weights"
+    while found in of.names:
+        found = f"{found}_"
+    return found
+
+
+def _behind(request: str, kind: str) -> str:
+    name, colon, place = request.partition(":")
+    return f"{name}{kind}{colon}{place}"
+
+
+def _are_rates(scene: Scene) -> bool:
+    """Tell whether velocities are the rates of the coordinates, each of its own."""
+    state = Workspace(scene).state
+    return tuple(state.rates) == tuple(state.qd)
+
+
+def _derived(of: Word, kind: str) -> Program:
+    """Return a program of a derivative by differentiation of what the code computes."""
+    program, function = of.code.program, of.routine.function
+    graph = program.graph
+    moving = [x for one in function.arguments for x in one.symbols]
+    directions = [_along(of, one) for one in function.arguments]
+    seeds = dict(zip(moving, (x for one in directions for x in one.symbols), strict=True))
+    entries: Sequence[Expr] = function.entries
+    named = weights_of(of)
+    weights = [graph.symbol(f"{named}[{k}]") for k in range(len(entries))] if named else [graph.one]
+    weighed = [Argument(named, tuple(weights), "weights of the entries", ())] if named else []
+    slopes = partial(gradient, graph.total(a * f for a, f in zip(weights, entries, strict=True)), moving)
+    size = len(moving)
+    if kind == ALONG:
+        found, more, shape = tangents(entries, seeds), directions, function.shape
+    elif kind == BACK:
+        found, more, shape = slopes(), weighed, (size,)
+    elif kind == ALL:
+        found, more = [x for one in entries for x in gradient(one, moving)], []
+        shape = (len(entries), size) if function.shape else (size,)
+    else:
+        found, more, shape = tangents(slopes(), seeds), [*weighed, *directions], (size,)
+    own = [one for one in function.arguments if one.name not in ("params", Program.PREPARED)]
+    last = [one for one in function.arguments if one.name in ("params", Program.PREPARED)]
+    made = Function(
+        name=f"{function.name}{kind}",
+        text=f"derivatives of the {function.text}",
+        arguments=(*own, *more, *last),
+        result="slopes",
+        shape=shape,
+        entries=tuple(found),
+        units="",
+        formulation="differentiated",
+    )
+    return lower(Equations(program.scene, graph, (made,)))
+
+
+def _along(of: Word, argument: Argument) -> Argument:
+    """Return the direction of an argument, as an argument."""
+    name = of.directions[argument.name]
+    graph = of.code.program.graph
+    symbols = tuple(graph.symbol(f"{name}[{k}]") for k in range(len(argument.symbols)))
+    return Argument(name, symbols, f"direction of {argument.name}", (), argument.scalar)

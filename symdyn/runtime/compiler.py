@@ -1,0 +1,263 @@
+"""The only file that runs a compiler, of C and its kin: finding one, asking who it is, compiling a shared library."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO
+
+from symdyn.errors import BuildError, MissingCompiler
+from symdyn.extras import install
+from symdyn.runtime.commands import stop_command, waiting
+from symdyn.runtime.dialects import GNU, NVCC, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
+
+CANDIDATES = candidates()
+
+COMPILER_VARIABLE = "CC"
+"""Environment variable that names a compiler."""
+
+MACHINES = ("native", "portable")
+"""This very machine, and any of its family."""
+
+NOTHING = Needs()
+"""What plain C needs beside itself."""
+
+PATIENCE = 300.0
+"""Seconds that one compilation may take."""
+
+
+class CompilerFault(BuildError):  # noqa: N818  that of a program, not of ours
+    """A compiler that is there and fails, or whose library the system does not load."""
+
+
+@dataclass(frozen=True)
+class CompiledLanguage:
+    """What a compiler is looked for.
+
+    Attributes:
+        name: as people call it.
+        variable: environment variable that names a compiler.
+        candidates: commands that are looked for, in this order.
+        dialect: how a command is spoken to.
+        zig: what the ziglang package calls its own; "" where it has none.
+        ways_out: what to do where there is none, or it fails.
+    """
+
+    name: str
+    variable: str
+    candidates: tuple[str, ...]
+    dialect: Callable[[Sequence[str]], Dialect]
+    zig: str
+    ways_out: Callable[[], str]
+
+
+def _ways_out() -> str:
+    return (
+        f"install one (`{install('zig')}` will do), or use the NumPy module, which needs none: "
+        "`symdyn generate SCENE --target numpy`"
+    )
+
+
+C = CompiledLanguage("C", COMPILER_VARIABLE, CANDIDATES, dialect_of, "cc", _ways_out)
+CPLUSPLUS = CompiledLanguage(
+    "C++", "CXX", ("g++", "clang++", "c++"), cpp_dialect_of, "", lambda: "install one, `apt-get install g++` for one"
+)
+RUSTC = CompiledLanguage(
+    "Rust", "RUSTC", ("rustc",), lambda command: RUST, "", lambda: "install one, `apt-get install rustc` for one"
+)
+CUDA = CompiledLanguage(
+    "CUDA",
+    "NVCC",
+    ("nvcc",),
+    lambda command: NVCC,
+    "",
+    lambda: "install NVIDIA's CUDA toolkit, or call it with arguments on the CPU",
+)
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A compiler: the words of its command line, and what it says about itself.
+
+    Attributes:
+        command: words of the command line.
+        version: its own words.
+        machine: flags that say for which machine it compiles.
+        features: of that machine, as the compiler's macros tell; native code is kept apart by them.
+        dialect: how it is spoken to.
+        language: what it compiles.
+    """
+
+    command: tuple[str, ...]
+    version: str
+    machine: tuple[str, ...] = ()
+    features: str = ""
+    dialect: Dialect = GNU
+    language: CompiledLanguage = C
+
+
+def find_compiler(requested: str | None = None, machine: str = "native", language: CompiledLanguage = C) -> Compiler:
+    """Return the compiler to use: `requested`, else $CC, else cc, gcc, clang, else the one in the ziglang package.
+
+    Args:
+        requested: its command line; flags for a machine in there are kept.
+        machine: "native" for code that runs on this machine, "portable" for the oldest of its family worth having
+            (x86-64-v2; nothing is asked of other families).
+        language: C, or another one: then its variable and its commands are looked for.
+
+    Raises:
+        BuildError: the one that was asked for is not there, or an unknown machine.
+        MissingCompiler: there is none at all.
+    """
+    if machine not in MACHINES:
+        raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
+    asked, ways_out = requested or os.environ.get(language.variable, "").strip(), language.ways_out()
+    if asked:
+        origin = "compiler" if requested else f"the environment variable {language.variable}"
+        try:
+            words = [asked] if shutil.which(asked) else words_of(asked)
+            if not words:
+                raise ValueError("it is empty")
+        except ValueError as fault:
+            raise BuildError(f"{origin} = {asked} is no command line ({fault}); {ways_out}") from fault
+        if shutil.which(words[0]) is None:
+            raise BuildError(f"{origin} = {asked}: there is no such program; {ways_out}")
+        return _known(tuple(words), machine, language)
+    for name in language.candidates:
+        path = shutil.which(name)
+        if path is not None:
+            return _known((path,), machine, language)
+    if language.zig and find_spec("ziglang") is not None:
+        return _known((sys.executable, "-m", "ziglang", language.zig), machine, language)
+    package = " and the ziglang package" if language.zig else ""
+    tried = f"${language.variable}, {', '.join(language.candidates)}{package}"
+    raise MissingCompiler(f"no {language.name} compiler found (tried {tried}); {ways_out}")
+
+
+def words_of(line: str, platform: str = sys.platform) -> list[str]:
+    r"""Return the words of a command line; on Windows a backslash stands in paths.
+
+    >>> words_of(r'"C:\Program Files\cl.exe" /O1', "win32")
+    ['C:\\Program Files\\cl.exe', '/O1']
+    """
+    if platform != "win32":
+        return shlex.split(line)
+    return [word.strip('"') for word in shlex.split(line, posix=False)]
+
+
+_ASKING = threading.Lock()
+
+
+def _known(command: tuple[str, ...], machine: str, language: CompiledLanguage) -> Compiler:
+    """Return the compiler behind a command line; it is asked who it is once a process, whichever thread comes first."""
+    with _ASKING:
+        return _asked(command, machine, language)
+
+
+@cache
+def _asked(command: tuple[str, ...], machine: str, language: CompiledLanguage) -> Compiler:
+    dialect = language.dialect(command)
+    _, words = _run((*command, *dialect.version), patience=30.0)
+    chosen = any(word.startswith(("-march", "-mcpu", "/clang:-march", "/arch", "-Ctarget-cpu")) for word in command)
+    if dialect.macros is None:
+        return Compiler(command, words, dialect=dialect, language=language)
+    for flags in ((),) if chosen else (*dialect.machines[machine], ()):
+        code, macros = _run((*command, *dialect.macros, *flags, os.devnull), patience=30.0)
+        if code is None:
+            break
+        if code == 0:
+            return Compiler(command, words, flags, macros, dialect, language)
+    return Compiler(command, words, dialect=dialect, language=language)
+
+
+def compile_library(
+    compiler: Compiler,
+    sources: Path | Sequence[Path],
+    made: Path,
+    patience: float = PATIENCE,
+    needs: Needs = NOTHING,
+    part: bool = False,
+) -> None:
+    """Compile files into a shared library, or one of them into a part of it.
+
+    Raises:
+        CompilerFault: the compiler refuses, says nothing for `patience` seconds, or leaves nothing behind.
+    """
+    files = [sources] if isinstance(sources, Path) else list(sources)
+    source, library = files[0], made
+    command = (*compiler.command, *compiler.dialect.line(compiler.machine, files, made, needs, part))
+    code, words = _run(command, patience, library.parent)
+    shown, ways_out = shlex.join(compiler.command), compiler.language.ways_out()
+    if code is None:
+        raise CompilerFault(f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {ways_out}")
+    if code != 0 or not library.is_file():
+        said = words.strip() or "(it said nothing)"
+        raise CompilerFault(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{ways_out}")
+
+
+def try_compiler(compiler: Compiler, patience: float = 30.0) -> None:
+    """Compile a line of C into a library, and forget it.
+
+    Raises:
+        CompilerFault: the compiler does not do it, and why.
+    """
+    with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text("double probe(double x);\ndouble probe(double x) { return x; }\n", encoding="utf-8")
+        compile_library(compiler, source, source.with_suffix(".so"), patience, Needs(exports=("probe",)))
+
+
+def _run(command: Sequence[str], patience: float, place: Path | None = None) -> tuple[int | None, str]:
+    """Run a command and return its exit code (None: it had to be stopped) and all it said.
+
+    Words go to a file and the command gets a process group of its own, so that a compiler which hangs, or whose
+    children do, is stopped and waits for nobody. What it writes on its way goes to `place`, which is taken away even if
+    the command is killed.
+    """
+    with _file_of_words() as words:
+        try:
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=words,
+                start_new_session=True,
+                env=os.environ if place is None else os.environ | dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(place)),
+            )
+        except OSError as fault:
+            raise CompilerFault(f"{shlex.join(command)} cannot be run ({fault.strerror}); {_ways_out()}") from fault
+        late = threading.Event()
+
+        def stop() -> None:
+            late.set()
+            stop_command(process)
+
+        timer = threading.Timer(patience, stop)  # wait(patience) would look only every 50 ms
+        try:
+            with waiting(process):  # at once, or who is interrupted meanwhile leaves it running
+                timer.start()
+                code = process.wait()
+        finally:
+            timer.cancel()
+        words.seek(0)
+        return None if late.is_set() else code, words.read().decode(errors="replace")
+
+
+def _file_of_words() -> IO[bytes]:
+    """Return a file that ends when it is closed; MissingCompiler where nothing can be written, compilers neither."""
+    try:
+        return tempfile.TemporaryFile()
+    except OSError as fault:
+        raise MissingCompiler(
+            f"no folder to compile in ({fault.strerror}); set TMPDIR to one; {_ways_out()}"
+        ) from fault

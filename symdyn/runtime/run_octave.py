@@ -1,0 +1,169 @@
+"""The only file that runs Octave: generated functions for MATLAB as Python callables, for a state or for many."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import weakref
+from collections.abc import Callable
+from math import prod
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.dynamics import Function
+from symdyn.emit import Sources, verbatim, write
+from symdyn.errors import BuildError, MissingProgram
+from symdyn.runtime.commands import waiting
+from symdyn.runtime.dialects import GNU
+from symdyn.runtime.warned import check_target
+
+OCTAVE_COMMANDS = ("octave-cli", "octave")
+
+CFLAGS = " ".join((*(flag for flag in GNU.flags if flag != "-shared"), "-march=native"))
+
+OPTIONS = ("--quiet", "--norc", "--no-history", "--no-window-system")
+
+
+def find_octave() -> str:
+    """Return the path of Octave.
+
+    Raises:
+        MissingProgram: there is none.
+    """
+    for name in OCTAVE_COMMANDS:
+        path = shutil.which(name)
+        if path is not None:
+            return path
+    raise MissingProgram(
+        f"no Octave found (tried {', '.join(OCTAVE_COMMANDS)}); install it, `apt-get install octave` for one"
+    )
+
+
+def run_matlab(sources: Sources) -> SimpleNamespace:
+    """Return the functions of sources that `emit(program, "matlab")` made, running in an Octave of their own.
+
+    Each is an attribute and takes arrays of shape (n,) or (..., n), whose leading dimensions broadcast and are columns
+    there. Octave ends when no function is used any longer.
+
+    Raises:
+        BuildError: sources of another target, or Octave's own words where it refuses them.
+        MissingProgram: there is no Octave.
+    """
+    check_target(sources, "matlab")
+    process = _Process(find_octave(), sources)
+    named = zip(sources.functions, sources.program.routines, strict=True)
+    return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})
+
+
+def compile_mex(folder: str, package: str) -> None:
+    """Compile the C of sources with option "mex" where it lies.
+
+    Raises:
+        BuildError: what the compiler says.
+        MissingProgram: there is no mkoctfile, which comes with the headers of Octave.
+    """
+    program = shutil.which("mkoctfile")
+    if program is None:
+        raise MissingProgram("no mkoctfile found; install it, `apt-get install octave-dev` for one")
+    process = subprocess.Popen(
+        [program, "--mex", f"{package}_mex.c", f"{package}.c"], cwd=folder, env=os.environ | {"CFLAGS": CFLAGS},
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    with waiting(process):
+        said = b"".join(process.communicate()[::-1]).decode(errors="replace")
+    if process.returncode:
+        raise BuildError(f"mkoctfile refused the code: {said}")
+
+
+def _call(process: _Process, name: str, function: Function) -> Callable[..., Any]:
+    """Return one function as a callable."""
+    scalars = [argument.scalar for argument in function.arguments]
+
+    def call(*values: npt.ArrayLike) -> Any:
+        arrays = [
+            np.asarray(value, dtype="<f8")[..., None] if scalar else np.asarray(value, dtype="<f8")
+            for scalar, value in zip(scalars, values, strict=True)
+        ]
+        batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        given = [
+            np.broadcast_to(array, batch + array.shape[-1:] if array.ndim > 1 else array.shape) for array in arrays
+        ]
+        found = process.ask(name, [array.reshape(prod(array.shape[:-1]), array.shape[-1]) for array in given])
+        pages = found.reshape((*batch, *function.shape[::-1]))
+        own = range(pages.ndim - 1, len(batch) - 1, -1)
+        return np.ascontiguousarray(pages.transpose(*range(len(batch)), *own))[()]
+
+    return call
+
+
+class _Process:
+    """One Octave that answers calls."""
+
+    def __init__(self, octave: str, sources: Sources) -> None:
+        """Write the package where it is found and start Octave; BuildError where it cannot be run."""
+        self._folder = TemporaryDirectory()
+        self._package = sources.stem
+        write(sources, self._folder.name)
+        if f"{self._package}_mex.c" in sources:
+            compile_mex(self._folder.name, self._package)
+        command = (octave, *OPTIONS, "--path", self._folder.name, "--eval", verbatim("matlab/calls.m"))
+        try:
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        except OSError as fault:
+            raise BuildError(f"{octave} cannot be run ({fault.strerror})") from fault
+        weakref.finalize(self, _end, self._process, self._folder)
+
+    def ask(self, name: str, arrays: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+        """Return what a function gives for arguments of shape (states, n), a row each, in the order of their memory.
+
+        Whoever is interrupted meanwhile has no Octave any more.
+
+        Raises:
+            BuildError: Octave answers with a fault, or has ended.
+        """
+        with waiting(self._process):
+            return self._answer(name, arrays)
+
+    def _answer(self, name: str, arrays: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+        assert self._process.stdin is not None, "it was given a pipe"
+        assert self._process.stdout is not None, "it was given a pipe"
+        sizes = [str(length) for array in arrays for length in array.shape[::-1]]
+        try:
+            self._process.stdin.write(" ".join([f"{self._package}.{name}", *sizes]).encode() + b"\n")
+            for array in arrays:
+                self._process.stdin.write(array.tobytes())
+            self._process.stdin.write(b"\n")
+            self._process.stdin.flush()
+            line = self._process.stdout.readline().decode(errors="replace").strip()
+        except OSError:
+            line = ""
+        if not line:
+            raise BuildError("Octave ended without an answer; it must be version 7 or later")
+        if not line.isdecimal():
+            raise BuildError(f"Octave refused the code: {line}")
+        return np.frombuffer(_exactly(self._process.stdout, 8 * int(line)), dtype="<f8")
+
+
+def _exactly(stream: IO[bytes], size: int) -> bytes:
+    """Return so many bytes; BuildError where there are fewer."""
+    found = stream.read(size)
+    if len(found) != size:
+        raise BuildError("Octave ended in the middle of an answer")
+    return found
+
+
+def _end(process: subprocess.Popen[bytes], folder: TemporaryDirectory[str]) -> None:
+    """Let a process end, which has nothing more to read, and take its files away."""
+    process.communicate()
+    folder.cleanup()

@@ -1,0 +1,210 @@
+"""The entry points of this package: `sweep`, runs of one scene at many values, and `open`, a sweep that is on disk."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.errors import SimulateError
+from symdyn.scene import SceneLike, scene_of
+from symdyn.scene.values import Faults
+from symdyn.simulation import Values
+from symdyn.simulation.prescribed import Entries
+from symdyn.study.block import block as one_block
+from symdyn.study.executors import executor
+from symdyn.study.job import Job
+from symdyn.study.opened_store import check_store, opened, store_of
+from symdyn.study.places import At, at_places
+from symdyn.study.run_job import prepared
+from symdyn.study.store import SUFFIX
+from symdyn.study.study import Study
+from symdyn.study.varied import Over
+
+INTERRUPTED = "interrupted"
+
+HERE = "here"
+
+UNTIL = 10.0
+
+USUAL = "inverse_dynamics"
+"""What is called where places are given, and no function is."""
+
+NUMBERS = re.compile(r"\d[\d.e+-]*")
+"""What notes on runs differ in; of those that are alike, the first is told."""
+
+Say = Callable[[str], None]
+
+
+def sweep(
+    scene: SceneLike,
+    over: Over = (),
+    measure: str | Sequence[str] = (),
+    *,
+    until: float | None = None,
+    forces: Entries = (),
+    start: Values | None = None,
+    start_rates: Values | None = None,
+    every: float | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    ignore_limits: bool = False,
+    values: Mapping[str, object] | None = None,
+    design: str | None = None,
+    count: int | None = None,
+    seed: int = 0,
+    output: str | Path | None = None,
+    scheduler: Any = "here",
+    workers: int | None = None,
+    block: int | None = None,
+    function: str | None = None,
+    at: At = None,
+    progress: Callable[[float], None] | None = None,
+    say: Say | None = None,
+) -> Study:
+    """Return what comes of many runs of a scene, or of many calls of one of its functions.
+
+    The values of a run follow from its number and the seed alone, so that blocks, workers and interruptions change
+    nothing. A sweep that Ctrl-C interrupts returns what was made; with a store as `output`, the same call goes on.
+
+    >>> import symdyn
+    >>> study = symdyn.sweep(symdyn.example("pendulum"), "q1=linspace(0.1,0.3,3)", "max(abs(q1))", until=0.5)
+    >>> study["q1"].tolist(), len(study["max(abs(q1))"])
+    ([0.1, 0.2, 0.3], 3)
+
+    Args:
+        scene: the mechanism.
+        over: what is varied: texts "NAME=DISTRIBUTION" (see `symdyn.study.distributions`), or lists by name; a name is
+            a parameter, a coordinate or a velocity at the start, or a letter of the forces. Nothing: all parameters
+            that have a tolerance.
+        measure: formulas of folds over a run, such as "max(abs(tau2))"; "NAME=FORMULA" names one.
+        until: time of the end of every run, s; None for 10.
+        forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
+        start: coordinates as for `simulate`, the same for every run.
+        start_rates: velocities likewise.
+        every: seconds between the samples that measures see; None for 200 samples.
+        method: as for `symdyn.ensemble`.
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        ignore_limits: go on where a joint reaches a limit of its position; else the run stops there.
+        values: of parameters, in place of those that the scene gives.
+        design: a key of `DESIGNS`; None takes a grid of lists, or random draws of distributions.
+        count: how many runs are drawn; None for 1000.
+        seed: of what is drawn.
+        output: a .zarr store, which is made, or gone on with where it is there.
+        scheduler: where blocks are computed: a key of `symdyn.study.executors.EXECUTORS`, an address, or a Client.
+        workers: how many of them; None for one a core.
+        block: runs of one block; None for a part of all.
+        function: in place of runs, calls of a function such as "inverse_dynamics"; then measures are formulas of what
+            it returns and takes, in folds over the places `at` which it is called, and `over` may have entries of its
+            arguments.
+        at: these places, by name: "q1=0.3,q1_dot=1", numbers, arrays (S,), or a .csv file of columns over t; see
+            `symdyn.study.places`.
+        progress: called with the share that is done.
+        say: called with lines for the user.
+
+    Raises:
+        SimulateError: with every fault of the arguments, one line each; a store of another sweep, or a full disk.
+        SceneError: values that the scene cannot have.
+    """
+    check_arguments(sweep, locals(), SimulateError)
+    until, every, rtol, atol = doubles(until, every, rtol, atol)
+    (count, seed, workers, block), ignore_limits = wholes(count, seed, workers, block), bool(ignore_limits)
+    bound = scene_of(scene)
+    bound = scene_of(bound, values)
+    path = None if output is None else Path(output)
+    faults = Faults("")
+    if path is not None and path.suffix != SUFFIX:
+        faults.add("output", f"{path} is no {SUFFIX} store; leave it out, and write a table with .to_csv(FILE)")
+    elif path is not None:
+        with faults.noted():
+            check_store(path)
+    if workers is not None and workers < 1:
+        faults.add("workers", f"{workers} is none; give 1 or more")
+    if function is not None or at is not None:
+        runs = {"until": until, "forces": forces, "start": start, "start_rates": start_rates, "every": every}
+        runs |= {"method": method, "rtol": rtol, "atol": atol, "ignore_limits": ignore_limits or None}
+        for name in [
+            name
+            for name, said in runs.items()
+            if said is not None and not (isinstance(said, (tuple, list, dict)) and not said)
+        ]:
+            faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
+        job = at_places(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
+        return made(job, path, block is not None, scheduler, workers, progress, say)
+    until = UNTIL if until is None else until
+    job = prepared(
+        bound, over, measure, until, forces, start, start_rates, every, method, rtol, atol, ignore_limits, design,
+        count, seed, block, faults,
+    )  # fmt: skip
+    return made(job, path, block is not None, scheduler, workers, progress, say)
+
+
+def open(path: str | Path) -> Study:
+    """Return a sweep that is on disk, whole or not.
+
+    Raises:
+        SimulateError: there is none, or Zarr is not installed.
+    """
+    check_arguments(open, locals(), SimulateError)
+    return opened(Path(path)).study()
+
+
+def made(
+    job: Job,
+    path: Path | None = None,
+    fixed: bool = True,
+    scheduler: Any = "here",
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    say: Say | None = None,
+) -> Study:
+    """Return the study that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
+
+    Raises:
+        SimulateError: the store is of another sweep or cannot be written, or workers fail.
+    """
+    store, notes = store_of(job, path)
+    if store.block != job.block:
+        notes += (f"{path} has blocks of {store.block} runs, and goes on with them",) if fixed else ()
+        job = replace(job, block=store.block)
+    left = store.left()
+    if path is not None and len(left) < job.blocks:
+        notes += (f"{path}: {job.blocks - len(left)} of {job.blocks} blocks are there already",)
+    notes += tuple(f"{path}: {fault}; its block is made again" for fault in left.values() if fault)
+    count, kind = job.design.count, job.design.kind
+    if kind == "sobol" and count & (count - 1):
+        notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
+    for note in notes:
+        _tell(say, note)
+    began, seen = perf_counter(), set[str]()
+    here = scheduler == HERE if isinstance(scheduler, str) else False
+    job = replace(job, threads=workers if here else 1)
+    try:
+        with executor(scheduler, None if here else workers, say or (lambda line: None)) as found_by:
+            for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
+                for note in found.notes:
+                    if (like := NUMBERS.sub("#", note)) not in seen:
+                        seen.add(like)
+                        notes += (note,)
+                        _tell(say, note)
+                store.put(job, k, found)
+                if progress is not None:
+                    progress(1 - (len(left) - done) / job.blocks)
+    except KeyboardInterrupt:
+        study = store.study(notes, perf_counter() - began)
+        how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
+        told = f"{INTERRUPTED}: {len(study) - study.left} of {len(study)} runs are there; {how}"
+        _tell(say, told)
+        return replace(study, notes=(*notes, told))
+    return store.study(notes, perf_counter() - began)
+
+
+def _tell(say: Say | None, line: str) -> None:
+    if say is not None:
+        say(line)

@@ -1,0 +1,118 @@
+"""Steps for mechanisms with loops or rolling: rests, and the steady motion next to the start, both in numbers.
+
+What is found is what `symdyn linearize` finds: eigenvalues of the motion that loops and rolling leave free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symdyn.algebra import Form, Symbol
+from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
+from symdyn.linear import Equilibria, Linearization, linearize_at_rest, steady_at_start
+from symdyn.scene import SceneUnits
+from symdyn.teach.document import Block, Section, Step, Words
+from symdyn.teach.lesson import Prose, together
+
+FAULTS = (LinearizeError, SimulateError, DerivationError, DrawError, ArithmeticError)
+"""What says that there is no one linear motion, such as at a parameter without a value."""
+
+MOVES = 1e-9
+"""Rates, rad/s or m/s, that are none."""
+
+
+def closed_sections(lesson: Prose) -> list[Section]:
+    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
+    try:
+        systems, found = linearize_at_rest(lesson.scene)
+    except FAULTS:
+        rests, idle = None, frozenset[str]()
+    else:
+        rests, idle = _rests(lesson, systems, found), frozenset(found.idle)
+    steps = [step for step in (rests, _steady(lesson, idle)) if step is not None]
+    return [lesson.section("after.rests", steps)] if steps else []
+
+
+def _rests(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Step | None:
+    """Return where it rests; None where that is everywhere."""
+    if len(equilibria.idle) == len(lesson.scene.coordinates):
+        return None
+    of = "closed" if lesson.scene.is_closed else "open"
+    searched = lesson.say(f"{of}.search", starts=str(equilibria.starts))
+    blocks: list[Block] = [_places(lesson, systems, equilibria)] if systems else []
+    if equilibria.crossings:
+        blocks += [lesson.say("closed.crossings"), _crossings(lesson, equilibria)]
+    blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
+    if equilibria.idle:
+        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in equilibria.idle])))
+    if any(place.family for place in equilibria.places):
+        blocks.append(lesson.say("closed.family"))
+    if equilibria.more:
+        blocks.append(lesson.say("closed.more", count=str(equilibria.more)))
+    reason = lesson.say(f"{of}.reason")
+    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+
+
+def _places(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Block:
+    """Return the table of places with what their eigenvalues say."""
+    scene = lesson.scene
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
+    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
+    units = SceneUnits(scene).coordinates
+    rows: list[list[str | Form | Words]] = []
+    for one in systems:
+        place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
+        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), _values(lesson, one)])
+    return lesson.table(heads, rows)
+
+
+def _crossings(lesson: Prose, equilibria: Equilibria) -> Block:
+    """Return the table of places where it rests and branches of loops meet."""
+    scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
+    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in equilibria.crossings]
+    return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
+
+
+def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
+    """Return the steady motion next to the start, None where it starts at rest or there is none.
+
+    Coordinates that do not matter, `idle`, are not listed.
+    """
+    scene = lesson.scene
+    try:
+        found = steady_at_start(scene)
+    except FAULTS:
+        return None
+    if found is None:
+        return None
+    one, turning = found
+    units, rates = SceneUnits(scene).coordinates, SceneUnits(scene).velocities
+    moving = np.abs(turning) > MOVES
+    free = {*one.dropped, *one.cyclic, *idle}
+    q = [k for k, name in enumerate(scene.coordinates) if not (name in free or moving[k] or units[k] == "1")]
+    u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
+    rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
+    rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
+    verdict = lesson.say(f"closed.{one.stability.verdict}")
+    told = lesson.say("closed.next", kind=verdict, values=_values(lesson, one))
+    blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
+    return Step(
+        "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
+    )
+
+
+def _with_unit(lesson: Prose, x: float, unit: str) -> str:
+    return lesson.written(x) if unit == "1" else lesson.scene.in_shown_unit(lesson.written(x), unit)
+
+
+def _values(lesson: Prose, one: Linearization) -> str:
+    """Return the eigenvalues that are not zero, a pair as one."""
+    told = []
+    for mode in one.modes:
+        size = abs(mode.value)
+        real = "" if abs(mode.value.real) <= 1e-9 * size else lesson.written(mode.value.real)
+        told.append(f"{real} ± {lesson.written(mode.value.imag)} i".strip() if mode.oscillates else real)
+    return "; ".join(told) or "0"

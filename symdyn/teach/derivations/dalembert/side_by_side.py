@@ -1,0 +1,156 @@
+"""Both formulations side by side, term by term: Lagrange's coefficients, and what each body gives for them.
+
+Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each
+times its velocity for q̇_i = 1, leaves
+
+    M_i = -Σ_j (F^D_j · ∂v_j/∂q̇_i + M^D_j · ∂ω_j/∂q̇_i + m_j g · ∂v_Tj/∂q̇_i)      v_j of O_j; frame j
+
+which is sorted by accelerations and products of rates. Lagrange's column comes from the closed forms of (5.21), which
+know neither bivectors nor joints. Springs, friction, loads and rotors of drives are in neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, with_squares
+from symdyn.dynamics import Workspace, angle_groups, closed_form
+from symdyn.dynamics.mechanism import vector
+from symdyn.emit.print import text_of
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import acceleration_name
+from symdyn.spatial import dot, scale, sub
+from symdyn.teach.derivations.dalembert.tidy import order_of
+from symdyn.teach.document import Block, Step, Words
+from symdyn.teach.lesson import Prose
+
+WIDEST = 240
+"""Characters of a row beyond which it is no row of a table."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of one equation.
+
+    Attributes:
+        velocity: number of the equation.
+        rates: what the coefficient multiplies; ONE for weights.
+        coefficient: by Lagrange.
+        shares: by D'Alembert, one a body.
+    """
+
+    velocity: int
+    rates: Form
+    coefficient: Form
+    shares: tuple[Form, ...]
+
+
+def terms_of_both(scene: Scene) -> list[Term]:
+    """Return every term that does not vanish, of an open mechanism.
+
+    Raises:
+        DerivationError: there are no closed forms, or drives have rotors, which are no bodies.
+    """
+    closed = closed_form(scene)
+    w = Workspace(scene)
+    graph, state, n = w.graph, w.state, w.state.n
+    if any(joint.armature != Quantity.ZERO for joint in scene.joints):
+        raise DerivationError(f"{scene.name}: rotors turn with their joints and are no bodies")
+    powers = _powers(w)
+    found: list[tuple[int, Form, Form, list[Expr]]] = []
+    q, u, a = state.q, state.qd, state.qdd
+    names = [Symbol(name) for name in scene.velocities]
+    pushed = [Symbol(acceleration_name(name)) for name in scene.velocities]
+    pairs = list(combinations(range(n), 2))
+    assert len(q) == n, "a quaternion has no closed forms"
+    for i in range(n):
+        inertia, weights = powers[i]
+        for k in range(n):
+            found.append((i, pushed[k], closed.form("k_z", i, k), [gradient(x, (a[k],))[0] for x in inertia]))
+        resting = substitute(inertia, dict.fromkeys(a, graph.zero))
+        slopes = [gradient(x, u) for x in resting]
+        for place, (j, k) in enumerate(pairs):
+            second = [gradient(slope[j], (u[k],))[0] for slope in slopes]
+            found.append((i, Form.product((names[j], names[k])), closed.form("k_C", i, place), second))
+        for k in range(n):
+            half = [gradient(slope[k], (u[k],))[0] / 2 for slope in slopes]
+            found.append((i, names[k].power(2), closed.form("k_D", i, k), half))
+        found.append((i, Number.ONE, closed.form("k_G", i), weights))
+    write = _writer(scene, w, [x for *_, shares in found for x in shares])
+    order = order_of(scene)
+    written = [Term(i, rates, order(form), tuple(map(write, shares))) for i, rates, form, shares in found]
+    return [
+        one for one in written if one.coefficient != Number.ZERO or any(share != Number.ZERO for share in one.shares)
+    ]
+
+
+def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
+    """Return for every velocity at unit size minus the power of inertia forces, and of weights, one a body."""
+    hanging, state, graph = w.hanging, w.state, w.graph
+    bodies = hanging.bivectors([[graph.zero] * len(hinge.S) for hinge in hanging.joints])
+    g = vector(w.scene.gravity, graph)
+    inertia: list[list[Expr]] = []
+    weights: list[list[Expr]] = []
+    for known, T, hinge, body in zip(bodies, hanging.frames, hanging.joints, w.scene.bodies, strict=True):
+        x, y, z = tangents(T.p, state.velocity)
+        v, omega = T.R.T @ (x, y, z), known.motion.w
+        rates = [[gradient(c, (u,))[0] for c in (*v, *omega)] for u in state.qd]
+        force, moment = known.inertia
+        inertia.append([-graph.total(f * c for f, c in zip((*force, *moment), row, strict=True)) for row in rates])
+        if known.body.m.is_zero:
+            weights.append([graph.zero] * state.n)
+            continue
+        centre = T.point(sub(w.centre_of_mass(body.name), hinge.place_on_child))
+        fall = tangents([dot(scale(known.body.m, g), centre)], state.velocity)[0]
+        weights.append([-gradient(fall, (u,))[0] for u in state.qd])
+    return [([one[i] for one in inertia], [one[i] for one in weights]) for i in range(state.n)]
+
+
+def _writer(scene: Scene, w: Workspace, nodes: Sequence[Expr]) -> Callable[[Expr], Form]:
+    state, parallel, order = w.state, angle_groups(scene, w.graph), order_of(scene)
+    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
+    values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
+    compact = Compactor(ring, parallel)
+    return lambda node: order(with_squares(compact(values[node])))
+
+
+def side_by_side(lesson: Prose) -> Step | None:
+    """Return the table of both formulations; None where there are no closed forms, or rows wider than a page."""
+    scene = lesson.scene
+    try:
+        terms = [] if scene.is_closed else terms_of_both(scene)
+    except DerivationError:
+        return None
+    if not terms or max(map(_width, terms)) > WIDEST:
+        return None
+    blocks: list[Block] = []
+    for i, drive in enumerate(scene.drives):
+        rows = [_row(lesson, one) for one in terms if one.velocity == i]
+        name = Symbol(drive) if drive else Symbol(scene.coordinates[i])
+        blocks += [
+            lesson.say("side.drive" if drive else "side.passive", name=name),
+            lesson.table(("side.rates", "lagrange", "dalembert"), rows),
+        ]
+    return Step("side", lesson.say("side"), tuple(blocks), lesson.say("side.reason"), "(5.18), (5.21)")
+
+
+def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
+    shares = [(k, form) for k, form in enumerate(term.shares, 1) if form != Number.ZERO]
+    said: list[Words] = []
+    for k, form in shares:
+        said.append(lesson.say("side.share", number=str(k), form=form))
+    rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
+    return rates, term.coefficient, _joined(said)
+
+
+def _joined(parts: Sequence[Words]) -> Words:
+    """Return sentences in a row."""
+    return Words(tuple(piece for k, one in enumerate(parts) for piece in (*(("; ",) if k else ()), *one.parts)))
+
+
+def _width(term: Term) -> int:
+    return sum(len(text_of(form)) for form in (term.coefficient, *term.shares))

@@ -1,0 +1,256 @@
+"""Steps: what each coefficient means, shown by computing it a second time from axes, levers and weights.
+
+n, o    unit vector and a point of a joint's axis, ground frame
+a_i     lever: velocity of a place for q̇_i = 1, n × (r - o) for a turn, n for a slide
+
+Nothing here differentiates an energy: k_z,ij = Σ m a_i·a_j + n_i·I n_j, k_G,i = -Σ m g·a_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.algebra import Form, Symbol
+from symdyn.dynamics.mechanism import vector
+from symdyn.emit.print import Printable
+from symdyn.graph import Expr
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.values import Joint
+from symdyn.spatial import Vec, cross, dot, sub, zero_vector
+from symdyn.teach.derivations.lagrange.equation_steps import node_of
+from symdyn.teach.derivations.lagrange.rates import rates_step
+from symdyn.teach.derivations.lagrange.velocities import folded, length
+from symdyn.teach.document import Block, Box, Formula, Step
+from symdyn.teach.lesson import Lesson, named
+from symdyn.teach.masses import AXES, Mass
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of coordinate i: direction n and point o in the ground frame; whether it slides; the joint."""
+
+    joint: Joint
+    n: Vec
+    o: Vec
+    slides: bool
+
+    def lever(self, place: Vec) -> Vec:
+        """Return the velocity of a place for q̇ = 1."""
+        return self.n if self.slides else cross(self.n, sub(place, self.o))
+
+
+def axes_of(lesson: Lesson) -> list[Axis | None]:
+    """Return the axis of every coordinate; None where it moves more than one simple joint."""
+    graph = lesson.graph
+    found: list[Axis | None] = []
+    for joint in lesson.scene.moving:
+        followed = any(j.coupling and j.coupling.coordinate in joint.coordinates for j in lesson.scene.joints)
+        kind = JOINTS[joint.type]
+        axis = kind.axis(joint)
+        if axis is None or followed:
+            found += [None] * len(joint.coordinates)
+            continue
+        T = lesson.placed[joint.parent] @ joint.origin.transform(graph)
+        found.append(Axis(joint, T.R @ unit(axis, graph), T.p, kind.slides(joint)))
+    return found
+
+
+def beyond(lesson: Lesson, joint: Joint, result: list[Mass]) -> list[Mass]:
+    """Return the masses that a joint carries."""
+    carrier = {j.child: j for j in lesson.scene.joints}
+
+    def carried(body: str) -> bool:
+        while body != Scene.GROUND:
+            if carrier[body] is joint:
+                return True
+            body = carrier[body].parent
+        return False
+
+    return [mass for mass in result if carried(mass.body.name)]
+
+
+def meaning_steps(lesson: Lesson, page: Printable, mass: list[Mass]) -> list[Step]:
+    """Return what k_z, k_C, k_D, k_G mean."""
+    axes = axes_of(lesson)
+    steps: list[Step] = []
+    for i, axis in enumerate(axes):
+        if axis is not None:
+            steps.append(_own_inertia(lesson, i, axis, mass))
+    pairs = [(i, j) for i in range(len(axes)) for j in range(i + 1, len(axes))]
+    for i, j in pairs:
+        first, second = axes[i], axes[j]
+        if first is None or second is None:
+            continue
+        key = f"k_z:{i + 1},{j + 1}"
+        if lesson.vanishes(node_of(lesson, key)):
+            way = "induced.none.slide" if first.slides else "induced.none"
+            said = lesson.say(way, name=Symbol(key), rate=named(lesson.state.qdd[j]), joint=first.joint.name)
+            steps.append(Step(f"meaning:{key}", said, ()))
+        else:
+            steps.append(_induced(lesson, (i, j), (first, second), mass))
+    if len(axes) > 1:
+        steps.append(rates_step(lesson, page, "k_D", mass))
+        steps.append(rates_step(lesson, page, "k_C", mass))
+    for i, axis in enumerate(axes):
+        if axis is not None and not lesson.vanishes(node_of(lesson, f"k_G:{i + 1}")):
+            steps.append(_weights(lesson, i, axis, mass))
+    carriers = [joint.name for joint in lesson.scene.moving for _ in joint.coordinates]
+    others = dict.fromkeys(name for name, axis in zip(carriers, axes, strict=True) if axis is None)
+    if others:
+        steps.append(Step("meaning:others", lesson.say("meaning.others", joints=", ".join(others)), ()))
+    return steps
+
+
+# k_z
+
+
+def _own_inertia(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step:
+    """Return k_z,ii as the moment of inertia of everything beyond axis i, or the mass that a slide carries."""
+    here, key, k_z = str(i + 1), f"J:{i + 1}", f"k_z:{i + 1},{i + 1}"
+    carried = beyond(lesson, axis.joint, result)
+    blocks: list[Block] = []
+    terms: list[Form] = []
+    node = lesson.graph.zero
+    for mass in carried:
+        share, part, shown = _inertia_about(lesson, axis, mass, here)
+        node = node + share
+        terms += part
+        blocks += shown
+    rotor = axis.joint.armature.express(lesson.graph)
+    if not rotor.is_zero:
+        node, terms = node + rotor, [*terms, lesson.short(rotor)]
+    lesson.name(key, "m" if axis.slides else "I", here, node=node)
+    number = lesson.number(f"J:{here}")
+    in_names, written_out = Form.sum(terms), lesson.short(node)
+    blocks.append(Formula(key, in_names, number))
+    if in_names != written_out:
+        blocks.append(folded(lesson, Formula(key, written_out)))
+    blocks.append(_check(lesson, k_z, key))
+    torque = f"Mz:{here},{here}"
+    qdd = lesson.state.qdd[i]
+    lesson.name(torque, "F" if axis.slides else "M", "z", here + here, node=node_of(lesson, k_z) * qdd)
+    moved, product = lesson.say("inertia.torque", rate=named(qdd)), Form.product((Symbol(k_z), named(qdd)))
+    blocks += [moved, Formula(torque, product, lesson.number(torque))]
+    kind = "mass" if axis.slides else "inertia"
+    tags = ", ".join(mass.tag for mass in carried)
+    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags)
+    reason, reference = lesson.once(f"{kind}.reason", Symbol(k_z)), lesson.reference(k_z, f"J:{here}", torque)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
+
+
+def _inertia_about(lesson: Lesson, axis: Axis, mass: Mass, here: str) -> tuple[Expr, list[Form], list[Block]]:
+    """Return the moment of inertia of one mass about an axis, its printed terms, and the formulas that they need."""
+    m = lesson.short(mass.m)
+    if axis.slides:
+        return mass.m, [m], []
+    lever = axis.lever(mass.place)
+    square, share = dot(lever, lever), lesson.graph.zero
+    terms: list[Form] = []
+    blocks: list[Block] = []
+    if not mass.m.is_zero and not lesson.vanishes(square):
+        key = f"r2:{mass.tag},{here}"
+        symbol = lesson.name(key, "r", mass.tag, here, node=square, power=2)
+        sides = _sides(lesson, axis, mass)
+        short = lesson.short(square)
+        blocks.append(folded(lesson, Formula(key, sides, "", short) if sides is not None else Formula(key, short)))
+        share, terms = share + mass.m * square, [Form.product((m, symbol))]
+    n = lesson.placed[mass.body.name].R.T @ axis.n
+    spin = dot(n, mass.inertia @ n)
+    if mass.h is not None:
+        spin = spin + 2 * dot(cross(axis.n, mass.h), lever)
+    if not lesson.vanishes(spin):
+        key = f"I:{mass.tag},{here}"
+        symbol = lesson.name(key, "I", mass.tag, here, node=spin)
+        blocks.append(folded(lesson, Formula(key, lesson.short(spin))))
+        share, terms = share + spin, [*terms, symbol]
+    return share, terms, blocks
+
+
+def _sides(lesson: Lesson, axis: Axis, mass: Mass) -> Form | None:
+    """Return x² + y² in names where the axis is an axis of the ground frame through its origin; else None."""
+    if not all(lesson.vanishes(x) for x in axis.o):
+        return None
+    along = [k for k in range(3) if not lesson.vanishes(axis.n[k])]
+    if len(along) != 1:
+        return None
+    across = [k for k in range(3) if k != along[0] and not lesson.vanishes(mass.place[k])]
+    return Form.sum(Symbol(f"{AXES[k]}:{mass.tag}").power(2) for k in across)
+
+
+def _check(lesson: Lesson, a: str, b: str) -> Box:
+    """Return the box that says that two values are one function, decided in the ring."""
+    equal = lesson.vanishes(node_of(lesson, a) - node_of(lesson, b))
+    assert equal, f"{a} and {b} differ: one of the two derivations is wrong"
+    key = "check.again" if "check.equal" in lesson.told else "check.equal"
+    lesson.told["check.equal"] = ""
+    return Box("check", lesson.say("check.title"), (lesson.say(key, first=Symbol(a), second=Symbol(b)),))
+
+
+def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], result: list[Mass]) -> Step:
+    """Return k_z,ij as the torque that q̈_j induces in axis i, and its symmetry."""
+    (i, j), (first, second) = at, axes
+    here, there = str(i + 1), str(j + 1)
+    k_z, twin = f"k_z:{here},{there}", f"k_z:{there},{here}"
+    both = [mass for mass in beyond(lesson, first.joint, result) if mass in beyond(lesson, second.joint, result)]
+    node, qdd = lesson.graph.zero, lesson.state.qdd[j]
+    for mass in both:
+        node = node + mass.m * dot(first.lever(mass.place), second.lever(mass.place)) + _coupled(lesson, axes, mass)
+    key = f"D:{here},{there}"
+    lesson.name(key, "N", here + there, node=node)
+    torque, back = f"Mz:{here},{there}", f"Mz:{there},{here}"
+    lesson.name(torque, "F" if first.slides else "M", "z", here + there, node=node_of(lesson, k_z) * qdd)
+    other = lesson.state.qdd[i]
+    lesson.name(back, "F" if second.slides else "M", "z", there + here, node=node_of(lesson, twin) * other)
+    blocks: list[Block] = [
+        Formula(torque, Form.product((Symbol(k_z), Symbol(str(qdd.value)))), lesson.number(torque)),
+        lesson.say("induced.how", rate=Symbol(str(qdd.value))),
+        folded(lesson, Formula(key, lesson.short(node))),
+        _check(lesson, k_z, key),
+    ]
+    rest = node_of(lesson, k_z) - node_of(lesson, f"k_z:{there},{there}")
+    parallel = not (first.slides or second.slides) and all(
+        lesson.vanishes(a - b) for a, b in zip(first.n, second.n, strict=True)
+    )
+    if parallel and not lesson.vanishes(rest) and length(short := lesson.short(rest)) < length(lesson.short(node)):
+        formula = Formula(
+            k_z, Form.sum((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}")
+        )
+        blocks += [lesson.say("induced.split"), formula]
+    blocks.append(Formula(back, Form.product((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
+    blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
+    claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
+    reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason", Symbol(k_z)), reference)
+
+
+def _coupled(lesson: Lesson, axes: tuple[Axis, Axis], mass: Mass) -> Expr:
+    """Return n_i·I n_j and what a first moment about the body frame's origin adds."""
+    graph, (first, second) = lesson.graph, axes
+    R = lesson.placed[mass.body.name].R
+    a, b = (zero_vector(graph) if axis.slides else axis.n for axis in axes)
+    term = dot(R.T @ a, mass.inertia @ (R.T @ b))
+    if mass.h is not None:
+        term = term + dot(cross(a, mass.h), second.lever(mass.place)) + dot(cross(b, mass.h), first.lever(mass.place))
+    return term
+
+
+# k_G
+
+
+def _weights(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step:
+    """Return k_G,i as what the drive holds at rest: minus the moment (or force along the slide) of all weights."""
+    here, graph = str(i + 1), lesson.graph
+    gravity = vector(lesson.scene.gravity, graph)
+    carried = beyond(lesson, axis.joint, result)
+    node = graph.zero
+    for mass in carried:
+        node = node - mass.m * dot(gravity, axis.lever(mass.place))
+        if mass.h is not None and not axis.slides:
+            node = node - dot(gravity, cross(axis.n, mass.h))
+    key = f"MG:{here}"
+    lesson.name(key, "F" if axis.slides else "M", "G", here, node=node)
+    blocks: list[Block] = [folded(lesson, Formula(key, lesson.short(node))), _check(lesson, f"k_G:{here}", key)]
+    claim = lesson.say("weights.slide" if axis.slides else "weights", name=Symbol(f"k_G:{here}"), joint=axis.joint.name)
+    reason = lesson.once("weights.slide.reason" if axis.slides else "weights.reason", Symbol(f"k_G:{here}"), drive=here)
+    return Step(f"meaning:k_G:{here}", claim, tuple(blocks), reason)
