@@ -62,9 +62,18 @@ def pytest_configure(config: pytest.Config) -> None:
                 shutil.rmtree(old, ignore_errors=True) if old.is_dir() else old.unlink(missing_ok=True)
 
 
+@pytest.hookimpl(tryfirst=True)  # before those are left out that are slow
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out, of quick runs, what starts programs; of long tests, all but a first case of several."""
+    """Leave out, of quick runs, what starts programs; of long tests, all but a first case of several.
+
+    Of a law that is tried on a wide set of scenes or seeds, what is not every n-th case is slow.
+    """
+    places: Counter[str] = Counter()
     for item in items:
+        if wide := item.get_closest_marker("wide"):
+            if places[_function(item)] % wide.args[0]:
+                item.add_marker(pytest.mark.slow)
+            places[_function(item)] += 1
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.runs("chromium"))
     if not config.getoption("--quick"):

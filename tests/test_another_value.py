@@ -68,6 +68,7 @@ def test_equations_at_other_values_are_those_of_a_scene_of_numbers(name: str) ->
         assert other.tell(told, 0.2, x) == pytest.approx(numbers.tell(told, 0.2, x), rel=1e-9, abs=1e-9), told
 
 
+@pytest.mark.wide(4)
 @pytest.mark.parametrize(
     "method", [name for name, one in METHODS.items() if importable(one.module) and one.finds_events]
 )

@@ -189,6 +189,7 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
         assert any(point["best"] for curve in curves for point in curve["points"])
 
 
+@pytest.mark.wide(4)
 @pytest.mark.runs
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rssr", "heavy_top"])
 def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward_errors(name):

@@ -74,6 +74,7 @@ def left_behind(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.wide(3)
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", [door for door in DOORS if door != "bench"])  # which has a cache of its own
 def test_a_cache_that_cannot_be_written_ends_no_work(tmp_path, door):
@@ -102,6 +103,7 @@ def test_a_full_disk_ends_no_work(tmp_path, door):
     assert "Traceback" not in talk
 
 
+@pytest.mark.wide(3)
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_missing_compiler_ends_no_work(tmp_path, door):

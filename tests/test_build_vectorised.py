@@ -65,6 +65,7 @@ def arm():
     return lower(derive(read(EXAMPLES / "arm7.toml"), outputs))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("compiler", REPORTS)
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("real", ["double", "float"])

@@ -158,6 +158,7 @@ CASES = [
 ]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(("name", "still"), CASES)
 def test_derivatives_are_differences_of_neighbours_on_the_manifold(name: str, still: bool) -> None:
     near = HARD[name]()

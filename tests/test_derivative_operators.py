@@ -206,6 +206,7 @@ def test_derivatives_by_parameters_are_what_differences_tend_to(name: str) -> No
 # Against each other
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("request_", DYNAMICS)

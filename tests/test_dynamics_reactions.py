@@ -96,6 +96,7 @@ def verdicts(scene, claims):
 # The whole system (5.18) and the laws
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED, rssr(), n_four_bar(2), bricard()], ids=by_name)
 def test_recursion_solves_the_whole_system(one):
@@ -106,6 +107,7 @@ def test_recursion_solves_the_whole_system(one):
     assert verdicts(one, claims) == {Verdict.PROVED}
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED], ids=by_name)
 def test_laws_of_reactions_are_proved(one):

@@ -105,6 +105,7 @@ def close(found, expected):
     return all(abs(a - b) < 1e-38 * scale for a, b in zip(found, expected, strict=True))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("formulation", formulations_of("mass_matrix"))
 def test_mass_matrix_is_what_sympy_finds(witness, formulation):

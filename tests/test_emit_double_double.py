@@ -162,6 +162,7 @@ def test_it_is_as_right_however_it_is_compiled(compiler, tmp_path):
     assert max(map(error, FLAGS)) < 1e-30
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])

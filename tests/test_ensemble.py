@@ -97,6 +97,7 @@ def bound(name: str) -> symdyn.Scene:
     return bind(scene, {p.name: 9.81 if p.name == "g" else 1.0 for p in scene.free_parameters})
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("name", TREES)
 def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     """Starts of the scene and off it, on every coordinate that is no quaternion and is not prescribed."""
@@ -129,6 +130,7 @@ def test_a_lane_is_a_run_of_simulate(name: str) -> None:
         assert abs(runs[measure][k] - expected) < 1e-5 * max(1.0, abs(one["kinetic_energy"]).max())
 
 
+@pytest.mark.wide(4)
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_closed_mechanism_is_run_one_by_one(name: str) -> None:
     scene = bound(name)
@@ -259,6 +261,7 @@ def test_a_stiff_system_is_left_to_implicit_methods() -> None:
     assert runs.complete.all()
 
 
+@pytest.mark.wide(4)
 @pytest.mark.parametrize("name", ["double_pendulum", "cart_pole", "two_link", "spatial_3r"])
 def test_series_lockstep_are_runs_of_simulate(name: str) -> None:
     """At rest and level too, where the last orders of a series vanish."""

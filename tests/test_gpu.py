@@ -55,6 +55,7 @@ def given(routine: Any, n: int, real: str) -> tuple[list[np.ndarray], list[np.nd
     return rows, columns
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("g++", "gcc")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["every_op", "two_link", "two_link prepared", "four_bar", "arm7"])

@@ -52,6 +52,7 @@ def test_the_map_gives_the_base_parameters(name):
     np.testing.assert_allclose(base @ known.map, whole, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "noise"), [("arm7", 0.5)])
 def test_cones_and_cholesky_factors_find_the_same(name, noise):
     known, estimate, covariance = _estimates(_bound(name), noise)

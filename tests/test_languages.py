@@ -159,6 +159,7 @@ CASES = [
 ]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize(("scene", "words"), CASES)
 def test_no_word_of_another_language_is_in_a_lesson(

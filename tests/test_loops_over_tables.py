@@ -82,6 +82,7 @@ def test_without_gravity_the_ground_stands_still() -> None:
     assert found.verdict == "proved"
 
 
+@pytest.mark.wide(4)
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -97,11 +98,12 @@ def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(
     assert [one.passed for one in found] == [True]
 
 
+@pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("seed", [SEEDS[0], *(pytest.param(seed, marks=pytest.mark.slow) for seed in SEEDS[1:])])
-def test_states_lockstep_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
+def test_states_in_lockstep_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
     scene = with_rotors(tree(seed, 24))
     over, plain = lower(formulate(scene, [name], loop, lines=False)), lower(formulate(scene, [name], lines))
     assert "a loop over a table" in str(emit(over, "c").texts)
@@ -117,6 +119,7 @@ def test_states_lockstep_are_those_one_by_one_and_those_of_lines(seed: int, name
     assert np.abs(many - other(*given)).max() <= 1e-11 * size.max()
 
 
+@pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -135,6 +138,7 @@ def long_tree(joints: int) -> Scene:
     return next(one for one in (tree(3, n) for n in range(joints, 2 * joints)) if len(one.velocities) == joints)
 
 
+@pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
 def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any(few: int, name: str, loop: str, lines: str) -> None:
@@ -155,6 +159,7 @@ def test_beside_functions_that_are_no_loops_the_text_is_that_of_all_together() -
     assert emit(one, "c").texts == emit(both, "c").texts
 
 
+@pytest.mark.wide(5)
 @pytest.mark.parametrize("target", [name for name, one in TARGETS.items() if not one.loops and one.functions is None])
 def test_languages_without_loops_get_lines(target: str) -> None:
     scene = tree(3, 9)
@@ -252,6 +257,7 @@ def test_every_loop_has_its_row_and_every_row_its_loop() -> None:
     assert formulations == set(TABLE_LOOPS)
 
 
+@pytest.mark.wide(3)
 @BOTH
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])
 @pytest.mark.parametrize("real", ["double", "float"])

@@ -104,7 +104,7 @@ def test_each_log_has_a_start_of_its_own() -> None:
     assert within(found, {"l": 0.55, "b": 0.02, "start 1 q1": 1.0, "start 2 q1": -0.5})
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_motion_that_forgets_its_start_is_cut_into_pieces() -> None:
     double = symdyn.example("double_pendulum")
     truth = {"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.1, "g": 9.81}

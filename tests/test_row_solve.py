@@ -87,6 +87,7 @@ def text_of(program: Program, real: str = "double", option: str = "") -> str:
     return "".join(emit(program, "c", real, option=option).texts.values())
 
 
+@pytest.mark.wide(2)
 @FEW
 @pytest.mark.long
 def test_rows_are_what_lines_compute(name: str) -> None:
@@ -103,6 +104,7 @@ def test_rows_are_what_lines_compute(name: str) -> None:
     assert RowLoop.of(routine.function) is RowLoop.of(routine.function)
 
 
+@pytest.mark.wide(3)
 @FEW
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -117,7 +119,7 @@ def test_c_is_within_the_bound_of_its_lines(name: str, real: str) -> None:
 
 @pytest.mark.long
 @pytest.mark.runs("cc")
-@pytest.mark.parametrize("largest", [6, 2])
+@pytest.mark.parametrize("largest", [2, pytest.param(6, marks=pytest.mark.slow)])
 def test_held_points_are_solved_by_minors_and_by_normal_equations(largest: int, monkeypatch: Any) -> None:
     for module in (dense, reduced_rows):
         monkeypatch.setattr(module, "CRAMER", largest)
@@ -169,6 +171,7 @@ def natural(function: Any, angle: float, rate: float) -> dict[str, Any]:
     return state
 
 
+@pytest.mark.wide(3)
 @FEW
 @pytest.mark.long
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])

@@ -247,6 +247,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
     assert abs(drift) < 1e-7 * max(1.0, abs(E))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("name", ["two_link", "double_pendulum", "heavy_top", "free_body", "four_bar", "governor"])
 def test_energy_is_held_to_a_billionth_over_a_minute(browser: Any, tmp_path: Path, name: str) -> None:
     with opened(browser, saved(scene_of(name), tmp_path)) as page:

@@ -139,6 +139,7 @@ def test_energies_conditions_and_equations_are_what_is_derived_by_hand(name: str
             assert worth(names[f"A:{k},{i + 1}"].node) == pytest.approx(by_hand(row[i]), abs=1e-12)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in HANDS])
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_every_formula_is_worth_its_name(name: str, language: str) -> None:

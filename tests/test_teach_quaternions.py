@@ -38,6 +38,7 @@ def worth(node: Expr | None) -> float:
     return float(evaluate([node], Floats(), values)[0])
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in NAMES])
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_every_formula_is_worth_its_name(name: str, language: str) -> None:

@@ -37,6 +37,7 @@ def point(document: Document, tree: Tree) -> dict[str, float]:
     return {name: 0.31 + sum(ord(x) * (k + 3) for k, x in enumerate(name)) % 89 / 61 for name in names}
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_every_quantity_of_a_lesson_is_what_sympy_derives(name: str) -> None:

@@ -108,6 +108,7 @@ def is_general(document: Document, block: Formula | Braced) -> bool:
     return any(one is not None and one.node is None and one.look is not None for one in named)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "formulation"),
