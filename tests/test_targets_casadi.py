@@ -16,7 +16,7 @@ import symdyn
 from symdyn.dynamics import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.targets.casadi import EXTERNAL, Block, jacobians
+from symdyn.emit.targets.casadi import EXTERNAL, JacobianBlock, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.runtime.run_casadi import run_casadi
@@ -63,12 +63,12 @@ def test_whole_derivatives_are_blocks_of_the_jacobian_and_single_ones_fill_what_
 
     assert jacobians(program, frozenset()) == {
         "inverse_dynamics": {
-            "q": Block(whole, 0, 2),
-            "qd": Block(whole, 2, 4),
-            "qdd": Block(whole, 4, 6),
-            "params": Block("inverse_dynamics_by_parameters", 0, 5),
+            "q": JacobianBlock(whole, 0, 2),
+            "qd": JacobianBlock(whole, 2, 4),
+            "qdd": JacobianBlock(whole, 4, 6),
+            "params": JacobianBlock("inverse_dynamics_by_parameters", 0, 5),
         },
-        "kinetic_energy": {"qd": Block("kinetic_energy_by_qd", 0, 2)},
+        "kinetic_energy": {"qd": JacobianBlock("kinetic_energy_by_qd", 0, 2)},
     }
 
 
