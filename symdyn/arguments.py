@@ -1,7 +1,7 @@
-"""Whether an entry point can take what it is called with, by the words of its own annotations.
+"""Whether a public function can take what it is called with, by the words of its own annotations.
 
-A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the entry point's file knows. What an annotation calls by
-another name, such as `Entries`, is left to the entry point, which reads it anyway.
+A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the function's file knows. What an annotation calls by
+another name, such as `Entries`, is left to the function, which reads it anyway.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ KINDS = {
 
 
 def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
-    """Return a list of what brackets hold; what can be walked but once is walked by the entry point."""
+    """Return a list of what brackets hold; what can be walked but once is walked by the function."""
     one = _kind(inside[0], known) if inside else None
 
     def takes(value: Any) -> bool:
@@ -126,7 +126,7 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
 
 
 def _by_name(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
-    """Return values by name; what each may be is read by the entry point, which knows the names."""
+    """Return values by name; what each may be is read by the function, which knows the names."""
     return KINDS["Mapping"]
 
 
@@ -173,7 +173,7 @@ OF_KINDS = {
 def check_arguments(
     function: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
 ) -> None:
-    """Raise an error that tells every argument of a kind that an entry point does not take, one line each.
+    """Raise an error that tells every argument of a kind that a function does not take, one line each.
 
     >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
     ...     check_arguments(fly, locals())
@@ -213,7 +213,7 @@ def walked(
 
 
 def doubles(*numbers: float | None) -> tuple[Any, ...]:
-    """Return numbers that an entry point takes, of any library, as Python's own, and None as None.
+    """Return numbers that a function takes, of any library, as Python's own, and None as None.
 
     >>> doubles(1, None)
     (1.0, None)
@@ -222,7 +222,7 @@ def doubles(*numbers: float | None) -> tuple[Any, ...]:
 
 
 def wholes(*numbers: int | None) -> tuple[Any, ...]:
-    """Return whole numbers that an entry point takes, of any library, as Python's own, and None as None.
+    """Return whole numbers that a function takes, of any library, as Python's own, and None as None.
 
     >>> wholes(1, None)
     (1, None)
@@ -231,7 +231,7 @@ def wholes(*numbers: int | None) -> tuple[Any, ...]:
 
 
 def flags(*told: bool | None) -> tuple[Any, ...]:
-    """Return what an entry point takes as true or false, of any library, as Python's own, and None as None.
+    """Return what a function takes as true or false, of any library, as Python's own, and None as None.
 
     >>> flags(1, None)
     (True, None)
@@ -241,7 +241,7 @@ def flags(*told: bool | None) -> tuple[Any, ...]:
 
 @cache
 def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
-    """Return what every argument of an entry point may be, of those whose kind is known."""
+    """Return what every argument of a function may be, of those whose kind is known."""
     bare: Any = inspect.unwrap(function)
     known = vars(sys.modules[bare.__module__])
     said = inspect.signature(bare).parameters.values()

@@ -1,4 +1,4 @@
-"""The outside entry point to SymPy: graphs as SymPy expressions; SymPy is imported when one is asked for."""
+"""Graphs as SymPy expressions, for users; SymPy is imported when one is asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run time against error of every function of a scene, in every implementation: the entry point is `bench`."""
+"""Run time against error of every function of a scene, in every implementation: the function `bench`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Pictures and animations of a scene: SVG and HTML text that needs nothing else, and files of many kinds.
 
-Entry points are imported when they are first used: a plot of a run needs none of them.
+Functions are imported when they are first used: a plot of a run needs none of those that draw mechanisms.
 """
 
 import lazy_loader

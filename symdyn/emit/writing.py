@@ -1,4 +1,4 @@
-"""The one place that puts files on disk, for all entry points: all of a file or nothing of it.
+"""The one place that puts files on disk, for all that write any: all of a file or nothing of it.
 
 Each is filled aside, in its own folder, and renamed, so that a reader sees the old contents or the new ones and never
 half of them, a full disk leaves nothing, and a link that stands where the file goes is replaced, not followed.

@@ -1,4 +1,4 @@
-"""The entry point `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
+"""The function `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
 
 Many motions are drawn (Sobol's sequence, moved at random), each scaled into the limits of positions and speeds; the
 best are improved (motion_search.py), and the best of those that keep all limits between samples too is returned.

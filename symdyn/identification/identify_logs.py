@@ -1,4 +1,4 @@
-"""The entry point `identify`: logs of motion and driving forces in, base parameters with standard errors out."""
+"""The function `identify`: logs of motion and driving forces in, base parameters with standard errors out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The entry points: the linear systems of a scene at a point, at all positions of rest, or along a run."""
+"""The functions that linearise: the linear systems of a scene at a point, at all positions of rest, or along a run."""
 
 from __future__ import annotations
 

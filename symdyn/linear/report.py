@@ -148,7 +148,7 @@ def _modes(system: Linearization) -> list[str]:
 
 
 HEAD = ("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape")
-"""What is told of a mode, by every entry point."""
+"""What is told of a mode, wherever one is told."""
 
 
 def eigenvalue(mode: Mode, system: Linearization) -> str:

@@ -1,4 +1,4 @@
-"""A system between samples, its inputs held: x(t + T) = Φ x(t) + Γ w(t), by two formulations.
+"""A system between samples, its inputs held: x(t + T) = Φ x(t) + Γ w(t), in two ways.
 
     exact        exp([A B; 0 0] T) = [Φ Γ; 0 1]                         at a point where A and B stay
     variations   d/dt [Φ Γ] = A(t) [Φ Γ] + [0 B(t)], Φ(0) = 1, Γ(0) = 0       along the motion from the point

@@ -172,7 +172,7 @@ def _written(
     q, u, a = along, each(state.qd), each(state.qdd)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
-    if not scene.is_closed and not own:  # by the formulation that costs least
+    if not scene.is_closed and not own:  # in the formulation that costs least
         direct = Candidates(w, "inverse_dynamics_derivatives").cheapest()
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]

@@ -1,4 +1,4 @@
-"""What a notebook shows of every noun that an entry point returns."""
+"""What a notebook shows of whatever users are given."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Builds: the only package that runs a compiler."""
+"""Compiles generated code, loads and runs it: the only package that starts a compiler."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The front entry point: a scene from any file that is understood, and its text in any format that is written."""
+"""A scene from any file that is understood, and its text in any format that is written."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ FileLike = str | PathLike[str] | Readable
 """A path, or an open file."""
 
 SceneLike = Scene | FileLike
-"""What every entry point takes for a scene."""
+"""What every function takes for a scene."""
 
 
 def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> Scene:

@@ -1,4 +1,4 @@
-"""Forces prescribed, motion computed: the entry point `simulate`."""
+"""Forces prescribed, motion computed: the function `simulate`."""
 
 from __future__ import annotations
 

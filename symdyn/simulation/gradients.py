@@ -1,4 +1,4 @@
-"""How the end of a run depends on its start and on parameters: the entry point `sensitivity`.
+"""How the end of a run depends on its start and on parameters: the function `sensitivity`.
 
     Φ = ∂(end)/∂(start, p)        by variational equations (forward) or by adjoints (backward), see `tape`
 

@@ -1,4 +1,4 @@
-"""Motion prescribed, driving forces computed: the entry point `inverse`.
+"""Motion prescribed, driving forces computed: the function `inverse`.
 
 In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
 points and frames have paths, coordinates follow these too (along_path.py).

@@ -74,7 +74,7 @@ def _sobol(lengths: Sequence[int], count: int, seed: int, first: int, last: int)
 
 
 def _quiet(sequence: Any, count: int) -> Array:
-    """Return points of a sequence, a number of which that is no power of two is told by the entry point alone."""
+    """Return points of a sequence, a number of which that is no power of two is told by `sweep` alone."""
     import warnings
 
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""Where the blocks of a study are computed, a row of `EXECUTORS` each, and the entry point to it."""
+"""Where the blocks of a study are computed, a row of `EXECUTORS` each."""
 
 from __future__ import annotations
 

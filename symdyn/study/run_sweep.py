@@ -1,4 +1,4 @@
-"""The entry points of this package: `sweep`, runs of one scene at many values, and `open`, a sweep that is on disk."""
+"""The functions `sweep`, runs of one scene at many values, and `open`, a sweep that is on disk."""
 
 from __future__ import annotations
 

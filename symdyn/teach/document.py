@@ -278,7 +278,7 @@ class Document:
         language: "en", "sk".
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
-        formulation: "lagrange" or "dalembert".
+        formulation: a key of `FORMULATIONS` in `lessons.py`.
     """
 
     title: str

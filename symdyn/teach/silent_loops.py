@@ -1,6 +1,6 @@
 """Loops, contacts and rows that tie nothing: a door's second hinge forbids what the first one forbids already.
 
-A mechanism of these alone moves as the open one, by Lagrange's formulation; one with others as well has multipliers of
+A mechanism of these alone moves as the open one, by Lagrange's method; one with others as well has multipliers of
 the others.
 """
 

@@ -1,4 +1,4 @@
-"""From a scene and what is asked of its motion to a problem in numbers: the entry point `collocation`."""
+"""From a scene and what is asked of its motion to a problem in numbers: the function `collocation`."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def taken(
 def claims_of(
     workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
 ) -> tuple[list[Claim], list[Unclaimed]]:
-    """Return that all formulations agree, that laws hold, and that the program is what the preferred formulations gave.
+    """Return that all formulations agree, that laws hold, and that the program is what the preferred ones gave.
 
     Beside them stand the derivations that the scene has not.
     """

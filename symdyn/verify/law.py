@@ -78,5 +78,5 @@ def of_loops(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
 
 
 def entries(w: Workspace, name: str) -> tuple[Expr, ...]:
-    """Return the entries of an output, by the formulation that code is generated from."""
+    """Return the entries of an output, in the formulation that code is generated from."""
     return derive_one(w, name).entries

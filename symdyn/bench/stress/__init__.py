@@ -1,4 +1,4 @@
-"""Hard cases with a metric and a bound each, one file a family; the entry point is `stress`."""
+"""Hard cases with a metric and a bound each, one file a family; `stress` runs them."""
 
 from __future__ import annotations
 

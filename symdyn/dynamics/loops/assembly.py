@@ -110,7 +110,7 @@ def closed_position(
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
-    """Return the mechanism with values of its free parameters, and a closed position.
+    """Return the witness at which something is decided: the mechanism with values of its parameters, a closed position.
 
     Values that `make` does not give are drawn until the loops close; DerivationError where they never do.
     """

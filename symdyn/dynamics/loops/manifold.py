@@ -7,8 +7,8 @@
     S         how velocities follow ξ at fixed v: S_i = 0, S_d = -G_d⁻¹ (Σ_k T_h,k X_k G) u
 
 Accelerations follow likewise: those of independent velocities are held or move alone, the others keep G u̇ + Ġ u = 0.
-The formulas hold wherever u and u̇ are, so that two formulations to them agree off the manifold too; on it they are T
-u_i differentiated.
+The formulas hold wherever u and u̇ are, so that two derivations of them agree off the manifold too; on it they are
+T u_i differentiated.
 
 Reference: Bayo and García de Jalón, Kinematic and Dynamic Simulation of Multibody Systems (1994), sections 3.5 and 8.2.
 """

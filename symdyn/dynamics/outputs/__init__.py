@@ -1,4 +1,4 @@
-"""The table of outputs, the formulations that derive each of them, and the entry point `derive`."""
+"""The table of outputs, the formulations of each of them, and the function `derive`."""
 
 import lazy_loader
 

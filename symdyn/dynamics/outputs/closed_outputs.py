@@ -159,7 +159,7 @@ _of_loops = partial(Output, in_loops="same", loops_only=True)
 
 
 def _both(of: Callable[[LoopWorkspace, Constraints], Sequence[Expr]]) -> dict[str, Formulation]:
-    """Return the two formulations to what follows from the rows."""
+    """Return the two formulations of what follows from the rows."""
     return {
         "recursive": Formulation(lambda w: of(w.loops, w.loops.recursive)),
         "differentiation": by_differentiation(lambda w: of(w.loops, w.loops.differentiated)),

@@ -1,4 +1,4 @@
-"""Derivatives of closed scenes along the manifold of their states: the formulations to them.
+"""Derivatives of closed scenes along the manifold of their states, in each formulation.
 
     ξ, v     independent positions, of the rows that hold positions; independent velocities, of all rows
     J        [∂f/∂ξ | ∂f/∂v | ∂f/∂τ], dependent positions and velocities (and accelerations) moving along
@@ -38,7 +38,7 @@ Entries = Callable[[Workspace], Sequence[Expr]]
 
 
 def manifold_of(w: Workspace, formulation: str) -> Manifold:
-    """Return the manifold by the formulation that derivatives of a name take."""
+    """Return the manifold as derivatives of a formulation take it."""
     return w.loops.differentiated_manifold if formulation == "lagrange" else w.loops.recursive_manifold
 
 
@@ -68,7 +68,7 @@ WAYS: dict[str, Callable[[Workspace, str, Sequence[str]], list[Seeds]]] = {
 """How symbols move, column by column, by name: from the formulation and the arguments."""
 
 
-# Formulations: each takes the name of a way, and the arguments along which derivatives are wanted
+# Formulations: each takes how symbols move, a key of `WAYS`, and the arguments along which derivatives are wanted
 
 
 def by_row(columns: Columns, rows: int) -> list[Expr]:

@@ -128,11 +128,11 @@ wanted, some of the output's in their order, and returns J row by row."""
 SOLVES: dict[tuple[str, str], Callable[[Workspace, Sequence[str]], RowSolve | None]] = {
     ("forward_dynamics", "recursive"): recursive_derivatives.forward_solve,
 }
-"""What J is solved from, by the names of an output and of a formulation to J."""
+"""What J is solved from, by the names of an output and of a formulation of J."""
 
 
 SIZES: dict[str, Size] = {"inverse_dynamics": Size((0, 37)), "forward_dynamics": Size((0, 45), 1.5)}
-"""What a block of J takes by the formulations of JACOBIANS."""
+"""What a block of J takes in the formulations of JACOBIANS."""
 
 EACH = 0.5
 """What a column of J takes by differentiation, in parts of the output."""

@@ -1,4 +1,4 @@
-"""From a scene to its equations: the entry point of this package."""
+"""From a scene to its equations: the function `derive`."""
 
 from __future__ import annotations
 

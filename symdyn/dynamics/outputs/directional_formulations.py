@@ -1,4 +1,4 @@
-"""Derivatives along one direction, of one weighted sum, and of second order: the formulations to them.
+"""Derivatives along one direction, of one weighted sum, and of second order: their formulations.
 
     J        derivatives of an output f along X_1 … X_N, a column each (see `derivative_outputs`)
     d        a direction of every argument: dq along the velocities, dqd, dqdd or dtau

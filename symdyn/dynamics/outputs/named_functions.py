@@ -57,7 +57,7 @@ class Function:
         shape: shape of the result; () for a scalar.
         entries: row-major, length = product of shape.
         units: unit of the result, one line.
-        formulation: which formulation derived it, e.g. "rnea".
+        formulation: which one derived it, e.g. "rnea".
         request: what to ask `derive` for, e.g. "pose:tool".
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
         labels: what its rows stand for, then its columns; () where nobody says.

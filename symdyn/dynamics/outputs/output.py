@@ -1,4 +1,4 @@
-"""One row of the table of outputs, and the formulations that lead to it: all that is true of an output stands here."""
+"""One row of the table of outputs, with its formulations: all that is true of an output stands here."""
 
 from __future__ import annotations
 
@@ -69,12 +69,12 @@ def by_loop(compute: Callable[..., Sequence[Expr]]) -> Formulation:
 
 
 def by_lagrange(derive: Callable[..., Sequence[Expr]]) -> Formulation:
-    """Return a formulation by Lagrange's equations, which grow fast."""
+    """Return a formulation that goes by Lagrange's equations, which grow fast."""
     return Formulation(derive, up_to=4)
 
 
 def by_differentiation(derive: Callable[..., Sequence[Expr]]) -> Formulation:
-    """Return a formulation by differentiation of placements in the ground frame, which grows fast."""
+    """Return a formulation that differentiates placements in the ground frame, which grows fast."""
     return Formulation(derive, up_to=8)
 
 

@@ -37,7 +37,7 @@ from symdyn.scene.forces import elastic
 
 
 def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Formulation]:
-    """Return the two formulations to how a body or a point moves."""
+    """Return the two formulations of how a body or a point moves."""
     return {
         "recursive": Formulation(lambda w, name: recursive(w.scene, w.tree, w.state, name)),
         "differentiation": by_differentiation(lambda w, name: differentiated(w.scene, name, w.graph)),

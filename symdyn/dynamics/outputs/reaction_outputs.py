@@ -34,7 +34,7 @@ def forward_reactions(
 ) -> list[Expr]:
     """Return reactions during the motion that driving forces give, with the multipliers of that motion.
 
-    `moved` are the formulations to accelerations of trees, to those of closed scenes, and to multipliers.
+    `moved` derive accelerations of trees, those of closed scenes, and multipliers.
     """
     from symdyn.dynamics.reactions.recursion import reactions
 

@@ -66,7 +66,7 @@ def _driven(w: Workspace, entries: Sequence[Expr], drives: Callable[[Workspace, 
 
 
 def _in_loops(recursive: Callable[[Workspace], list[Expr]], differentiated: Callable[[Workspace], list[Expr]]) -> Own:
-    """Return the row of scenes with loops, for the formulations to the regressor of a tree."""
+    """Return the row of scenes with loops, for the formulations of the regressor of a tree."""
     return Own(
         {
             "rnea": Formulation(lambda w: _driven(w, recursive(w), lambda _, forces: w.loops.drives_of(forces))),

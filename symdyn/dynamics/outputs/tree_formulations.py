@@ -1,6 +1,6 @@
-"""The formulations to the outputs of a tree: recursion from body to body, and Lagrange's equations.
+"""The formulations of the outputs of a tree: recursion from body to body, and Lagrange's equations.
 
-Each takes the workspace and returns the entries of a result, row by row; `outputs` says which result each derives.
+Each takes the workspace and returns the entries of a result, row by row; `output_table` says which result each derives.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def cheaper_forward(w: Workspace) -> str:
 
 
 def forward(w: Workspace) -> list[Expr]:
-    """Return q̈ by the formulation that is cheaper."""
+    """Return q̈ by CRBA or ABA, whichever is cheaper."""
     found: list[Expr] = w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
     return found
 

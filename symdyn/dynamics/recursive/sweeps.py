@@ -1,7 +1,7 @@
-"""A loop over a table of joints as sweeps from the ground to the tips or back: what each does at a joint, kind by kind.
+"""A loop over a table of joints as sweeps: what each does at a joint, kind by kind.
 
-Steps are expressions of the numbers of a row; C prints them, and `over_table` puts the numbers of a table into them,
-joint by joint: so what is proved of these expressions is proved of that loop.
+A sweep is a pass out to the tips or back. Its steps are expressions of the numbers of a row; C prints them, and
+`over_table` puts the numbers of a table into them: so what is proved of these expressions is proved of that loop.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What acts beside gravity and drives, along the tree: the recursive formulation to the forces of `loads`.
+"""What acts beside gravity and drives, along the tree: the recursive formulation of the forces of `loads`.
 
 A load is a wrench on one body, which the recursions take with them. What pulls two points A and B together acts on the
 joints between their bodies alone. Seen in the frame of move k, which carries B and not A,

@@ -1,4 +1,4 @@
-"""The entry point `equations`: the equations of motion of a scene, to be read or to be worked on with SymPy."""
+"""The function `equations`: the equations of motion of a scene, to be read or to be worked on with SymPy."""
 
 from __future__ import annotations
 

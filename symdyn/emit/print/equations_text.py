@@ -1,4 +1,4 @@
-"""The entry point of print: equations of motion, grouped one way or another, and base parameters, in every format."""
+"""Equations of motion as text, grouped one way or another, and base parameters, in every format."""
 
 from __future__ import annotations
 

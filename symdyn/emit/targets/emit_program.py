@@ -1,4 +1,4 @@
-"""The entry point of this package: a program in, the contents of files out."""
+"""The function `emit`: a program in, the contents of files out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many runs in one call: the entry point `ensemble`.
+"""Many runs in one call: the function `ensemble`.
 
 Runs are handed out in parts of a fixed number, so that the same runs give the same bytes on any number of threads.
 """

@@ -1,1 +1,1 @@
-"""Formulations from a scene to its equations, each as a lesson, and the entry point to them."""
+"""Ways from a scene to its equations, each as a lesson."""

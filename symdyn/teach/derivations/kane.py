@@ -1,4 +1,4 @@
-"""One line of comparison: Kane's form of an equation that Lagrange's formulation has derived.
+"""One line of comparison: Kane's form of an equation that Lagrange's method has derived.
 
     F_i = Σ m a · ∂v/∂q̇_i + Σ (I ω̇ + ω × I ω) · ∂ω/∂q̇_i + ∂P/∂q_i        sums over masses, ω and I in body axes
 

@@ -74,13 +74,13 @@ def walkthrough(
     """Return the derivation of a scene's equations as a document.
 
     Args:
-        scene: by Lagrange's formulation an open chain or tree with a closed form; with multipliers one with loops,
+        scene: by Lagrange's method an open chain or tree with a closed form; with multipliers one with loops,
             rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
         language: "en" or "sk".
         detail: "full", or "brief" without the steps that a second reading needs.
-        until: the last part, "" for all: on Lagrange's formulation "energies", "lagrangian", "equations",
+        until: the last part, "" for all: by Lagrange's method "energies", "lagrangian", "equations",
             "coefficients" or "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system"
-            or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; on D'Alembert's "count",
+            or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; by D'Alembert's "count",
             "bodies", "reactions" or "formulations".
         formulation: a key of `FORMULATIONS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions" or "dalembert"
             (5.1)-(5.20); "" for the first of them that is usual for the scene.

@@ -66,7 +66,7 @@ class Vectors:
 
 
 def vectors(w: Workspace, result: Found) -> Vectors:
-    """Return what arrows show, by what is `result` of a scene; reactions only where rigid bodies determine them all."""
+    """Return what arrows show of a scene, by its `result`; reactions only where rigid bodies determine them all."""
     moving, acting = list(_motions(w)), list(_actions(w, result))
     carried = _carried(w, result, _flat(row for _, row in moving))
     functions = []

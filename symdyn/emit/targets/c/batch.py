@@ -103,7 +103,7 @@ class BatchText:
 def batches(program: Program, page: Page, printer: Printer, real: Real, lockstep: bool) -> tuple[BatchText | None, ...]:
     """Return the batch code of every function of the page, None for one that is a loop over a table.
 
-    Where sines and cosines are taken `lockstep`, neighbouring rows of angles are handed over together.
+    Where sines and cosines are taken in `lockstep`, neighbouring rows of angles are handed over together.
 
     Raises:
         EmitError: a function is called as the batch code of another one will be.

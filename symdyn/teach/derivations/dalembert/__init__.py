@@ -1,1 +1,1 @@
-"""D'Alembert's formulation (5.1)-(5.20): bodies cut free, loops, equilibrium, all reactions."""
+"""D'Alembert's method (5.1)-(5.20): bodies cut free, loops, equilibrium, all reactions."""

@@ -48,10 +48,10 @@ def numbers_step(lesson: Balance, chosen: Chosen) -> Step:
 
 
 def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
-    """Return the proof over finite fields that both formulations give the same drives, and their numbers; None without.
+    """Return the proof over finite fields that both methods give the same drives, and their numbers; None without.
 
     Where there are no drives to compare, that is the proof of what holds of the reactions, and no word of another
-    formulation.
+    method.
     """
     drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.is_drive}
     if lesson.solved is not None:
@@ -92,7 +92,7 @@ def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
 
 
 def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Values:
-    """Return every drive at the chosen state by both formulations."""
+    """Return every drive at the chosen state by both methods."""
     x, _ = solved_at(lesson, chosen)
     values = chosen.of(*other.values())
     worst = max(abs(x[u] - value) for u, value in zip(other, values, strict=True))

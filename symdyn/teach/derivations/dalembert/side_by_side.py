@@ -1,4 +1,4 @@
-"""Both formulations side by side, term by term: Lagrange's coefficients, and what each body gives for them.
+"""Both methods side by side, term by term: Lagrange's coefficients, and what each body gives for them.
 
 Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each
 times its velocity for q̇_i = 1, leaves
@@ -119,7 +119,7 @@ def _writer(scene: Scene, w: Workspace, nodes: Sequence[Expr]) -> Callable[[Expr
 
 
 def side_by_side(lesson: Prose) -> Step | None:
-    """Return the table of both formulations; None where there are no closed forms, or rows wider than a page."""
+    """Return the table of both methods; None where there are no closed forms, or rows wider than a page."""
     scene = lesson.scene
     try:
         terms = [] if scene.is_closed else terms_of_both(scene)

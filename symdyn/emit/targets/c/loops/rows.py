@@ -50,7 +50,7 @@ class Room:
     Attributes:
         one: of one state.
         lanes: states side by side; 0 where they would not fit on the stack.
-        in lockstep: of these.
+        lockstep: of these, all at once.
     """
 
     one: int
