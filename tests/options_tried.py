@@ -70,6 +70,7 @@ MOVED: dict[str, Verb] = {
             "--bind": "mc=2 | --document",
             "--format": "text",
             "--as": "matrix",
+            "--formulation": "dalembert",
             "--angles": f"short | {TWO}",
             "--document": "",
             "--json": "",

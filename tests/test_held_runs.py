@@ -36,7 +36,7 @@ def test_every_way_to_the_mass_matrix_gives_the_same_one(axis, last):
     w = Workspace(arm(axis, last))
     wanted = [x for row in w.lagrange_mass for x in row]
     claims = [
-        Claim("M", way.__name__, "lagrange", [x for row in way(w.lean) for x in row], wanted)
+        Claim("M", way.__name__, "lagrange", [x for row in way(w.reduced) for x in row], wanted)
         for way in (crba, crba_in_runs)
     ]
 
@@ -45,7 +45,7 @@ def test_every_way_to_the_mass_matrix_gives_the_same_one(axis, last):
 
 @pytest.mark.parametrize(("axis", "held"), [(ACROSS, {2, 3}), (ALONG, set()), (AGAINST, set())])
 def test_a_run_is_held_where_the_ground_s_axis_lies_across_it(axis, held):
-    assert set(held_runs(Workspace(arm(axis, "revolute")).lean)) == held
+    assert set(held_runs(Workspace(arm(axis, "revolute")).reduced)) == held
 
 
 @pytest.mark.parametrize("last", ["revolute", "prismatic"])
@@ -55,8 +55,8 @@ def test_driving_forces_are_the_same_whether_last_bodies_turn_with_their_joints_
     wanted = derive_one(w, "inverse_dynamics", "lagrange").entries
     claims = [
         Claim("tau", f"held={tree is w.held}", "lagrange", rnea(tree, w.state.qd, w.state.qdd), wanted)
-        for tree in (w.lean, w.held)
+        for tree in (w.reduced, w.held)
     ]
 
-    assert (w.held.link[4] is not w.lean.link[4]) == (last == "revolute")
+    assert (w.held.link[4] is not w.reduced.link[4]) == (last == "revolute")
     assert {one.verdict for one in prove(claims, seed=1)[1]} == {"proved"}

@@ -106,7 +106,7 @@ def test_files_lie_in_their_folder_and_nowhere_else(tmp_path: Path) -> None:
 
 
 WRITES = {"write_bytes", "replace", "rename", "mkstemp", "NamedTemporaryFile", "TemporaryDirectory", "savetxt"}
-OWN = {  # beside the cache of compiled code, in build/
+OWN = {  # beside the cache of compiled code, in runtime/
     "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
     "draw/films.py": "a folder of its own, for ffmpeg",
@@ -130,7 +130,7 @@ def parsed() -> dict[str, list[ast.Call | ast.Import | ast.ImportFrom]]:
 
 def test_one_file_writes_for_all_doors() -> None:
     found = {name for name, nodes in parsed().items() if any(isinstance(x, ast.Call) and _writes(x) for x in nodes)}
-    assert {name for name in found if not name.startswith("build/")} == set(OWN)
+    assert {name for name in found if not name.startswith("runtime/")} == set(OWN)
 
 
 def _writes(call: ast.Call) -> bool:

@@ -103,7 +103,7 @@ def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("seed", [SEEDS[0], *(pytest.param(seed, marks=pytest.mark.slow) for seed in SEEDS[1:])])
-def test_states_in_lockstep_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
+def test_states_in_lockstep_are_those_one_by_one_and_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
     scene = with_rotors(tree(seed, 24))
     over, plain = lower(formulate(scene, [name], loop, lines=False)), lower(formulate(scene, [name], lines))
     assert "a loop over a table" in str(emit(over, "c").texts)

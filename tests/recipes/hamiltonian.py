@@ -15,7 +15,7 @@ def by_recursion(w: Workspace) -> list[Expr]:
     """Return H from the inertia matrix of composite bodies, and the heights of bodies along the tree."""
     pairs = [(i, j) for i in range(w.state.n) for j in range(w.state.n)]
     twice = w.graph.total(w.composite_mass[i][j] * w.state.qd[i] * w.state.qd[j] for i, j in pairs)
-    return [twice / 2 + potential_energy(w.lean) + w.elastic.energy]
+    return [twice / 2 + potential_energy(w.reduced) + w.elastic.energy]
 
 
 def by_definition(w: Workspace) -> list[Expr]:
