@@ -19,7 +19,7 @@ from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
-from symdyn.verify.special_positions import forward_findings, natural_places, reaction_findings
+from symdyn.verify.natural_positions import forward_findings, natural_places, reaction_findings
 
 ties_room = import_module(
     "symdyn.dynamics.reactions.closure_equations"

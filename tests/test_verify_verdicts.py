@@ -143,7 +143,7 @@ def test_a_law_that_compares_nothing_is_not_passed(monkeypatch: pytest.MonkeyPat
 @numpy_alone
 @pytest.mark.mends("30.class.verdicts")
 def test_closed_mechanisms_without_one_position_to_compare_at_are_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.verify.special_positions._at", lambda entries, values: None)
+    monkeypatch.setattr("symdyn.verify.natural_positions._at", lambda entries, values: None)
     found = certify(slider_crank(), ["forward_dynamics", "multipliers", "reactions"])
 
     assert not found.passed
@@ -156,7 +156,7 @@ def test_a_derived_entry_that_is_not_finite_where_the_equations_have_a_solution_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A crank determines its slider everywhere: a hole of the code is not forward dynamics that does not exist."""
-    natural = import_module("symdyn.verify.special_positions")
+    natural = import_module("symdyn.verify.natural_positions")
     scene, real, holes = slider_crank(), natural._at, [True]
 
     def with_a_hole(entries: Any, values: Any) -> Any:

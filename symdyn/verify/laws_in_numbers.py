@@ -14,7 +14,7 @@ from symdyn.runtime import RUNNERS
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Look, Looked, Seen
-from symdyn.verify.special_positions import forward_findings, reaction_findings
+from symdyn.verify.natural_positions import forward_findings, reaction_findings
 
 STATES = 50  # at which positive definiteness is looked at
 

@@ -34,7 +34,7 @@ from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
 from symdyn.verify.claims import taken
-from symdyn.verify.special_positions import lost_rank
+from symdyn.verify.natural_positions import lost_rank
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
