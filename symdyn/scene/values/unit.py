@@ -356,8 +356,7 @@ class _Reader:
 def in_si(value: Quantity, unit: Unit) -> Quantity:
     """Return a number of this unit in the coherent one, exactly.
 
-    >>> from symdyn.scene.values.quantity import number
-    >>> in_si(number(500), Unit.read("mm")).value
+    >>> in_si(Quantity.number(500), Unit.read("mm")).value
     Fraction(1, 2)
     """
     return _times_pi(folding.mul(folding.constant(unit.scale), value), unit.turns)
