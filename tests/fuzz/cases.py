@@ -96,7 +96,8 @@ def _sweep(rng: Random) -> tuple[list[str], dict[str, bytes]]:
              f"linspace({grammar.formula(rng, ('m1',))},2,2)", str(rng.choice(NASTY)))
         )  # fmt: skip
         words += ["--over", f"{rng.choice(('q1', 'q1_dot', 'm1', 'x', 'k', ''))}={values}"]
-    words += ["--count", "3"] if any(sign in " ".join(words) for sign in ("normal", "uniform", "tol")) else []
+    drawn = not words or any(sign in " ".join(words) for sign in ("normal", "uniform", "tol"))  # else tolerances may
+    words += ["--count", "3"] if drawn else []
     inside = rng.choice(("q1", "q1_dot", "kinetic_energy", grammar.formula(rng, ("t", "q1"))))
     words += ["--measure", rng.choice((f"max({inside})", f"end({inside}) - min(t)", inside, str(rng.choice(NASTY))))]
     words += ["-o", rng.choice(("a.csv", "a.zarr", "a.xyz"))] if chance(rng, 0.5) else []
