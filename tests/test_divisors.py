@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.dynamics import Unasked, Wanted, Workspace, derive_one, expected, formulations_of, of_place
+from symdyn.dynamics import Requested, Unasked, Workspace, derive_one, expected, formulations_of, of_place
 from symdyn.emit import emit
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
@@ -101,7 +101,7 @@ def test_no_divisor_is_zero_everywhere(path):
     workspace = Workspace(scene)
     wanted = [*expected(scene, Unasked.PROVED), *of_place(scene.bodies[-1].name, Unasked.PROVED)]
     seen = 0
-    for name in Wanted(workspace, tuple(wanted), ()).there(derive_one)[0]:
+    for name in Requested(workspace, tuple(wanted), ()).there(derive_one)[0]:
         for formulation in formulations_of(name, scene):
             entries = derive_one(workspace, name, formulation).entries
             divisors = [node.args[1] for node in reachable(entries) if node.op is Op.DIV]

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from symdyn.cli.frames_text import frame_texts
-from symdyn.dynamics import Equations, LoopChoices, Wanted, Workspace
+from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit.print import base_parameter_texts
 from symdyn.errors import DerivationError
@@ -27,7 +27,7 @@ MEASURED = 50
 def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     workspace = Workspace(scene, closing)
-    wanted = Wanted.of(workspace)
+    wanted = Requested.of(workspace)
     outputs, left_out = wanted.available()
     if workspace.state.n > wanted.LARGEST:  # deriving is most of the work, and the order of nodes counts for nothing
         equations = Equations(scene, workspace.graph, choose(workspace, outputs, formulation), closing)
@@ -111,9 +111,10 @@ def _written(letter: Letter) -> dict[str, str]:
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
     """Return what the functions cost, what can be prepared, and what was left out; and what many velocities forbid."""
     n, said, first, program = len(equations.scene.velocities), [], None, None
-    if n > Wanted.LARGEST:
+    if n > Requested.LARGEST:
         said.append(
-            f"operations are counted as derived, before passes over the code, for more than {Wanted.LARGEST} velocities"
+            "operations are counted as derived, before passes over the code, for more than "
+            f"{Requested.LARGEST} velocities"
         )
         bindings = count_derived(equations)
     else:

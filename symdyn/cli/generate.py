@@ -18,7 +18,7 @@ from symdyn.cli.scene_options import (
     say_values_alone,
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
-from symdyn.dynamics import Equations, LoopChoices, Wanted, Workspace, kept_in_lines
+from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write
 from symdyn.emit.code import REALS, ShortSines
 from symdyn.errors import EmitError
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
             asked = target.functions(scene)
         if options.static and target.tunes:
             raise EmitError(f"{scene.name}: target {target.name} ({target.text}) is about motion; leave --static out")
-        outputs, left_out = Wanted.of(Workspace(scene, closing)).available() if asked is None else (asked, [])
+        outputs, left_out = Requested.of(Workspace(scene, closing)).available() if asked is None else (asked, [])
         for reason in left_out:
             say(f"symdyn: {reason}")
         if asked is None and not scene.points:

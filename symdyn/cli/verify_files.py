@@ -16,7 +16,7 @@ from typing import NoReturn
 from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
-from symdyn.dynamics import Wanted, Workspace
+from symdyn.dynamics import Requested, Workspace
 from symdyn.emit import emit
 from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
@@ -160,7 +160,7 @@ def _of_command(
     closing = closing_of(requested, scene)
     progress("deriving")
     names = split(requested.functions)
-    outputs = Wanted.of(Workspace(scene, closing)).available()[0] if names is None else names
+    outputs = Requested.of(Workspace(scene, closing)).available()[0] if names is None else names
     equations = generate.equations_of(requested, scene, outputs, closing)
     program = lower(equations)
     if requested.prepare:

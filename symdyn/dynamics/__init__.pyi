@@ -18,6 +18,7 @@ from .outputs.named_functions import Argument as Argument, Equations as Equation
 from .outputs.output import Formulation as Formulation, Output as Output, Unasked as Unasked
 from .outputs.output_table import OUTPUTS as OUTPUTS
 from .outputs.regressor_outputs import linear_parameters as linear_parameters
+from .outputs.requested import Requested as Requested, available as available
 from .outputs.requests import (
     expected as expected,
     formulations_lacking as formulations_lacking,
@@ -34,7 +35,6 @@ from .outputs.unique_reactions import (
     reactions_at as reactions_at,
     unique_reactions as unique_reactions,
 )
-from .outputs.wanted import Wanted as Wanted, available as available
 from .outputs.workspace import Workspace as Workspace
 from .recursive.sweeps import Sweep as Sweep
 from .recursive.table_loops import TableLoop as TableLoop

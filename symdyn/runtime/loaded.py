@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, overload
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics import Function, LoopChoices, Wanted, Workspace, called, request_of, row_of
+from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
@@ -192,7 +192,7 @@ def _one_loaded(*settings: Any) -> NumericFunction:
 
 def usual(workspace: Workspace) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked; what may be lacking is then derived in the workspace."""
-    outputs, _ = Wanted.of(workspace).available()
+    outputs, _ = Requested.of(workspace).available()
     return tuple(name for name in outputs if not row_of(name)[0].is_large)
 
 

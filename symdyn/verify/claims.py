@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from symdyn.dynamics import (
     Function,
+    Requested,
     Unasked,
-    Wanted,
     Workspace,
     derive_one,
     formulations_lacking,
@@ -34,7 +34,7 @@ def taken(
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
         return outputs, choose(workspace, outputs, formulation), [], []
-    wanted = Wanted.of(workspace, Unasked.PROVED)
+    wanted = Requested.of(workspace, Unasked.PROVED)
     known_formulation(workspace.scene, wanted.outputs, formulation)
     functions: list[Function] = []
     why: dict[str, str] = {}

@@ -1,11 +1,5 @@
 """Names that `symdyn.scene.values` offers; each is imported when it is first used."""
 
-from .asked_units import (
-    as_written as as_written,
-    ask_for_units as ask_for_units,
-    in_si_here as in_si_here,
-    question as question,
-)
 from .body import Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
@@ -31,6 +25,12 @@ from .names import (
 )
 from .outline import OUTLINES as OUTLINES
 from .quantity import FormulaError as FormulaError
+from .requested_units import (
+    as_written as as_written,
+    ask_for_units as ask_for_units,
+    in_si_here as in_si_here,
+    question as question,
+)
 from .signals import LETTERS as LETTERS
 from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show

@@ -29,7 +29,7 @@ ASK = "ask with --functions"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Requested:
     """What a scene of its kind has unasked and that is not too large; whether all of it exists derivations tell.
 
     Attributes:
@@ -46,7 +46,7 @@ class Wanted:
     """Velocities up to which square matrices, and Jacobians of many points, are wanted unasked."""
 
     @classmethod
-    def of(cls, workspace: Workspace, by: Unasked = Unasked.WRITTEN) -> Wanted:
+    def of(cls, workspace: Workspace, by: Unasked = Unasked.WRITTEN) -> Requested:
         """Return what is wanted by who writes; who proves wants the last body's too, and what no one writes.
 
         Raises:
@@ -116,11 +116,11 @@ def available(
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
-    return Wanted.of(Workspace(scene, closing)).available()
+    return Requested.of(Workspace(scene, closing)).available()
 
 
 def _square(workspace: Workspace, requested: Sequence[str]) -> list[str]:
-    """Return the outputs that have more entries than a square matrix of `Wanted.LARGEST` rows; of points, all together.
+    """Return the outputs with more entries than a square matrix of `Requested.LARGEST` rows; of points, all together.
 
     What a scene may lack is a vector; what it has rows for is not known before.
     """
@@ -128,6 +128,6 @@ def _square(workspace: Workspace, requested: Sequence[str]) -> list[str]:
     sure = {name: row for name, row in rows.items() if row.lacks == "never"}
     sizes = {name: prod(max(1, len(axis(workspace))) for axis in row.axes) for name, row in sure.items()}
     of_points = [name for name, row in sure.items() if row.place]
-    if sum(sizes[name] for name in of_points) <= Wanted.LARGEST**2:
+    if sum(sizes[name] for name in of_points) <= Requested.LARGEST**2:
         of_points = []
-    return [name for name, size in sizes.items() if size > Wanted.LARGEST**2 or name in of_points]
+    return [name for name, size in sizes.items() if size > Requested.LARGEST**2 or name in of_points]
