@@ -130,6 +130,8 @@ def printed_text(
     """
     if formulation == "lagrange" and what != "base-parameters":
         return equations_text(scene, format, what, angles, document)
+    if angles != "long":
+        raise EmitError(f"{angles} angles are those of equations in closed form; leave --angles out")
     plain = scene.scene if isinstance(scene, ClosedForm) else scene
     if formulation == "lagrange":
         return _base_parameters(plain, format, document)
