@@ -120,14 +120,6 @@ def test_numbers_are_not_rounded_in_silence(capsys):
     assert "written in LaTeX and, without --document, as text" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("option", "told"), [("--angles short", "leave --angles out"), ("--as matrix", "leave --as out")]
-)
-def test_what_dalembert_s_system_does_not_take_is_refused(option, told, capsys):
-    assert main(["equations", "examples/two_link.toml", "--formulation", "dalembert", *option.split()]) == 1
-    assert told in capsys.readouterr().err
-
-
 def test_a_drive_called_like_a_reaction_keeps_its_name():
     rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], drive="F_rail_y")
     text = dalembert_lines(scene("cart", bodies=[body("cart", mass=1)], joints=[rail]))
