@@ -88,7 +88,7 @@ def judge(case: Case, folder: Path) -> Verdict:
     seconds = time.process_time() - start
     sign, words = (sign, words) if sign else searched(case, status, said, work)
     strays = sorted({path.name for path in folder.iterdir()} - {"case", "cache"})
-    if not sign and strays:
+    if not sign and strays and not any(".." in Path(word).parts for word in case.argv):  # who asks for it has it
         sign, words = "a file outside its folder", str(strays)
     os.chdir(folder)
     shutil.rmtree(work, ignore_errors=True)
