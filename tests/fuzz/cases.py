@@ -229,8 +229,14 @@ ENDLESS = ("watch",)
 """Options of commands that end with Ctrl-C alone."""
 
 
+LENGTHS = ("0", "0.01", "1 ms", "-1", "nan", "inf", "1e-300", "1e308", "later", "")
+"""How long runs last; one of 1e30 s is refused by nobody, says when it will end, and ends with Ctrl-C."""
+
+
 def _value(rng: Random, action: argparse.Action) -> str:
     """Return a value of an option, mostly one that it takes."""
+    if action.dest == "until":
+        return rng.choice(LENGTHS)
     if action.choices is not None and chance(rng, 0.9):
         return str(rng.choice(list(action.choices)))
     if chance(rng, 0.15):
