@@ -1,376 +1,311 @@
 "use strict";
-// Typed answers: a small reader of plain text and LaTeX, values in doubles, no evaluation of text as code.
+// Typed answers: read by the tables that the shell reads too, values in doubles, no evaluation of text as code.
 const Answers = (() => {
-  const {symbols, dotted, short, quantities, free, points, values, words, spellings, speeds, balances, mistakes, marks, pairs} = QUESTIONS;
+  const {symbols, dotted, short, quantities, free, points, values, words, grammar, speeds, balances, mistakes, marks, pairs} = QUESTIONS;
   const {drawn, twins, bound} = QUESTIONS;
-  const FUNCTIONS = {sin: Math.sin, cos: Math.cos, tan: Math.tan, sqrt: Math.sqrt, exp: Math.exp, log: Math.log, ln: Math.log, tanh: Math.tanh, abs: Math.abs};
-  const GREEK = {α: "alpha", β: "beta", γ: "gamma", δ: "delta", ε: "epsilon", ζ: "zeta", η: "eta", θ: "theta", ι: "iota", κ: "kappa", λ: "lambda", μ: "mu", ν: "nu", ξ: "xi", π: "pi", ρ: "rho", σ: "sigma", τ: "tau", υ: "upsilon", φ: "phi", χ: "chi", ψ: "psi", ω: "omega", ϑ: "theta", ϕ: "phi"};
-  const SILENT = /^\\(?:left|right|quad|qquad|[Bb]igg?[lr]?|displaystyle|[,;:! ])(?![A-Za-z])/;
-  const UPRIGHT = /^\\(?:mathrm|mathit|mathtt|text|operatorname)\{((?:[^{}]|\{[^{}]*\})*)\}/;
-  const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹", LOWERED = "₀₁₂₃₄₅₆₇₈₉";
-  const CLOSING = {"(": ")", "[": "]", "{": "}"};
+  const {letters, functions, commands, timeLetters, operators, closing, begins} = grammar;
   const has = (table, key) => Object.prototype.hasOwnProperty.call(table, key);
+  const sticks = (pattern, text, at) => { pattern.lastIndex = at; return pattern.exec(text); };
+  const compiled = (table, flags) => table.map(([pattern, ...rest]) => [new RegExp(pattern, flags), ...rest]);
+  const SPELLINGS = compiled(grammar.spellings, "gu"), TOKENS = compiled(grammar.tokens, "uy"), TIMES = compiled(grammar.times, "duy");
+  const GROUP = new RegExp(grammar.group, "uy"), INDEX = new RegExp(grammar.index, "uy"), BARE = new RegExp(grammar.bare, "gu"), OF_TIME = new RegExp(grammar.ofTime, "u");
+  const [SUM, PRODUCT, POWER] = ["+", "*", "^"].map(sign => operators[sign]);
 
   class Fault extends Error {
-    constructor(key, text, at) { super(key); this.key = key; this.text = text; this.at = at; }
+    constructor(key, text = "") { super(key); this.key = key; this.text = text; }
   }
 
-  // Plain letters: ẍ and q̇₁² become \ddot{x} and \dot{q}_{1}^{2}
+  // Letters and spellings of others, in the one way that is parsed
   function plain(text) {
-    let out = text.normalize("NFD").replace(/\s+/g, " ");
-    out = out.replace(/[⁰¹²³⁴⁵⁶⁷⁸⁹]+/g, run => "^{" + [...run].map(c => RAISED.indexOf(c)).join("") + "}");
-    out = out.replace(/[₀₁₂₃₄₅₆₇₈₉]+/g, run => "_{" + [...run].map(c => LOWERED.indexOf(c)).join("") + "}");
-    out = out.replace(/[·×∙⋅]/g, "*").replace(/[−–]/g, "-").replace(/[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]/g, c => `(${c.normalize("NFKD").replace("⁄", "/")})`).replace(/[′’]/g, "'").replace(/″/g, "''");
-    out = out.replace(/(\p{L})\u0308/gu, "\\ddot{$1}").replace(/(\p{L})\u0307\u0307/gu, "\\ddot{$1}").replace(/(\p{L})\u0307/gu, "\\dot{$1}");
-    return out.replace(/[\u0370-\u03ff]/g, c => has(GREEK, c) ? "\\" + GREEK[c] + " " : c);
-  }
-
-  // Spellings of other programs and of blackboards, by the table that the shell reads too
-  function spelled(text) {
     const by = name => {
       const dots = 2 * name.split("\\ddot").length + name.split("\\dot").length + name.split("'").length - 4;
       return name.replace(/\\d?dot(?![A-Za-z])|[\\{}_' ]/g, "") + "dot".repeat(dots);
     };
-    const equated = (_, inside) => {
+    const equated = inside => {
       let depth = 0;
       const at = [...inside].findIndex(c => { depth += "([{".includes(c) - ")]}".includes(c); return c === "," && depth === 0; });
       return at < 0 ? inside : inside.slice(0, at) + "=" + inside.slice(at + 1);
     };
-    const ways = {equation: equated, "": () => "", lower: found => found.toLowerCase(), $1: (_, inner) => inner, slope: (_, inner) => `slope${by(inner)} `, rate: (_, inner) => `rate${inner} `};
-    for (const [pattern, means] of spellings) text = text.replace(new RegExp(pattern, "gu"), (found, inner) => ways[means](found, inner));
+    const decomposed = letter => /^.[\u0307\u0308]*$/u.test(letter.normalize("NFD")) ? letter.normalize("NFD") : letter;
+    const ways = {
+      lower: found => found.toLowerCase(), letter: found => `\\${letters[found]} `, decomposed,
+      slope: (_, inner) => `slope${by(inner)} `, rate: (_, inner) => `rate${inner} `, equation: (_, inner) => equated(inner),
+    };
+    const filled = means => (found, inner) => means.replace("$1", () => inner).replace("$k", () => found.normalize("NFKD"));
+    for (const [pattern, means] of SPELLINGS) text = text.replace(pattern, has(ways, means) ? ways[means] : filled(means));
     return text;
   }
-  const WRAPPED = /\$+|\\[[\]()]|\\(?:begin|end)\{[^{}]*\}|\\\\|\\(?:label|tag)\{[^{}]*\}|\\(?:nonumber|notag)/g;
+
+  function tokens(source) {
+    const text = plain(source.replace(/\n/g, " ")), list = [];
+    let at = 0;
+    function index(optional) {
+      const found = sticks(INDEX, text, at);
+      if (!found[1] && !optional) throw new Fault("fault.here", "_");
+      at += found[0].length;
+      return found[1].replace(BARE, "");
+    }
+    function word(name) {
+      if (name.length > grammar.mostLetters) throw new Fault("fault.deep");
+      if (has(functions, name) && text[at] !== "_") return {kind: "function", text: functions[name]};
+      while (text[at] === "_") {
+        while (text[at + 1] === "_") at++;
+        name += index(name.length > 1);
+      }
+      let dots = 0;
+      while (dots < 2 && text[at] === "'") { dots++; at++; }
+      return {kind: name === "pi" && !dots ? "constant" : "word", text: name, dots};
+    }
+    function upright(command) {
+      const group = sticks(GROUP, text, at);
+      if (!group) throw new Fault("fault.character", command);
+      at += group[0].length;
+      return word(group[0].replace(BARE, ""));
+    }
+    while (at < text.length) {
+      const start = at;
+      let found = null, kind = TOKENS.find(([pattern]) => (found = sticks(pattern, text, at)))[1], name = found = found[0];
+      at += found.length;
+      if (kind === "command") [kind, name] = has(commands, found.slice(1)) ? commands[found.slice(1)] : ["unknown", found];
+      if (kind === "unknown" || kind === "step") throw new Fault("fault.character", found);
+      if (!kind || kind === "row" || (kind === "stop" && !/[,.:;]/.test(found))) continue;
+      const last = list[list.length - 1];
+      let token = {kind, text: name};
+      if (kind === "word") token = word(name);
+      else if (kind === "upright") token = upright(found);
+      else if (kind === "number") token.value = Number(found.replace("{,}", ".").replace(",", "."));
+      else if (kind === "sub") { at = start; token.text = index(false); }
+      else if (found === "**") token = {kind, text: "^", long: true};
+      if (kind === "close" && name === "}" && last && last.kind === "open" && last.text === "{") list.pop();
+      else list.push({...token, at: start});
+      if (list.length > 2000) throw new Fault("fault.deep");
+    }
+    return timeless(list);
+  }
+
+  // Functions of time and their derivatives, in primes
+  const moving = new Set(Object.entries(dotted).flatMap(([name, rates]) => [name, ...rates]));
+  const moves = word => has(symbols, word) && moving.has(symbols[word]);
+  function letter({kind, text}) {
+    const of = kind === "word" && text[0] === "d" && moves(text.slice(1));
+    if (kind === "word" && moves(text)) return text === "d" ? "e" : of ? "D" : "q";
+    if (of) return "E";
+    if (kind === "sub" || (kind === "number" && text !== "2")) return "_";
+    const known = kind === "command" ? "\\" + text : text;
+    return has(timeLetters, known) && (!has(symbols, text) || text === "d" || text === "t") ? timeLetters[known] : "w";
+  }
+  function timeless(list) {
+    let row = list.map(letter).join(""), found;
+    while ((found = OF_TIME.exec(row))) {
+      const [begin, end] = [found.index + found[1].length, found.index + found[0].length];
+      list.splice(begin, end - begin);
+      row = row.slice(0, begin) + row.slice(end);
+    }
+    const kept = [];
+    for (let at = 0; at < list.length;) {
+      const rule = TIMES.find(([pattern]) => (found = sticks(pattern, row, at)));
+      if (!rule) { kept.push(list[at++]); continue; }
+      if (found[1] === undefined) throw new Fault("fault.time");
+      const token = list[found.indices[1][0] + found[1].search(/[qeDE]/)], dots = [...found[1]].reduce((n, c) => n + (c === ".") + 2 * (c === ":"), rule[1]);
+      kept.push({...token, text: token.text.slice(rule[2]), dots: token.dots + dots});
+      at += found[0].length;
+    }
+    return kept;
+  }
 
   // The members of a chain of "=" that does not stand in brackets
   function members(source) {
-    let text = spelled(plain(source.replace(WRAPPED, " "))).replace(/[\s.;,]+$/, "");
-    const parts = [""];
+    const list = tokens(source), parts = [[]];
     let depth = 0;
-    for (const c of text) {
-      depth += "([{".includes(c) - ")]}".includes(c);
-      if (depth === 0 && c === "=") parts.push("");
-      else if (c !== "&") parts[parts.length - 1] += c;
+    while (list.length && list[list.length - 1].kind === "stop") list.pop();
+    for (const token of list) {
+      depth += (token.kind === "open") - (token.kind === "close");
+      if (depth === 0 && token.text === "=") parts.push([]); else parts[parts.length - 1].push(token);
     }
     return parts;
   }
   // Whether a member is the name of a result and nothing else
-  function label(text) {
-    const found = /^ *\\?([A-Za-z][A-Za-z0-9]*)((?:_(?:\{[^{}]*\}|[A-Za-z0-9]+))*) *(\^ *(?:2|\{ *2 *\}))? *$/.exec(text);
-    if (!found) return "";
-    const word = found[1] + bare(found[2]);
-    if (has(symbols, word)) return "";
-    const name = word + (found[3] ? "squared" : "");
+  function label([word, ...rest]) {
+    const power = rest.map(token => token.text).join("");
+    if (!word || word.kind !== "word" || word.dots || has(symbols, word.text) || !["", "^2", "^{2}"].includes(power)) return "";
+    const name = word.text + (power && "squared");
     return has(quantities, name) ? quantities[name] : "";
   }
 
-  const bare = index => index.replace(/\\(?:mathrm|mathit|text)(?![A-Za-z])/g, "").replace(/[\\{}_, ]/g, "");
-
-  function tokens(text) {
-    const found = [];
-    let at = 0;
-    const rest = () => text.slice(at);
-    const index = () => {
-      const m = /^_(\{(?:[^{}]|\{[^{}]*\})*\}|\\[A-Za-z]+|[A-Za-z0-9]+)/.exec(rest());
-      if (!m) throw new Fault("fault.here", "_", at);
-      at += m[0].length;
-      return bare(m[1]);
-    };
-    const word = (name, start) => {
-      while (text[at] === "_") name += index();
-      let dots = 0;
-      while (dots < 2 && text[at] === "'") { dots++; at++; }
-      found.push({kind: "word", text: name, at: start, dots});
-    };
-    while (at < text.length) {
-      const start = at;
-      let m;
-      if ((m = /^[ ~&]+/.exec(rest())) || (m = SILENT.exec(rest()))) { at += m[0].length; continue; }
-      if ((m = /^(?:\d+(?:(?:\.|\{,\}|,(?=\d))\d+)?(?:[eE][+-]?\d{1,3}(?![A-Za-z0-9_]))?|\.\d+)/.exec(rest()))) {
-        at += m[0].length;
-        found.push({kind: "number", text: m[0], value: Number(m[0].replace("{,}", ".").replace(",", ".")), at: start});
-      } else if ((m = UPRIGHT.exec(rest()))) {
-        at += m[0].length;
-        word(bare(m[1]), start);
-      } else if ((m = /^\\?([A-Za-z][A-Za-z0-9]*)/.exec(rest()))) {
-        let name = m[1];
-        const command = m[0][0] === "\\";
-        if (command) name = /^[A-Za-z]+/.exec(name)[0];
-        at += name.length + (command ? 1 : 0);
-        name = {tfrac: "frac", dfrac: "frac", varphi: "phi", vartheta: "theta", varepsilon: "epsilon"}[command ? name : ""] || name;
-        if (command && (name === "cdot" || name === "times")) found.push({kind: "op", text: "*", at: start});
-        else if (has(FUNCTIONS, name) && text[at] !== "_") found.push({kind: "function", text: name, at: start});
-        else if (command && ["frac", "dot", "ddot"].includes(name)) found.push({kind: "command", text: name, at: start});
-        else if (name === "pi" && !has(symbols, "pi")) found.push({kind: "number", text: "pi", value: Math.PI, at: start});
-        else if (command && !Object.values(GREEK).includes(name.toLowerCase())) throw new Fault("fault.character", "\\" + name, start);
-        else word(name, start);
-      } else if (rest().startsWith("**")) { at += 2; found.push({kind: "op", text: "^", long: true, at: start}); }
-      else if ("+-*/^".includes(text[at])) { at++; found.push({kind: "op", text: text[start], at: start}); }
-      else if (has(CLOSING, text[at])) { at++; found.push({kind: "open", text: text[start], at: start}); }
-      else if (")]}".includes(text[at])) { at++; found.push({kind: "close", text: text[start], at: start}); }
-      else if (text[at] === ",") { at++; found.push({kind: "comma", text: ",", at: start}); }
-      else if (text[at] === "_") found.push({kind: "sub", text: index(), at: start});
-      else throw new Fault("fault.character", [...rest()][0], start);
-      if (found.length > 2000) throw new Fault("fault.deep", "", start);
-    }
-    return found;
-  }
-
-  // Functions of time and their derivatives, in primes: q_2(t) is q_2, \frac{d}{dt} q_1 and Derivative(q1(t), t) are q_1'
-  const TIMES = ["(t)", "{(t)}", "[t]"].map(text => [...text]);
-  const CALLS = [[",t)", 1], [",t,t)", 2], [",(t,2))", 2], [",t,2)", 2]].map(([text, order]) => [[...text], order]);
-  function timeless(found) {
-    const moves = text => has(symbols, text) && Object.entries(dotted).some(([q, rates]) => [q, ...rates].includes(symbols[text]));
-    const fits = (list, at, ...patterns) => (patterns.find(one => one.every((text, i) => list[at + i] && list[at + i].text === text)) || []).length;
-    const list = [];
-    for (let at = 0; at < found.length;) {
-      const tail = list.filter(t => !["sub", "number"].includes(t.kind)).slice(-4).map(t => t.text);
-      const before = list.length && (list[list.length - 1].kind === "word" ? moves(list[list.length - 1].text)
-        : ["dot", "ddot"].includes(tail[0]) && tail[1] === "{" && tail[3] === "}");
-      const size = before ? fits(found, at, ...TIMES) : 0;
-      if (size) at += size; else list.push(found[at++]);
-    }
-    function word(at) {
-      const token = list[at];
-      if (!token) return null;
-      if (token.kind === "open" && token.text !== "[") {
-        const inside = word(at + 1);
-        return inside && list[inside[1]] && list[inside[1]].kind === "close" ? [inside[0], inside[1] + 1] : null;
-      }
-      if (token.kind === "command" && token.text.endsWith("dot")) {
-        const inside = word(at + 1);
-        return inside && [{...inside[0], dots: inside[0].dots + (token.text === "dot" ? 1 : 2)}, inside[1]];
-      }
-      return token.kind === "word" && moves(token.text) ? [token, at + 1] : null;
-    }
-    const derived = (token, inner, order, end) => {
-      if (!inner) throw new Fault("fault.time", "", token.at);
-      return [{...inner[0], dots: inner[0].dots + order}, Math.max(end, inner[1])];
-    };
-    function order(at, ...heads) {
-      const size = fits(list, at, ...heads);
-      if (!size) return [0, at];
-      const squared = fits(list, at + size, ["^", "{", "2", "}"], ["^", "2"]);
-      return [squared ? 2 : 1, at + size + squared];
-    }
-    const differential = token => token && token.kind === "word" && token.text[0] === "d" && moves(token.text.slice(1)) ? {...token, text: token.text.slice(1)} : null;
-    function fraction(at) {
-      if (list[at].kind !== "command" || !fits(list, at, ["frac", "{"])) return null;
-      let [above, end] = order(at + 2, ["d"]), inner = above ? word(end) : null;
-      const whole = above ? null : differential(list[at + 2]);
-      if (whole) { above = 1; inner = [whole, at + 3]; }
-      if (inner) end = inner[1];
-      if (!above || !fits(list, end, ["}", "{"])) return null;
-      const [below, last] = order(end + 2, ["d", "t"], ["dt"]);
-      return below === above && fits(list, last, ["}"]) ? derived(list[at], inner || word(last + 1), above, last + 1) : null;
-    }
-    function slash(at) {
-      if (list[at].kind !== "word" || has(symbols, "dt") || !fits(list, at + 1, ["/", "dt"])) return null;
-      if (list[at].text === "d") return derived(list[at], word(at + 3), 1, at + 3);
-      const whole = differential(list[at]);
-      return whole ? derived(list[at], [whole, at + 3], 1, at + 3) : null;
-    }
-    function call(at) {
-      if (!["Derivative", "diff", "Diff", "D"].includes(list[at].text) || has(symbols, list[at].text) || !fits(list, at + 1, ["("])) return null;
-      const inner = word(at + 2);
-      const pattern = inner && CALLS.find(([one]) => fits(list, inner[1], one));
-      return derived(list[at], pattern ? inner : null, pattern ? pattern[1] : 1, pattern ? inner[1] + pattern[0].length : at);
-    }
-    const kept = [];
-    for (let at = 0; at < list.length;) {
-      const taken = fraction(at) || slash(at) || call(at);
-      if (taken) { kept.push(taken[0]); at = taken[1]; } else kept.push(list[at++]);
-    }
-    if (kept.some(t => t.kind === "comma")) throw new Fault("fault.character", ",", kept.find(t => t.kind === "comma").at);
-    return kept;
-  }
-
   // Names: a whole word, or the one way to cut it into known pieces
+  const longest = Math.max(...[symbols, short, grammar.short].flatMap(Object.keys).map(word => word.length));
   function piece(word) {
     if (has(symbols, word)) return {name: symbols[word]};
-    if (has(short, word)) return {short: short[word]};
-    return null;
+    return has(short, word) ? {short: short[word]} : null;
   }
-  function read(word, at) {
+  function read(word) {
     const whole = piece(word);
     if (whole) return [whole];
-    if (has(quantities, word)) throw new Fault("fault.quantity", quantities[word], at);
-    const ends = {s: "sin", c: "cos", sin: "sin", cos: "cos"};
-    if (has(ends, word)) return [{function: ends[word]}];
+    if (has(quantities, word)) throw new Fault("fault.quantity", quantities[word]);
+    if (has(grammar.short, word)) return [{function: grammar.short[word]}];
     const ways = [[[]]];
-    for (let end = 1; end <= Math.min(word.length, 80); end++) {
+    for (let end = 1; end <= word.length; end++) {
       const here = [];
-      for (let start = 0; start < end; start++) {
-        let part = piece(word.slice(start, end));
-        if (!part && end === word.length && start && has(ends, word.slice(start))) part = {function: ends[word.slice(start)]};
-        if (part) for (const way of ways[start]) here.push([...way, part]);
+      for (let start = Math.max(0, end - longest); start < end; start++) {
+        const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
+        const part = piece(cut) || (ends ? {function: grammar.short[cut]} : null);
+        if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
       }
       ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
     }
-    const found = (ways[word.length] || []).filter((way, _, all) => way.length === all[0].length);
-    if (!found.length) throw new Fault("fault.name", word, at);
-    if (found.length > 1) throw new Fault("fault.ambiguous", word, at);
+    const found = ways[word.length].filter((way, _, all) => way.length === all[0].length);
+    if (found.length !== 1) throw new Fault(found.length ? "fault.ambiguous" : "fault.name", word);
     return found[0];
   }
 
-  // A formula becomes a function of a point
-  function formula(text) {
-    let list = tokens(text);
-    list = list.filter((t, i) => !(t.text === "{" && list[i + 1] && list[i + 1].text === "}") && !(t.text === "}" && i && list[i - 1].text === "{"));
-    list = timeless(list);
-    if (!list.length) throw new Fault("fault.empty", "", 0);
+  // Parts of a formula are numbers, or functions of a point
+  const at = (part, point) => typeof part === "number" ? part : part(point);
+  const lift = (apply, ...parts) => parts.every(part => typeof part === "number") ? apply(...parts) : p => apply(...parts.map(part => at(part, p)));
+  const times = parts => lift((...all) => all.reduce((a, b) => a * b), ...parts);
+  const plus = parts => {
+    if (parts.length === 1) return parts[0];
+    const total = p => parts.reduce((sum, part) => sum + at(part, p), 0);
+    return Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined});
+  };
+  const inverse = part => lift(x => 1 / x, part), minus = part => lift(x => -x, part);
+
+  function formula(given) {
+    const list = [...given];
+    if (!list.length) throw new Fault("fault.empty");
+    const stop = list.find(token => token.kind === "stop" || token.text === "=");
+    if (stop) throw new Fault("fault.character", stop.text);
     let next = 0, depth = 0;
     const peek = () => list[next];
     const sees = (kind, ...texts) => peek() && peek().kind === kind && (!texts.length || texts.includes(peek().text));
-    const take = () => { if (!peek()) throw new Fault("fault.end", "", text.length); return list[next++]; };
+    function take() {
+      if (!peek()) throw new Fault("fault.end");
+      return list[next++];
+    }
 
     function sum() {
-      if (++depth > 60) throw new Fault("fault.deep", "", peek() ? peek().at : text.length);
-      let negative = sees("op", "+", "-") && take().text === "-";
-      const terms = [];
-      for (;;) {
-        terms.push([negative ? -1 : 1, term()]);
-        if (!sees("op", "+", "-")) break;
-        negative = take().text === "-";
-      }
+      if (++depth > grammar.deepest) throw new Fault("fault.deep");
+      const value = joined(SUM);
       depth--;
-      return terms.length === 1 && terms[0][0] === 1 ? terms[0][1] : p => terms.reduce((total, [s, f]) => total + s * f(p), 0);
+      return value;
     }
-    function term() {
-      let value = factor(), divided = null;
-      for (;;) {
-        if (sees("op", "*")) { take(); value = times(value, signed()); divided = null; }
-        else if (sees("op", "/")) {
-          const slash = take(), number = sees("number"), above = value, below = signed();
-          value = p => above(p) / below(p);
-          divided = number ? null : slash;
-        } else if (peek() && ["number", "word", "open", "command", "function"].includes(peek().kind)) {
-          if (divided && peek().kind !== "function") throw new Fault("fault.division", "", divided.at);
-          value = times(value, factor());
-        } else return value;
+    // What operators of a binding power join; what binds closer is a part of it
+    function joined(power) {
+      if (power === POWER) return factor();
+      const parts = [power === SUM ? signed(PRODUCT) : joined(POWER)];
+      let divided = false;
+      for (let sign; operators[sign = operator()] === power;) {
+        if (!sign && divided && !sees("function")) throw new Fault("fault.division");
+        if (sign) take();
+        const part = sign && power === PRODUCT ? signed(POWER) : joined(power + 1);
+        if (sign) divided = sign === "/" && typeof part !== "number";
+        parts.push(sign === "/" ? inverse(part) : sign === "-" ? minus(part) : part);
       }
+      return power === SUM ? plus(parts) : times(parts);
     }
-    const times = (f, g) => p => f(p) * g(p);
-    function signed() {
-      if (!sees("op", "+", "-")) return factor();
-      const negative = take().text === "-", value = factor();
-      return negative ? p => -value(p) : value;
+    const operator = () => peek() && (begins.includes(peek().kind) ? "" : peek().kind === "op" ? peek().text : null);
+    function signed(power) {
+      const negative = sees("op", "+", "-") && take().text === "-", value = joined(power);
+      return negative ? minus(value) : value;
     }
     function factor() {
       const token = take();
-      if (token.kind === "number") return raised(() => token.value);
+      if (token.kind === "number") return raised(token.value);
+      if (token.kind === "constant") return raised(has(symbols, "pi") ? p => p[symbols.pi] : () => Math.PI);
       if (token.kind === "word") return word(token, token.dots);
       if (token.kind === "open") return raised(bracket(token));
-      if (token.kind === "function") return call(token, FUNCTIONS[token.text]);
-      if (token.kind === "command" && token.text === "frac") {
-        const above = group(), below = group();
-        return raised(p => above(p) / below(p));
-      }
-      if (token.kind === "command") return word(...accented(token));
-      throw new Fault("fault.here", token.text, token.at);
+      if (token.kind === "function") return call(token.text);
+      if (token.kind === "command") return command(token);
+      throw new Fault("fault.here", token.text);
     }
     function bracket(open) {
       const inner = sum();
-      if (!sees("close", CLOSING[open.text])) throw new Fault("fault.bracket", "", open.at);
+      if (!sees("close", closing[open.text])) throw new Fault("fault.bracket");
       take();
-      return inner;
+      return open.text === "\\lvert" ? lift(Math.abs, inner) : inner;
     }
+    // What stands in braces after a command; \frac12 takes single digits
     function group() {
       const token = take();
       if (token.kind === "open" && token.text === "{") return bracket(token);
-      if (token.kind === "number" && /^\d+$/.test(token.text)) {
-        if (token.text.length > 1) {
-          const left = token.text.slice(1);
-          list.splice(--next, 1, {kind: "number", text: left, value: Number(left), at: token.at + 1});
-        }
-        const digit = Number(token.text[0]);
-        return () => digit;
+      if (token.kind !== "number" || !/^\d+$/.test(token.text)) throw new Fault("fault.here", token.text);
+      const left = token.text.slice(1);
+      if (left) list.splice(--next, 1, {...token, text: left, value: Number(left), at: token.at + 1});
+      return Number(token.text[0]);
+    }
+    function command(token) {
+      if (token.text === "frac") {
+        const above = group();
+        return raised(times([above, inverse(group())]));
       }
-      throw new Fault("fault.here", token.text, token.at);
+      if (token.text.endsWith("dot")) return word(...accented(token));
+      const inner = group();
+      if ((sees("sub") || sees("op", "^")) && take().kind === "op") group();
+      return inner;
     }
     function accented(token) {
       const braced = sees("open", "{");
       if (braced) take();
       let name = take();
-      if (name.kind !== "word") throw new Fault("fault.here", name.text, name.at);
+      if (name.kind !== "word") throw new Fault("fault.here", name.text);
       if (braced) {
-        if (!sees("close", "}")) throw new Fault("fault.bracket", "", token.at);
+        if (!sees("close", "}")) throw new Fault("fault.bracket");
         const closed = take();
         const digit = sees("number") && peek().at === closed.at + 1 && !has(symbols, name.text) && has(symbols, name.text + peek().text);
         if (sees("sub") || digit) name = {...name, text: name.text + take().text};
       }
       return [name, token.text === "dot" ? 1 : 2];
     }
-    function call(token, apply) {
-      let power = 1;
-      if (sees("op", "^")) {
-        power = exponent(take());
-        if (power < 1) throw new Fault("fault.power", "", token.at);
-      }
-      if (!peek()) throw new Fault("fault.argument", "", token.at);
-      let inner, closed = false;
-      if (peek().kind === "open") { inner = bracket(take()); closed = true; }
-      else {
-        const factors = [];
-        while (sees("number") || sees("command", "frac")) factors.push(sees("number") ? (n => () => n)(take().value) : factor());
-        if (sees("word") || sees("command", "dot", "ddot")) {
-          const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
-          factors.push(product(name, read(name.text, name.at), dots));
-        }
-        if (!factors.length) throw new Fault("fault.argument", "", token.at);
-        inner = factors.reduce(times);
-        if (sees("op", "^")) throw new Fault("fault.argument", "", peek().at);
-      }
-      const value = p => apply(inner(p)) ** power;
+    function call(name) {
+      const power = sees("op", "^") ? exponent(take()) : 1;
+      if (power < 1) throw new Fault("fault.power");
+      const closed = sees("open"), inner = closed ? bracket(take()) : argument();
+      if (!closed && sees("op", "^")) throw new Fault("fault.argument");
+      const value = p => Math[name](at(inner, p)) ** power;
       return closed ? raised(value) : value;
     }
-    function word(token, dots) {
-      const pieces = read(token.text, token.at), last = pieces[pieces.length - 1];
-      if (last.function) {
-        const value = call(token, FUNCTIONS[last.function]);
-        return pieces.length > 1 ? times(product(token, pieces.slice(0, -1), dots), value) : value;
+    function argument() {
+      const factors = [];
+      while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? take().value : factor());
+      if (sees("word") || sees("command", "dot", "ddot")) {
+        const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
+        factors.push(product(name, read(name.text), dots));
       }
-      const end = raised(product(token, [last], pieces.length === 1 ? dots : 0));
-      return pieces.length > 1 ? times(product(token, pieces.slice(0, -1), dots), end) : end;
+      if (!factors.length) throw new Fault("fault.argument");
+      return times(factors);
+    }
+    function word(token, dots) {
+      const pieces = read(token.text), last = pieces.pop();
+      const before = pieces.length ? [product(token, pieces, dots)] : [];
+      return times([...before, last.function ? call(last.function) : raised(product(token, [last], pieces.length ? 0 : dots))]);
     }
     function product(token, pieces, dots) {
-      return pieces.map((part, i) => {
-        if (part.function) throw new Fault("fault.argument", "", token.at);
-        if (part.short) {
-          if (dots && !i) throw new Fault("fault.dots", token.text, token.at);
-          const [name, angles] = part.short;
-          return p => FUNCTIONS[name](angles.reduce((total, q) => total + p[q], 0));
-        }
-        let name = part.name;
-        if (dots && !i) {
-          if (!has(dotted, name)) throw new Fault("fault.dots", token.text, token.at);
-          name = dotted[name][dots - 1];
-        }
-        return p => p[name];
-      }).reduce(times);
+      return times(pieces.map((part, i) => {
+        if (part.function) throw new Fault("fault.argument");
+        const chain = part.name ? [part.name, ...(has(dotted, part.name) ? dotted[part.name] : [])] : [null];
+        if (dots && !i && dots >= chain.length) throw new Fault("fault.dots", token.text);
+        if (part.name) return p => p[chain[i ? 0 : dots]];
+        const [name, angles] = part.short;
+        return p => Math[name](angles.reduce((total, q) => total + p[q], 0));
+      }));
     }
     function raised(base) {
       if (!sees("op", "^")) return base;
       const power = exponent(take());
-      return p => base(p) ** power;
+      return lift(x => x ** power, base);
     }
     function exponent(caret) {
       const sign = sees("op", "-") ? -1 : 1;
       if (sees("op", "+", "-")) take();
-      const token = take();
-      let value = token.value;
-      if (token.kind === "open") {
-        const begin = next, inner = bracket(token);
-        if (list.slice(begin, next).some(t => t.kind === "word")) throw new Fault("fault.power", "", token.at);
-        value = inner({});
-      } else if (token.kind !== "number" || (token.text.length > 1 && !caret.long)) throw new Fault("fault.power", "", token.at);
-      if (!(Number.isInteger(value) && Math.abs(value) <= 32) && value !== 0.5) throw new Fault("fault.power", "", token.at);
+      const token = take(), inner = token.kind === "open" ? bracket(token) : token.value;
+      const value = typeof inner === "function" ? inner.number : inner;
+      if (token.kind === "number" && token.text.length > 1 && !caret.long) throw new Fault("fault.power");
+      if (!(Number.isInteger(value) && Math.abs(value) <= grammar.largestPower) && Math.abs(value) !== 0.5) throw new Fault("fault.power");
       return sign * value;
     }
 
     const value = sum();
-    if (peek()) throw new Fault("fault.here", peek().text, peek().at);
-    return value;
+    if (peek()) throw new Fault("fault.here", take().text);
+    return p => at(value, p);
   }
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
@@ -385,12 +320,12 @@ const Answers = (() => {
   const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
   function judge(key, source) {
     try {
-      if (source.length > 5000) throw new Fault("fault.deep", "", 0);
+      if (source.length > 5000) throw new Fault("fault.deep");
       const parts = members(source), named = parts.map(label);
       const last = parts.length - 1, formulas = [];
       parts.forEach((part, k) => {
         if (named[k] && parts.length > 1) return;
-        if (named[k]) throw new Fault("fault.quantity", named[k], 0);
+        if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {
           formulas.push(points.map(formula(part)));
         } catch (fault) {
@@ -398,7 +333,7 @@ const Answers = (() => {
           if (!onTheWay) throw fault;
         }
       });
-      if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean) || parts[0].trim(), 0);
+      if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
       if (!formulas.every(mine => mine.every(Number.isFinite))) return said(false, "answer.undefined");
       const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
       return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
@@ -470,5 +405,5 @@ const Answers = (() => {
     const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
     return row ? forgot(row) : said(false, "answer.wrong");
   }
-  return {formula: text => formula(spelled(plain(text))), judge};
+  return {formula: text => formula(tokens(text)), judge};
 })();

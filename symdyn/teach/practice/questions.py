@@ -14,9 +14,9 @@ from symdyn.teach.document import Blank, Document
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import FREE, quantities
 from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.grammar import PAGE
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.points import BOUND, DRAWN, SCALED, TWINS, Points, points_of
-from symdyn.teach.student.spellings import SPELLINGS
 from symdyn.teach.student.statements import SPEEDS
 from symdyn.teach.student.vocabulary import Names
 
@@ -42,12 +42,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
+        symbols: the scene's name of every way to write one, dotted: what they are with dots, short:
         shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.points`, values: of each
         question at every point, free: questions that a constant may be added to, balances: of equations what vanishes
         at every point, their drive, the acceleration that they are solved for, and whether forces stand beside the
         drive in front of the answer; mistakes: of each question rules and what they give at a few points (marks,
-        pairs), spellings: patterns, words.
+        pairs), grammar, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(requested)))
@@ -58,7 +58,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
     return {
         "symbols": dict(names.symbols),
-        "dotted": {q: list(rates) for q, rates in names.dotted.items()},
+        "dotted": names.derivatives,
         "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
         "drawn": DRAWN,
@@ -76,7 +76,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
-        "spellings": [list(row) for row in SPELLINGS],
+        "grammar": PAGE,
         "speeds": SPEEDS.pattern,
         "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
         | {"mistakes": dict(mistakes), "decimal": language_of(language).decimal},

@@ -1,11 +1,12 @@
-r"""From tokens to a form: recursive descent, bounded in depth and length. Nothing is evaluated.
+r"""From tokens to a form: by binding power, bounded in depth and length. Nothing is evaluated.
 
     sum       [+-] term ([+-] term)*
-    term      factor ([* /] factor)*         no sign between two factors is a product
+    term      factor ([* /] [+-] factor)*    no sign between two factors is a product
     factor    primary [^ exponent]
     primary   number, word, bracket, \frac{}{}, \sqrt{}, \dot q, sin of a bracket or of [number] word
 
-What two readers would read differently is refused: \cos q^2, a / b c.
+How close operators bind, and what functions there are, is said in `grammar`. What two readers would read differently is
+refused: \cos q^2, a / b c.
 """
 
 from __future__ import annotations
@@ -17,16 +18,15 @@ from fractions import Fraction
 from symdyn.algebra import Form, Function, Number, Pi, Symbol
 from symdyn.graph import Op
 from symdyn.scene.values import shorten
+from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS
 from symdyn.teach.student.source import Source
-from symdyn.teach.student.tokens import OPENING, Cursor, Token
+from symdyn.teach.student.tokens import Cursor, Token
 from symdyn.teach.student.vocabulary import Names
 
-DEEPEST = 60
-LARGEST_POWER = 32
 LARGEST = 10**60  # a number, or one over it
 TOO_LARGE = "a number beyond 1e60, or below 1e-60, has no place in a formula"
-UNARY = {name: Op[name.upper()] for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "abs", "sign")}
-UNARY |= {"tan": Op.SIN}
+SUM, PRODUCT, POWER = OPERATORS["+"], OPERATORS["*"], OPERATORS["^"]
+UNARY = {name: Op.SIN if name == "tan" else Op[name.upper()] for name in FUNCTIONS.values()}
 
 
 def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Form:
@@ -53,62 +53,66 @@ class _Parser(Cursor):
             raise self.fault(token, f"{token.text} does not fit here")
         return form
 
-    # The grammar
+    # Operators
 
     def sum(self) -> Form:
         self.depth += 1
         if self.depth > DEEPEST:
             raise self.fault(self.take(), f"brackets nest deeper than {DEEPEST} levels")
-        terms = []
-        sign = self.take().text if self.sees("op", "+", "-") else "+"
-        while True:
-            term = self.term()
-            terms.append(Form.product((Number.MINUS_ONE, term)) if sign == "-" else term)
-            if not self.sees("op", "+", "-"):
-                break
-            sign = self.take().text
+        form = self.joined(SUM)
         self.depth -= 1
-        return Form.sum(terms)
+        return form
 
-    def term(self) -> Form:
-        factors = self.factor()
+    def joined(self, power: int) -> Form:
+        """Return what operators of a binding power join; what binds closer is a part of it."""
+        if power == POWER:
+            return self.factor()
+        parts = [self.signed(PRODUCT) if power == SUM else self.joined(POWER)]
         divided: Token | None = None  # the last divisor, if it was a symbol: a / b c is ambiguous
-        while True:
-            if self.sees("op", "*"):
-                self.take()
-                factors, divided = Form.product((factors, self.signed())), None
-            elif self.sees("op", "/"):
-                slash = self.take()
-                below = self.signed()
-                if below == Number(Fraction(0)):
-                    raise self.fault(slash, "division by zero")
-                factors = Form.product((factors, _inverse(below)))
-                divided = None if isinstance(below, Number) else slash
-            elif self.starts_factor():
-                if divided is not None and not self.sees("command", *UNARY):  # g/l sin q is read in one way
-                    raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
-                factors = Form.product((factors, self.factor()))
-            else:
-                return factors
+        while (operator := self.operator()) is not None and OPERATORS[operator] == power:
+            if not operator and divided is not None and not self.sees("function"):  # g/l sin q is read in one way
+                raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
+            token = self.take() if operator else None
+            part = self.signed(POWER) if power == PRODUCT and operator else self.joined(power + 1)
+            if token is not None and operator == "/":
+                divided = None if isinstance(part, Number) else token
+                part = self.inverse(token, part)
+            elif operator:
+                divided = None
+            parts.append(_minus(part) if operator == "-" else part)
+        return Form.sum(parts) if power == SUM else Form.product(parts)
 
-    def starts_factor(self) -> bool:
-        return self.sees("number") or self.sees("word") or self.sees("open") or self.sees("command")
+    def operator(self) -> str | None:
+        """Return the operator that comes next, "" for a product without a sign, None for none."""
+        token = self.peek()
+        if token is None:
+            return None
+        return "" if token.kind in BEGINS else token.text if token.kind == "op" and token.text in OPERATORS else None
 
-    def signed(self) -> Form:
-        if self.sees("op", "+", "-"):
-            negative = self.take().text == "-"
-            factor = self.factor()
-            return Form.product((Number.MINUS_ONE, factor)) if negative else factor
-        return self.factor()
+    def signed(self, power: int) -> Form:
+        negative = self.sees("op", "+", "-") and self.take().text == "-"
+        form = self.joined(power)
+        return _minus(form) if negative else form
+
+    def inverse(self, token: Token, below: Form) -> Form:
+        if below == Number.ZERO:
+            raise self.fault(token, "division by zero")
+        return _inverse(below)
+
+    # Factors
 
     def factor(self) -> Form:
         token = self.take()
         if token.kind == "number":
             return self.raised(self.checked(token, Number(token.value)))
+        if token.kind == "constant":
+            return self.raised(Symbol(self.names.symbols["pi"]) if "pi" in self.names.symbols else Pi())
         if token.kind == "word":
             return self.word(token, token.dots)
         if token.kind == "open":
             return self.raised(self.bracket(token))
+        if token.kind == "function":
+            return self.function(token)
         if token.kind == "command":
             return self.command(token)
         if token.kind == "sub":
@@ -122,8 +126,8 @@ class _Parser(Cursor):
         closed = self.peek()
         if closed is None or closed.kind != "close":
             raise self.fault(opened, f"this {opened.text} is not closed")
-        if closed.text != OPENING[opened.text]:
-            raise self.fault(closed, f"{closed.text} closes {opened.text}; {OPENING[opened.text]} is expected")
+        if closed.text != CLOSING[opened.text]:
+            raise self.fault(closed, f"{closed.text} closes {opened.text}; {CLOSING[opened.text]} is expected")
         self.next += 1
         return Function(Op.ABS, (inner,)) if opened.text == "\\lvert" else inner
 
@@ -142,28 +146,21 @@ class _Parser(Cursor):
         raise self.fault(token, f"\\{of.text} needs braces: \\{of.text}{{...}}")
 
     def command(self, token: Token) -> Form:
-        name = token.text
-        if name == "pi":
-            return self.raised(Pi())
-        if name == "frac":
+        if token.text == "frac":
             above, below = self.group(token), self.group(token)
-            if below == Number(Fraction(0)):
-                raise self.fault(token, "division by zero")
-            return self.raised(Form.product((above, _inverse(below))))
-        if name in ("dot", "ddot"):
+            return self.raised(Form.product((above, self.inverse(token, below))))
+        if token.text in ("dot", "ddot"):
             return self.word(*self.dotted(token))
-        if name in ("underbrace", "overbrace"):
-            inner = self.group(token)
-            if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
-                self.group(token)
-            return inner
-        return self.function(token, UNARY[name], name == "tan")
+        inner = self.group(token)  # what is under a brace, or over it
+        if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
+            self.group(token)
+        return inner
 
-    def function(self, token: Token, op: Op, tangent: bool = False) -> Form:
+    def function(self, token: Token) -> Form:
         """Return a function of a bracket, or of a number times one name."""
         power = 1
         if self.sees("op", "^"):
-            power = self.exponent_of(self.take())
+            power = int(self.exponent(self.take(), half=False))
             if power < 1:
                 raise self.fault(
                     token, f"a negative exponent at {token.text} has two readings; write 1/{token.text}(...)"
@@ -177,16 +174,16 @@ class _Parser(Cursor):
             inner, bare = self.argument(token), True
         if bare and self.sees("op", "^"):
             raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
-        result: Form = Function(op, (inner,))
-        if tangent:
+        result: Form = Function(UNARY[token.text], (inner,))
+        if token.text == "tan":
             result = Form.product((result, Function(Op.COS, (inner,)).power(-1)))
         result = result.power(power)
         return result if bare else self.raised(result)
 
     def argument(self, of: Token) -> Form:
         factors: list[Form] = []
-        while self.sees("number") or self.sees("command", "frac", "pi"):
-            factors.append(self.command(self.take()) if self.sees("command") else Number(self.take().value))
+        while self.sees("number") or self.sees("command", "frac") or self.sees("constant"):
+            factors.append(Number(self.take().value) if self.sees("number") else self.factor())
         if self.sees("word"):
             token = self.take()
             factors.append(self.product(token, self.read(token), token.dots))
@@ -238,9 +235,8 @@ class _Parser(Cursor):
         pieces = self.read(token)
         last = pieces[-1]
         if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
-            name = replace(token, text="cos" if last.op is Op.COS else "sin")
             before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
-            return Form.product((*before, self.function(name, last.op)))
+            return Form.product((*before, self.function(replace(token, text=last.op.name.lower()))))
         *first, end = [self.product(token, [piece], dots if i == 0 else 0) for i, piece in enumerate(pieces)]
         return Form.product((*first, self.raised(end)))
 
@@ -268,50 +264,51 @@ class _Parser(Cursor):
         if not self.sees("op", "^"):
             return base
         caret = self.take()
-        if self.sees("op", "+", "-") or not self.half_ahead():
-            exponent = self.exponent_of(caret)
-            if base == Number(Fraction(0)) and exponent < 0:
-                raise self.fault(caret, "division by zero")
-            if isinstance(base, Number):
-                return self.checked(caret, Number(self.checked(caret, base).value ** exponent))
-            return base.power(exponent)
-        return Function(Op.SQRT, (base,))
+        exponent = self.exponent(caret)
+        if exponent.denominator == 2:
+            root = Function(Op.SQRT, (base,))
+            return root if exponent > 0 else self.inverse(caret, root)
+        if base == Number.ZERO and exponent < 0:
+            raise self.fault(caret, "division by zero")
+        if isinstance(base, Number):
+            return self.checked(caret, Number(self.checked(caret, base).value ** int(exponent)))
+        return base.power(int(exponent))
 
     def checked(self, token: Token, number: Number) -> Number:
         if _too_large(number):
             raise self.fault(token, TOO_LARGE)
         return number
 
-    def half_ahead(self) -> bool:
-        """Take the exponent if it is one half."""
-        start = self.next
-        if self.sees("open", "{", "("):
-            inner = self.bracket(self.take())
-            if inner == Number(Fraction(1, 2)):
-                return True
-        self.next = start
-        return False
-
-    def exponent_of(self, caret: Token) -> int:
-        """Return an integer exponent: a digit, digits in braces or brackets, or after **."""
+    def exponent(self, caret: Token, half: bool = True) -> Fraction:
+        """Return an exponent, an integer or one half: a digit, digits in brackets or after **."""
         sign = -1 if self.sees("op", "-") else 1
         if self.sees("op", "+", "-"):
             self.take()
         token = self.take()
-        value: Form = Number(token.value) if token.kind == "number" else Pi()
-        if token.kind == "open" and token.text in "{(":
-            value = self.bracket(token)
-        if not isinstance(value, Number) or value.value.denominator != 1 or abs(value.value) > LARGEST_POWER:
+        value = token.value if token.kind == "number" else None
+        if token.kind == "open":
+            value = _number(self.bracket(token))
+        if value is None or abs(value) > LARGEST_POWER or not (value.denominator == 1 or (half and abs(value) * 2 == 1)):
             raise self.fault(token, f"an exponent is an integer up to {LARGEST_POWER}, or 1/2; more of it in braces")
         if token.kind == "number" and len(token.text) > 1 and not self.source.text.startswith("**", caret.at):
             raise self.fault(token, f"{token.text} without braces has two readings; write ^{{{token.text}}}")
-        return sign * int(value.value)
+        return sign * value
 
 
 def _too_large(number: Number) -> bool:
     """Whether a number is larger than anything that is measured, or smaller."""
     size = abs(number.value)
     return size > LARGEST or 0 < size < Fraction(1, LARGEST)
+
+
+def _number(form: Form) -> Fraction | None:
+    """Return the value of a number, or of a sum of numbers; None of other forms."""
+    terms = [term.value for term in form.terms if isinstance(term, Number)]
+    return sum(terms, Fraction(0)) if len(terms) == len(form.terms) else None
+
+
+def _minus(form: Form) -> Form:
+    return Form.product((Number.MINUS_ONE, form))
 
 
 def _inverse(form: Form) -> Form:

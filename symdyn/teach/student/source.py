@@ -1,29 +1,20 @@
-r"""A student's text, in plain letters: Greek letters, dots, raised and lowered digits become commands, with positions.
+r"""A student's text in the one way that is parsed: what is spelled otherwise is replaced, with positions.
 
-θ̇₁²    \dot{\theta}_{1}^{2}        ½ m·h    (1/2) m*h        −    -
+θ̇₁²    \dot{\theta }_{1}^{2}        ½ m·h    (1/2) m*h        dL/dqd1    slopeqd1
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from symdyn.errors import TeachError
-from symdyn.scene.values import GREEK
-from symdyn.teach.student.spellings import replacements
+from symdyn.teach.student.grammar import LETTERS, SPELLINGS
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows
-
-RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-LOWERED = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
-SIGNS = {"·": "*", "×": "*", "∙": "*", "⋅": "*", "−": "-", "–": "-", "″": "''"}
-SIGNS |= {"\u00a0": " ", "\u2009": " ", "\u202f": " ", "\t": " ", "′": "'", "″": "''", "\r": " "}
-SIGNS |= {one: f"({unicodedata.normalize('NFKD', one).replace(chr(0x2044), '/')})" for one in "½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞"}
-DOTS = {"\u0307": "dot", "\u0308": "ddot"}
-_PIECES = re.compile(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[₀₁₂₃₄₅₆₇₈₉]+|.", re.DOTALL)
 
 _INSIDE = re.compile(
     r"\\begin\{(align|aligned|equation|gather|multline|eqnarray|displaymath|math|split)(\*?)\}(.*?)\\end\{\1\2\}"
@@ -82,16 +73,10 @@ def source(text: str, name: str = "text") -> Source:
         for found in _INSIDE.finditer(kept):
             mask[found.start() : found.end()] = kept[found.start() : found.end()]
         kept = "".join(new if new != " " or old != "\n" else "\n" for new, old in zip(mask, kept, strict=True))
-    plain: list[str] = []
-    at: list[int] = []
-    for piece, place in _pieces(kept):
-        plain.append(piece)
-        at += [place] * len(piece)
-    read = "".join(plain)
-    for begin, end, new in replacements(read):
-        at[begin:end] = [at[begin]] * len(new)
-        read = read[:begin] + new + read[end:]
-    return Source(name, text, read, (*at, len(text)), marked)
+    at = list(range(len(kept)))
+    for pattern, means in _SPELLINGS:
+        kept, at = _respelled(kept, at, pattern, means)
+    return Source(name, text, kept, (*at, len(text)), marked)
 
 
 def _without_comments(text: str) -> str:
@@ -99,38 +84,55 @@ def _without_comments(text: str) -> str:
     return re.sub(r"(?<!\\)%[^\n]*|#[^\n]*", lambda found: " " * len(found[0]), text)
 
 
-def _pieces(text: str) -> Iterator[tuple[str, int]]:
-    """Yield what each character, or run of raised or lowered digits, becomes and where it stood."""
-    at = 0
-    while at < len(text):
-        found = _PIECES.match(text, at)
-        assert found is not None, "a dot matches every character"
-        run, start = found[0], at
-        at = found.end()
-        if run[0] in "⁰¹²³⁴⁵⁶⁷⁸⁹⁻":
-            yield f"^{{{run.translate(RAISED)}}}", start
-        elif run[0] in "₀₁₂₃₄₅₆₇₈₉":
-            yield f"_{{{run.translate(LOWERED)}}}", start
-        elif run in SIGNS:
-            yield SIGNS[run], start
-        else:
-            base, *marks = list(unicodedata.normalize("NFD", run))
-            while at < len(text) and text[at] in DOTS:
-                marks.append(text[at])
-                at += 1
-            letter = _letter(base)
-            if marks and all(mark in DOTS for mark in marks):
-                accent = "ddot" if len(marks) == 2 else DOTS[marks[0]]
-                yield f"\\{accent}{{{letter}}}", start
-            else:
-                yield (letter if not marks else run), start
+# Spellings
+
+_SPELLINGS = [(re.compile(pattern, re.ASCII), means) for pattern, means in SPELLINGS]
 
 
-def _letter(character: str) -> str:
-    """Return a Greek letter as a command."""
-    if not "\u0370" <= character <= "\u03ff":
-        return character
-    name = unicodedata.name(character, "").split()
-    found = (name[-1].lower() if "SMALL" in name else name[-1].capitalize()) if name else ""
-    found = {"lamda": "lambda", "Lamda": "Lambda"}.get(found, found)
-    return f"\\{found} " if found in GREEK else character
+def _respelled(text: str, at: list[int], pattern: re.Pattern[str], means: str) -> tuple[str, list[int]]:
+    """Return a text with what a pattern finds spelled as it means, and where its characters stood."""
+    parts: list[str] = []
+    places: list[int] = []
+    end = 0
+    for found in pattern.finditer(text):
+        new = _meaning(means, found[0], found[1] if pattern.groups else "")
+        parts += [text[end : found.start()], new]
+        places += [*at[end : found.start()], *[at[found.start()]] * len(new)]
+        end = found.end()
+    return "".join((*parts, text[end:])), places + at[end:]
+
+
+def _meaning(means: str, result: str, inner: str) -> str:
+    ways: dict[str, Callable[[], str]] = {
+        "lower": result.lower,
+        "letter": lambda: f"\\{LETTERS[result]} ",
+        "decomposed": lambda: _decomposed(result),
+        "slope": lambda: f"slope{_bare(inner)} ",
+        "rate": lambda: f"rate{inner} ",
+        "equation": lambda: _equated(inner),
+    }
+    if means in ways:
+        return ways[means]()
+    return means.replace("$1", inner).replace("$k", unicodedata.normalize("NFKD", result))
+
+
+def _decomposed(letter: str) -> str:
+    """Return a letter with dots as the letter, then its dots; others as they are."""
+    parts = unicodedata.normalize("NFD", letter)
+    return parts if set(parts[1:]) <= {"\u0307", "\u0308"} else letter
+
+
+def _bare(by: str) -> str:
+    r"""Return what a derivative is taken by as one word: \dot{q}_1 and q_1' are q1dot."""
+    dots = 2 * by.count("\\ddot") + by.count("\\dot") + by.count("'")
+    return re.sub(r"\\d?dot(?![A-Za-z])|[\\{}_' ]", "", by) + "dot" * dots
+
+
+def _equated(inside: str) -> str:
+    """Return the two arguments of an equation with "=" between them: the comma that stands in no bracket."""
+    depth = 0
+    for k, letter in enumerate(inside):
+        depth += (letter in "([{") - (letter in ")]}")
+        if letter == "," and depth == 0:
+            return f"{inside[:k]}={inside[k + 1 :]}"
+    return inside

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from symdyn.algebra import Form
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
+from symdyn.teach.student.grammar import plain_index
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.source import Source, source
-from symdyn.teach.student.time_derivatives import without_time
-from symdyn.teach.student.tokens import Token, plain_index, tokens
+from symdyn.teach.student.tokens import Token, tokens, without_time
 from symdyn.teach.student.vocabulary import Names, Target
 
 SPEEDS = re.compile(r"d?[xyzrv][0-9]*[a-h]?[xyz]?(?:dot)?|omega[0-9]*[xyz]?|I[0-9]*|J[0-9]*")
@@ -58,7 +58,7 @@ def read_statements(
     names = Names(scene, others)
     statements = [
         statement
-        for chunk in _chunks(from_text, without_time(from_text, _without_empty(tokens(from_text)), names))
+        for chunk in _chunks(from_text, without_time(from_text, tokens(from_text), names))
         if (statement := _statement(from_text, chunk, names, target)) is not None
     ]
     if not statements:
@@ -74,7 +74,7 @@ def read_formula(text: str, scene: Scene, name: str = "answer") -> Form:
     """
     from_text = source(text, name)
     names = Names(scene)
-    found = without_time(from_text, _without_empty(tokens(from_text)), names)
+    found = without_time(from_text, tokens(from_text), names)
     found = [t for t in found if t.kind not in ("row", "stop")]
     start = next((i + 1 for i, t in enumerate(found) if t.kind == "op" and t.text == "="), 0)
     if not found[start:]:
@@ -94,17 +94,6 @@ def find_target(name: str, scene: Scene) -> Target:
         shown = ", ".join(dict.fromkeys(map(str, targets.values())))
         raise TeachError(f"{name} is no quantity of {scene.name}; there are {shown}")
     return found
-
-
-def _without_empty(result: Sequence[Token]) -> list[Token]:
-    """Return the tokens without {}, which only sets distances in LaTeX."""
-    kept: list[Token] = []
-    for token in result:
-        if token.kind == "close" and token.text == "}" and kept and kept[-1].text == "{" and kept[-1].kind == "open":
-            kept.pop()
-        else:
-            kept.append(token)
-    return kept
 
 
 def _chunks(from_text: Source, result: Sequence[Token]) -> Iterator[list[Token]]:

@@ -1,9 +1,9 @@
-r"""Tokens of a student's formula: the same for LaTeX and for plain text.
+r"""Tokens of a student's formula: the same for LaTeX and for plain text, by the tables of `grammar`.
 
 word      a name with its indices, as letters and digits alone: q_{1}, q1 and q_1 are "q1", \theta_1 is "theta1"
 sub       an index that follows a bracket or an accent
 number    exact; 0.5 and 0,5
-command   \frac, \sqrt, \dot, a function, a brace
+command   \frac, \dot, a brace                   function, constant      \sin, sin, pi
 open, close, op      brackets and + - * / ^ =
 row, stop            the end of a line; the end of a formula
 unknown              what has no place in a formula; its text says why
@@ -15,36 +15,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.errors import TeachError
-from symdyn.scene.values import GREEK
+from symdyn.teach.student.grammar import (
+    COMMANDS, FUNCTIONS, GROUP, INDEX, MOST_LETTERS, OF_TIME, TIME_LETTERS, TIMES, TOKENS, plain_index,
+)  # fmt: skip
 from symdyn.teach.student.source import Source
+from symdyn.teach.student.vocabulary import Names
 
-FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp", "log", "ln", "tanh", "abs", "sign", "sgn")
-COMMANDS = ("frac", "sqrt", "dot", "ddot", "underbrace", "overbrace")
-SILENT: tuple[str, ...]
-SILENT = ("quad", "qquad", "left", "right", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill")
-SILENT += tuple(f"{size}{side}" for size in ("big", "Big", "bigg", "Bigg") for side in ("", "l", "r"))
-OPENING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}", "\\lvert": "\\rvert"}
-UPRIGHT = ("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "text", "textrm", "operatorname", "textit", "boldsymbol")
-SAME = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "dfrac": "frac"}
-SAME |= {"tfrac": "frac", "cfrac": "frac", "sgn": "sign", "ln": "log", "vert": "lvert"}
-KINDS = {"op": "+-*/^=", "open": "([{", "close": ")]}", "stop": ",.:"}
-CHARACTERS = {character: kind for kind, characters in KINDS.items() for character in characters}
-MOST_DIGITS, MOST_LETTERS = 40, 200
+MOST_DIGITS = 40
 
-_SPACE = re.compile(r"[ ~&]+|\\[,;:! >]")
-_NUMBER = re.compile(r"\d+(?:(?:\.|\{,\}|,(?=\d))\d+)?(?:[eE][+-]?\d{1,3}(?![A-Za-z0-9_]))?|\.\d+")
-_WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*")
-_COMMAND = re.compile(r"\\([A-Za-z]+)")
-_EQUATION_NUMBER = re.compile(r"\\q?quad\s*\(\d+(?:\.\d+)*[a-z]?\)|\\(?:tag|label)\*?\{[^{}]*\}")
-_ENVIRONMENT = re.compile(r"\\(?:begin|end)\{[^{}]*\}(?:\{[^{}]*\})?|\$\$?|\\[\[\]()]|;|\n *\n")
-_ROW = re.compile(r"\\\\(?:\[[^\]]*\])?|\n")
-_GROUP = re.compile(r"\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}")
-_INDICES = (_GROUP, re.compile(r"\\[A-Za-z]+(?:\{[^{}]*\})?"), re.compile(r"[A-Za-z0-9]+"))
-_UNDERSCORES = re.compile("_+")
+_TOKENS = [(re.compile(pattern, re.ASCII), kind) for pattern, kind in TOKENS]
+_TIMES = [(re.compile(pattern), order, cut) for pattern, order, cut in TIMES]
+_GROUP, _INDEX, _OF_TIME = map(re.compile, (GROUP, INDEX, OF_TIME))
+_UNDERSCORES = re.compile("_*(?=_)")
 
 
 @dataclass(frozen=True)
@@ -59,18 +45,12 @@ class Token:
 
 
 def tokens(source: Source) -> list[Token]:
-    """Return the tokens of a text.
+    """Return the tokens of a text, without {}, which only sets distances in LaTeX.
 
     Raises:
         TeachError: an index, a brace or digits that cannot be right.
     """
     return _Lexer(source).run()
-
-
-def plain_index(text: str) -> str:
-    """Return an index as letters and digits alone: "{C,1,12}" is "C112"."""
-    bare = re.sub(r"\\(?:" + "|".join(UPRIGHT) + r")(?![A-Za-z])", "", text)
-    return re.sub(r"\\[,;:! ]|[\\{},_ ]", "", bare)
 
 
 class _Lexer:
@@ -80,89 +60,112 @@ class _Lexer:
 
     def run(self) -> list[Token]:
         while self.at < len(self.text):
-            self._next()
+            matches = ((kind, pattern.match(self.text, self.at)) for pattern, kind in _TOKENS)
+            self._next(*next((kind, match[0]) for kind, match in matches if match))
         return self.found
 
     def _add(self, kind: str, text: str, end: int, dots: int = 0, value: Fraction = Fraction(0)) -> None:
-        self.found.append(Token(kind, text, self.at, dots, value))
+        last = self.found[-1] if self.found else None
+        if kind == "close" and text == "}" and last and (last.kind, last.text) == ("open", "{"):
+            self.found.pop()
+        else:
+            self.found.append(Token(kind, text, self.at, dots, value))
         self.at = end
 
-    def _next(self) -> None:
-        text, at = self.text, self.at
-        for pattern, kind in ((_EQUATION_NUMBER, ""), (_ENVIRONMENT, "stop"), (_ROW, "row"), (_SPACE, "")):
-            if found := pattern.match(text, at):
-                if kind:
-                    self._add(kind, found[0], found.end())
-                else:
-                    self.at = found.end()
-                return
-        if found := _NUMBER.match(text, at):
-            if len(found[0]) > MOST_DIGITS:
-                raise self.source.fault(at, f"a number of {len(found[0])} characters; {MOST_DIGITS} are allowed")
-            plain = found[0].replace("{,}", ".").replace(",", ".")
-            self._add("number", found[0], found.end(), value=Fraction(plain))
-        elif found := _WORD.match(text, at):
-            self._word(found[0], found.end())
-        elif found := _COMMAND.match(text, at):
-            self._command(found[1], found.end())
-        elif text.startswith("**", at):
-            self._add("op", "^", at + 2)
-        elif text.startswith(("\\{", "\\}"), at):
-            self._add(CHARACTERS[text[at + 1]], text[at : at + 2], at + 2)
-        elif text[at] == "_":
-            index, end = self._index(at)
-            self._add("sub", index, end)
-        elif text[at] in CHARACTERS:
-            self._add(CHARACTERS[text[at]], text[at], at + 1)
+    def _next(self, kind: str, text: str) -> None:
+        at, end = self.at, self.at + len(text)
+        if kind == "command":
+            unknown = ("unknown", f"{text} is not known here; write the formula with \\frac, \\sin, \\dot")
+            kind, text = COMMANDS.get(text[1:], unknown)
+        elif kind == "unknown":
+            text = f"{text!r} has no place in a formula"
+        if kind == "number":
+            if len(text) > MOST_DIGITS:
+                raise self.source.fault(at, f"a number of {len(text)} characters; {MOST_DIGITS} are allowed")
+            self._add(kind, text, end, value=Fraction(text.replace("{,}", ".").replace(",", ".")))
+        elif kind == "word":
+            self._word(text, end)
+        elif kind == "upright":
+            group = _GROUP.match(self.text, end)
+            if not group:
+                raise self.source.fault(at, f"{self.text[at:end]} needs braces: {self.text[at:end]}{{m}}")
+            self._word(plain_index(group[0]), group.end())
+        elif kind == "step":
+            self._add("unknown", f"{self.text[at:end]}: carry it out first; results are compared, not steps", end)
+        elif kind == "sub":
+            self._add(kind, *self._index(at))
+        elif kind:
+            self._add(kind, "^" if text == "**" else text, end)
         else:
-            self._add("unknown", f"{text[at]!r} has no place in a formula", at + 1)
+            self.at = end
 
     def _word(self, name: str, end: int) -> None:
         if len(name) > MOST_LETTERS:
             raise self.source.fault(self.at, f"a name of {len(name)} characters; put spaces or * between factors")
-        if name in FUNCTIONS and (end >= len(self.text) or self.text[end] != "_"):
-            self._add("command", SAME.get(name, name), end)
+        if name in FUNCTIONS and not self.text.startswith("_", end):
+            self._add("function", FUNCTIONS[name], end)
             return
         while under := _UNDERSCORES.match(self.text, end):
-            index, end = self._index(under.end() - 1, optional=len(name) > 1)
+            index, end = self._index(under.end(), optional=len(name) > 1)
             name += index
         dots = 0
-        while dots < 2 and end < len(self.text) and self.text[end] == "'":
+        while dots < 2 and self.text.startswith("'", end):
             dots, end = dots + 1, end + 1
-        self._add("command" if name == "pi" and not dots else "word", name, end, dots)
+        self._add("constant" if name == "pi" and not dots else "word", name, end, dots)
 
     def _index(self, at: int, optional: bool = False) -> tuple[str, int]:
         """Return the index that begins with the underscore at `at`, and where it ends; names of code end in _ too."""
-        for pattern in _INDICES:
-            if found := pattern.match(self.text, at + 1):
-                return plain_index(found[0]), found.end()
-        if optional:
-            return "", at + 1
-        raise self.source.fault(at, "an index is missing; write q_1 or q_{12}")
+        found = _INDEX.match(self.text, at)
+        if found is None or not (found[1] or optional):
+            raise self.source.fault(at, "an index is missing; write q_1 or q_{12}")
+        return plain_index(found[1]), found.end()
 
-    def _command(self, name: str, end: int) -> None:
-        name = SAME.get(name, name)
-        if name in SILENT:
-            self.at = end
-        elif name in GREEK and name != "pi":
-            self._word(name, end)
-        elif name == "pi":
-            self._add("command", name, end)
-        elif name in UPRIGHT:
-            group = _GROUP.match(self.text, end)
-            if not group:
-                raise self.source.fault(self.at, f"\\{name} needs braces: \\{name}{{m}}")
-            self._word(plain_index(group[0]), group.end())
-        elif name in ("lvert", "rvert"):
-            self._add("open" if name == "lvert" else "close", f"\\{name}", end)
-        elif name in ("cdot", "times", "ast"):
-            self._add("op", "*", end)
-        elif name in FUNCTIONS or name in COMMANDS:
-            self._add("command", name, end)
-        elif name in ("partial", "int", "sum"):
-            self._add("unknown", f"\\{name}: carry it out first; results are compared, not steps", end)
-        else:
-            self._add("unknown", f"\\{name} is not known here; write the formula with \\frac, \\sin, \\dot", end)
+
+# Functions of time
+
+
+def without_time(source: Source, found: Sequence[Token], names: Names) -> list[Token]:
+    """Return the tokens with primes in place of derivatives with respect to time, and no "(t)" behind what moves.
+
+    Raises:
+        TeachError: the derivative of what is no coordinate, which is a step and no result.
+    """
+    kept, letters = list(found), "".join(_letter(token, names) for token in found)
+    while behind := [(match.end(1), match.end()) for match in _OF_TIME.finditer(letters)]:
+        for begin, end in reversed(behind):
+            del kept[begin:end]
+            letters = letters[:begin] + letters[end:]
+    timeless: list[Token] = []
+    at = 0
+    while at < len(kept):
+        rows = ((pattern.match(letters, at), order, cut) for pattern, order, cut in _TIMES)
+        match, order, cut = next((row for row in rows if row[0]), (None, 0, 0))
+        if match is None:
+            timeless.append(kept[at])
+            at += 1
+            continue
+        if match.lastindex is None:
+            raise source.fault(
+                kept[at].at, "derivatives are read of coordinates only; carry this one out first: results are compared"
+            )
+        accents = len(match[1]) - len(match[1].lstrip(".:({"))
+        word, dots = kept[match.start(1) + accents], match[1].count(".") + 2 * match[1].count(":")
+        timeless.append(replace(word, text=word.text[cut:], dots=word.dots + dots + order))
+        at = match.end()
+    return timeless
+
+
+def _letter(token: Token, names: Names) -> str:
+    """Return the letter of a token in patterns of time."""
+    text = token.text
+    if token.kind == "word" and names.moves(text):
+        return "e" if text == "d" else "D" if text[0] == "d" and names.moves(text[1:]) else "q"
+    if token.kind == "word" and text[:1] == "d" and names.moves(text[1:]):
+        return "E"
+    if token.kind == "sub" or (token.kind == "number" and text != "2"):
+        return "_"
+    known = text not in names.symbols or text in ("d", "t")
+    return TIME_LETTERS.get(f"\\{text}" if token.kind == "command" else text, "w") if known else "w"
 
 
 class Cursor:

@@ -21,12 +21,12 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import LONGEST, acceleration_name, velocity_name
 from symdyn.teach.masses import AXES, masses
-from symdyn.teach.student.tokens import plain_index
+from symdyn.teach.student.grammar import SHORT, plain_index
 from symdyn.unlocked import cached_property
 
 FEW = 9  # joints, while digits side by side are read as joint numbers
 FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes
-CIRCULAR = {"s": Op.SIN, "c": Op.COS, "sin": Op.SIN, "cos": Op.COS, "S": Op.SIN, "C": Op.COS}
+CIRCULAR = {letter: Op[name.upper()] for letter, name in SHORT.items()}
 
 
 @dataclass(frozen=True)
@@ -104,15 +104,21 @@ class Names:
         pairs = ((q, velocity_name(q)) for q in self.scene.coordinates)
         return {q: (u, acceleration_name(u)) for q, u in pairs if u in velocities}
 
+    @cached_property
+    def derivatives(self) -> Mapping[str, tuple[str, ...]]:
+        """Return what a symbol is with one dot, and with two, as far as these have names."""
+        beside = {name: (velocity_name(name),) for name in self.symbols.values() if velocity_name(name) in self.others}
+        return {u: (acceleration_name(u),) for u in self.scene.velocities} | beside | dict(self.dotted)
+
     def differentiated(self, name: str, dots: int) -> str | None:
         """Return the name of a symbol with dots; None if it has none."""
-        if dots == 0:
-            return name
-        if name in self.dotted:
-            return self.dotted[name][dots - 1] if dots <= 2 else None
-        if dots == 1 and velocity_name(name) in self.others:
-            return velocity_name(name)
-        return acceleration_name(name) if dots == 1 and name in self.scene.velocities else None
+        chain = (name, *self.derivatives.get(name, ()))
+        return chain[dots] if dots < len(chain) else None
+
+    def moves(self, word: str) -> bool:
+        """Whether a word is a coordinate, a velocity or an acceleration."""
+        name = self.symbols.get(word)
+        return name in self.dotted or name in self.rates
 
     def read(self, word: str) -> list[list[str | Form]]:
         """Return the ways to read a word, each a product of symbols, shorthands and, last, "s" or "c" of what follows.
