@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from symdyn.algebra import Floats
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.resources import folder
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
+from symdyn.teach.practice.questions import questions_of
 from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
+from symdyn.teach.student.grammar import FUNCTIONS, LETTERS, SHORT
+from symdyn.teach.student.statements import read_formula
 from symdyn.verdict import Verdict
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -120,3 +129,59 @@ def test_the_slope_of_the_kinetic_energy_that_was_forgotten_is_named(text: str) 
     told = in_words(check_derivation(text.format(without), ARM)[0])
 
     assert "dK/dq2" in " ".join(told)
+
+
+# The shell and a page read one grammar
+
+ALIKE = [
+    ("h1⁻¹", "1/h1"),
+    ("q1’ q1′ q1''", "q1'*q1'*q1''"),
+    ("m1\u3000h1\u2009g", "m1*h1*g"),
+    ("m1  /  2  h1", "m1*h1/2"),
+    (r"\frac{1}{2} \ m_1 \ast \mathbf{h}_1 \nonumber", "0.5*m1*h1"),
+    (r"\lvert -m_1 \rvert + \cfrac12 + \underbrace{h_1}_{arm}", "m1 + 1/2 + h1"),
+    ("m1/(2) h1 + m1/(-2) h1", "0*m1"),
+    ("h1**0.5 + h1^{1/2} + h1**-0.5", "2*sqrt(h1) + 1/sqrt(h1)"),
+    ("h1^{1+1} + h1^[2]", "2*h1*h1"),
+    ("S q_1 + C q_1 + s q_1 c_{12}", "sin(q1) + cos(q1) + sin(q1)*cos(q1 + q2)"),
+    ("ϑ₁ + θ̇₂ + q̈₁ - q̈₁", "q1 + q2'"),
+    (r"\operatorname{h}_{\mathrm{1}} m_{\operatorname{2}}", "h1*m2"),
+    *((f"{name}(q_1/3)", f"{function}(q1/3)") for name, function in FUNCTIONS.items()),
+    *((rf"\{name}^2 q_1", f"{function}(q1)*{function}(q1)") for name, function in FUNCTIONS.items()),
+    *((f"{letter}_1", f"{function}(q1)") for letter, function in SHORT.items()),
+]
+"""Spellings that one of both read in another way, or not at all, and rows of their tables."""
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_page_reads_every_spelling_as_the_shell_does() -> None:
+    asked = questions_of(ARM, {"K:": ("K:", read_formula("m1", ARM))}, "en")
+    checker = (folder("templates") / "teach" / "answers.js").read_text(encoding="utf-8")
+    read_there = "text => { const read = Answers.formula(text); return QUESTIONS.points.map(read); }"
+    program = f"const QUESTIONS={json.dumps(asked)};\n{checker}\n"
+    program += f"console.log(JSON.stringify({json.dumps([text for text, _ in ALIKE])}.map({read_there})));"
+
+    done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
+
+    for (text, plain), there in zip(ALIKE, json.loads(done.stdout), strict=True):
+        same = read_formula(plain, ARM).express(Graph())
+        node = read_formula(text, ARM).express(Graph())
+        for point, value in zip(asked["points"], there, strict=True):
+            values = [
+                evaluate([one], Floats(), {x: point[str(x.value)] for x in reachable([one]) if x.op is Op.SYMBOL})[0]
+                for one in (same, node)
+            ]
+            assert values == pytest.approx([value, value], rel=1e-9, abs=1e-12), text
+
+
+def test_every_letter_is_read_as_its_command() -> None:
+    names = sorted({f"{name}_0" for name in LETTERS.values()})
+    greek = read_text(
+        f"[parameters]\n{chr(10).join(f'{name} = {{}}' for name in names)}\n[joints.a]\ntype = 'revolute'\n"
+        f"parent = 'ground'\nchild = 'b'\naxis = [0, 0, 1]\n[bodies.b]\nmass = '{' + '.join(names)}'\n",
+        "greek",
+    )
+
+    for letter, name in LETTERS.items():
+        assert read_formula(f"{letter}₀ + {letter}_{{0}}", greek) == read_formula(rf"\{name}_0 + {name}0", greek)

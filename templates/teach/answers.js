@@ -87,12 +87,13 @@ const Answers = (() => {
   const moving = new Set(Object.entries(dotted).flatMap(([name, rates]) => [name, ...rates]));
   const moves = word => has(symbols, word) && moving.has(symbols[word]);
   function letter({kind, text}) {
-    const of = kind === "word" && text[0] === "d" && moves(text.slice(1));
-    if (kind === "word" && moves(text)) return text === "d" ? "e" : of ? "D" : "q";
-    if (of) return "E";
+    const known = key => has(timeLetters, key) ? timeLetters[key] : "w";
     if (kind === "sub" || (kind === "number" && text !== "2")) return "_";
-    const known = kind === "command" ? "\\" + text : text;
-    return has(timeLetters, known) && (!has(symbols, text) || text === "d" || text === "t") ? timeLetters[known] : "w";
+    if (kind !== "word") return known(kind === "command" ? "\\" + text : text);
+    const without = text[0] === "d" && moves(text.slice(1));
+    if (moves(text) || without) return text === "d" ? "e" : !moves(text) ? "E" : without ? "D" : "q";
+    if (has(symbols, text) && text !== "d" && text !== "t") return text === "dt" ? "S" : "w";
+    return known(text);
   }
   function timeless(list) {
     let row = list.map(letter).join(""), found;

@@ -69,8 +69,8 @@ PLANTS = (
     Plant(
         "the reader of homework does not get past **",
         "teach/student/tokens.py",
-        'self._add("op", "^", at + 2)',
-        'self._add("op", "^", at)',
+        '            self._add(kind, "^" if text == "**" else text, end)',
+        '            self._add(kind, "^" if text == "**" else text, end - 2 * (text == "**"))',
         r"over .*teach|over .* GB",
     ),
     Plant(

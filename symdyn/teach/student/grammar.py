@@ -26,14 +26,11 @@ BY = (
 PARTIAL = r"(?:\\partial ?|[d∂] ?)"
 TIME = r"(?:\\frac ?\{(?:\\mathrm ?\{d\}|d)\} ?\{(?:\\mathrm ?\{d\}|d) ?t\}|d ?/ ?dt)"
 
-LETTERS: Mapping[str, str] = dict(
-    zip(
-        "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩςϑϕ",
-        "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
-        "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega sigma theta phi".split(),
-        strict=True,
-    )
-)
+NAMES_OF_LETTERS = """
+alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega
+Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega sigma theta phi
+"""
+LETTERS: Mapping[str, str] = dict(zip("αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩςϑϕ", NAMES_OF_LETTERS.split(), strict=True))
 
 SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[\t\r\v\f\u00a0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000\ufeff]", " "),
@@ -50,6 +47,7 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[′’]", "'"),
     (r"″", "''"),
     (f"[{''.join(LETTERS)}]", "letter"),
+    (r"(\\[A-Za-z]+) (?=_)", "$1"),
     (r"\.(?=[*/^'])", ""),
     (r"^ *Eq ?\((.*)\) *$", "equation"),
     (r"(?<![A-Za-z\\])(?:Sin|Cos|Tan|Sqrt)(?=[ \[(])", "lower"),
@@ -79,7 +77,6 @@ BARE = rf"\\(?:{'|'.join(UPRIGHT)})(?![A-Za-z])|\\[,;:! ]|[\\{{}},_ ]"
 def plain_index(text: str) -> str:
     """Return an index as letters and digits alone: "{C,1,12}" is "C112"."""
     return re.sub(BARE, "", text)
-
 
 
 TOKENS: tuple[tuple[str, str], ...] = (
@@ -128,13 +125,13 @@ TIME_LETTERS: Mapping[str, str] = {
     **{"dt": "T", "\\frac": "f", "\\dot": ".", "\\ddot": ":"},
     **dict.fromkeys(("Derivative", "diff", "Diff", "D"), "C"),
 }
-"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E; an
-index or a number is _, all else w."""
+"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E. S is a
+symbol called dt, _ an index or a number, w all else."""
 
 MOVING = r"[.:]*[qeD]"
 for _ in range(5):  # brackets in brackets
     MOVING = rf"[.:]*(?:[qeD]|[({{]{MOVING}[)}}\]])"
-ONCE, SQUARED = r"(?:[de]t|T)", r"\^(?:2|\{2\})"
+ONCE, SQUARED = r"(?:[de]t|[ST])", r"\^(?:2|\{2\})"
 OF_TIME = r"([qeD]|[.:]\{.\}[2_]{0,2})(?:\(t\)|\{\(t\)\}|\[t\])+"
 r"""What moves, with its index, and the (t) behind it: q_2(t), \dot{q}_{2}{\left(t \right)}."""
 

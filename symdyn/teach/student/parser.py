@@ -97,7 +97,7 @@ class _Parser(Cursor):
     def inverse(self, token: Token, below: Form) -> Form:
         if below == Number.ZERO:
             raise self.fault(token, "division by zero")
-        return _inverse(below)
+        return Number(1 / below.value) if isinstance(below, Number) else below.power(-1)
 
     # Factors
 
@@ -162,16 +162,12 @@ class _Parser(Cursor):
         if self.sees("op", "^"):
             power = int(self.exponent(self.take(), half=False))
             if power < 1:
-                raise self.fault(
-                    token, f"a negative exponent at {token.text} has two readings; write 1/{token.text}(...)"
-                )
-        if (here := self.peek()) is None:
+                message = f"a negative exponent at {token.text} has two readings; write 1/{token.text}(...)"
+                raise self.fault(token, message)
+        if self.peek() is None:
             raise self.fault(token, f"{token.text} of what? write {token.text}(q)")
-        if here.kind == "open":
-            self.next += 1
-            inner, bare = self.bracket(here), False
-        else:
-            inner, bare = self.argument(token), True
+        bare = not self.sees("open")
+        inner = self.argument(token) if bare else self.bracket(self.take())
         if bare and self.sees("op", "^"):
             raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
         result: Form = Function(UNARY[token.text], (inner,))
@@ -224,10 +220,8 @@ class _Parser(Cursor):
         if len(ways) == 1:
             return ways[0]
         if not ways:
-            raise self.fault(
-                token,
-                f"{shorten(token.text)} is no symbol of {self.names.scene.name}; {self.names.nearest(token.text)}",
-            )
+            scene, near = self.names.scene.name, self.names.nearest(token.text)
+            raise self.fault(token, f"{shorten(token.text)} is no symbol of {scene}; {near}")
         shown = " or ".join(" ".join(p if isinstance(p, str) else "..." for p in way) for way in ways[:2])
         raise self.fault(token, f"{token.text} can be read as {shown}; put spaces between factors")
 
@@ -251,9 +245,8 @@ class _Parser(Cursor):
             elif dots and i == 0:
                 raise self.fault(token, f"{shorten(token.text)} carries no dots; only coordinates do")
             elif isinstance(piece, Function) and not piece.args:
-                raise self.fault(
-                    token, f"{shorten(token.text)} is no symbol of {self.names.scene.name}; write sin(...) in full"
-                )
+                scene = self.names.scene.name
+                raise self.fault(token, f"{shorten(token.text)} is no symbol of {scene}; write sin(...) in full")
             else:
                 factors.append(piece)
         return Form.product(factors)
@@ -288,7 +281,8 @@ class _Parser(Cursor):
         value = token.value if token.kind == "number" else None
         if token.kind == "open":
             value = _number(self.bracket(token))
-        if value is None or abs(value) > LARGEST_POWER or not (value.denominator == 1 or (half and abs(value) * 2 == 1)):
+        whole = value is not None and value.denominator == 1 and abs(value) <= LARGEST_POWER
+        if value is None or not (whole or (half and abs(value) == Fraction(1, 2))):
             raise self.fault(token, f"an exponent is an integer up to {LARGEST_POWER}, or 1/2; more of it in braces")
         if token.kind == "number" and len(token.text) > 1 and not self.source.text.startswith("**", caret.at):
             raise self.fault(token, f"{token.text} without braces has two readings; write ^{{{token.text}}}")
@@ -309,7 +303,3 @@ def _number(form: Form) -> Fraction | None:
 
 def _minus(form: Form) -> Form:
     return Form.product((Number.MINUS_ONE, form))
-
-
-def _inverse(form: Form) -> Form:
-    return Number(1 / form.value) if isinstance(form, Number) else form.power(-1)

@@ -19,17 +19,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.errors import TeachError
-from symdyn.teach.student.grammar import (
-    COMMANDS, FUNCTIONS, GROUP, INDEX, MOST_LETTERS, OF_TIME, TIME_LETTERS, TIMES, TOKENS, plain_index,
-)  # fmt: skip
+from symdyn.teach.student import grammar
+from symdyn.teach.student.grammar import COMMANDS, FUNCTIONS, MOST_LETTERS, TIME_LETTERS, plain_index
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.vocabulary import Names
 
 MOST_DIGITS = 40
 
-_TOKENS = [(re.compile(pattern, re.ASCII), kind) for pattern, kind in TOKENS]
-_TIMES = [(re.compile(pattern), order, cut) for pattern, order, cut in TIMES]
-_GROUP, _INDEX, _OF_TIME = map(re.compile, (GROUP, INDEX, OF_TIME))
+_TOKENS = [(re.compile(pattern, re.ASCII), kind) for pattern, kind in grammar.TOKENS]
+_TIMES = [(re.compile(pattern), order, cut) for pattern, order, cut in grammar.TIMES]
+_GROUP, _INDEX, _OF_TIME = map(re.compile, (grammar.GROUP, grammar.INDEX, grammar.OF_TIME))
 _UNDERSCORES = re.compile("_*(?=_)")
 
 
@@ -157,15 +156,17 @@ def without_time(source: Source, found: Sequence[Token], names: Names) -> list[T
 
 def _letter(token: Token, names: Names) -> str:
     """Return the letter of a token in patterns of time."""
-    text = token.text
-    if token.kind == "word" and names.moves(text):
-        return "e" if text == "d" else "D" if text[0] == "d" and names.moves(text[1:]) else "q"
-    if token.kind == "word" and text[:1] == "d" and names.moves(text[1:]):
-        return "E"
-    if token.kind == "sub" or (token.kind == "number" and text != "2"):
+    text, kind = token.text, token.kind
+    if kind == "sub" or (kind == "number" and text != "2"):
         return "_"
-    known = text not in names.symbols or text in ("d", "t")
-    return TIME_LETTERS.get(f"\\{text}" if token.kind == "command" else text, "w") if known else "w"
+    if kind != "word":
+        return TIME_LETTERS.get(f"\\{text}" if kind == "command" else text, "w")
+    moves, without = names.moves(text), text[:1] == "d" and names.moves(text[1:])
+    if moves or without:
+        return "e" if text == "d" else "E" if not moves else "D" if without else "q"
+    if text in names.symbols and text not in ("d", "t"):
+        return "S" if text == "dt" else "w"
+    return TIME_LETTERS.get(text, "w")
 
 
 class Cursor:
