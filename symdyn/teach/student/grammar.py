@@ -125,8 +125,8 @@ TIME_LETTERS: Mapping[str, str] = {
     **{"dt": "T", "\\frac": "f", "\\dot": ".", "\\ddot": ":"},
     **dict.fromkeys(("Derivative", "diff", "Diff", "D"), "C"),
 }
-"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E. S is a
-symbol called dt, _ an index or a number, w all else."""
+"""Commands have a backslash. A word that moves is q, e if it is d, D if it does without a d in front too, else E; S is
+a symbol called dt, _ an index or a number, w all else."""
 
 MOVING = r"[.:]*[qeD]"
 for _ in range(5):  # brackets in brackets
