@@ -29,6 +29,7 @@ from symdyn.scene import bind
 from symdyn.simulation import read_forces
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.integrate.heyoka_expressions import parameters, translate
+from symdyn.study.runs import ENDED
 
 SCENE = bind(symdyn.example("two_link"), {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": "9.81"})
 FORCES, MEASURE = "M2=-0.1*q2_dot", "max(abs(M2))"
@@ -135,11 +136,12 @@ def main() -> None:
         wall, busy = time.perf_counter(), time.process_time()
         found = ours(q, until, measure=measure, workers=options.workers)
         wall, busy = time.perf_counter() - wall, time.process_time() - busy
-        assert found.complete.all()
+        assert (found.codes == ENDED).all()
         told = f", {MEASURE}" if measure else ", ends"
         print(
             f"{runs} runs of {until:g} s at {THEIRS:g}{told}: {wall:.2f} s on {options.workers} workers, "
-            f"{busy:.2f} s of processor time, {busy / runs * 1e6:.2f} µs a run, {found.steps / runs:.0f} steps a run",
+            f"{busy:.2f} s of processor time, {busy / runs * 1e6:.2f} µs a run, "
+            f"{found.about['steps'] / runs:.0f} steps a run",
             flush=True,
         )
     for until in (10.0, 1.0):

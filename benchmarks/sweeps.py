@@ -27,11 +27,10 @@ import numpy as np
 import symdyn
 from symdyn.scene import Scene, with_symbols
 from symdyn.scene.values import Faults
-from symdyn.study import places
-from symdyn.study.block import block
+from symdyn.study import job_of_places
 from symdyn.study.cluster import Cluster
 from symdyn.study.executors import executor
-from symdyn.study.job import Job
+from symdyn.study.job import Job, block
 
 STATE = "q1=0.3,q2=-0.5,q3=0.8,q4=0.1,q5=0.4,q6=-0.2,q1_dot=1,q2_dot=-0.5,q3_dot=0.3,q1_ddot=2,q4_ddot=1"
 
@@ -67,7 +66,7 @@ def job_of(count: int, size: int | None = None) -> Job:
     """Return a study of the largest and the mean torque at one state."""
     arm, faults = puma(), Faults("")
     measures = [f"tau{k}" for k in range(1, 7)]
-    return places.at_places(
+    return job_of_places.places_job(
         arm, "inverse_dynamics", STATE, within(arm, 0.1), measures, "random", count, 0, size, faults
     )
 
@@ -116,7 +115,7 @@ def two(where: str = "processes") -> Iterator[Cluster]:
 def parts(job: Job) -> None:
     """Say what a set costs on one core, by blocks and part by part."""
     values = job.design.values(0, 1000)
-    call = places.called(job.scene, "inverse_dynamics", tuple(job.asked["varied"]["values"]))
+    call = job_of_places.called(job.scene, "inverse_dynamics", tuple(job.asked["varied"]["values"]))
     prepared = call.loaded.prepare(values)
     q, qd, qdd = np.random.default_rng(1).uniform(-1, 1, (3, 6))
     each = {

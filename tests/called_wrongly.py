@@ -30,11 +30,10 @@ from symdyn.program.routine import Program
 from symdyn.resources import folder
 from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.numeric_function import NumericFunction
-from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.error_bars import Uncertainty
 from symdyn.simulation.gradients import Sensitivity
 from symdyn.simulation.trajectory import Trajectory
-from symdyn.study import Study
+from symdyn.study import Runs
 from symdyn.transcription.transcribed import Collocation
 from symdyn.verify.certificate import Certificate
 
@@ -94,7 +93,6 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Certificate: lambda: symdyn.certify(cart(), ["mass_matrix"], targets=["numpy"]),
     ClosedForm: lambda: symdyn.closed_form(cart()),
     Collocation: lambda: symdyn.collocation(cart(), until=1, intervals=2),
-    Ensemble: lambda: symdyn.ensemble(cart(), until=0.01, measures="max(x)"),
     Equations: lambda: symdyn.derive(cart(), ["mass_matrix"]),
     EquationsOfMotion: lambda: symdyn.equations(cart()),
     HtmlText: lambda: symdyn.animation(cart(), T, [[0, 0], [0, 0.1]]),
@@ -103,8 +101,8 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Loaded: lambda: symdyn.load(cart(), ["mass_matrix"]),
     NumericFunction: lambda: symdyn.lambdify(cart(), "mass_matrix"),
     Program: lambda: symdyn.lower(noun(Equations)),
+    Runs: lambda: symdyn.sweep(cart(), "mc=uniform(1, 2)", "max(abs(x))", until=0.01, design="saltelli", count=8),
     Sensitivity: lambda: symdyn.sensitivity(cart(), until=0.01),
-    Study: lambda: symdyn.sweep(cart(), "mc=uniform(1, 2)", "max(abs(x))", until=0.01, design="saltelli", count=8),
     SvgText: lambda: symdyn.picture(cart()),
     SympyEquations: lambda: symdyn.equations(cart()).sympy(),
     Trajectory: lambda: symdyn.simulate(cart(), until=0.1),
@@ -121,9 +119,9 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Linearization.without": lambda: {"positions": ()},
     "Trajectory.animate": lambda: {"file": "run.svg"},
     "Trajectory.save_plot": lambda: {"file": "run.svg"},
-    "Study.save_plot": lambda: {"file": "study.svg"},
-    "Study.indices": lambda: {"measure": "max(abs(x))"},
-    "Study.quantiles": lambda: {"name": "mc"},
+    "Runs.save_plot": lambda: {"file": "study.svg"},
+    "Runs.indices": lambda: {"measure": "max(abs(x))"},
+    "Runs.quantiles": lambda: {"name": "mc"},
 }
 """What a method is called with, where it must be given more than what is wrong."""
 

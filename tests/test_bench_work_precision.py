@@ -17,15 +17,15 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.extended import FINEST, truth
-from symdyn.simulation.timed_runs import Runs
+from symdyn.simulation.timed_runs import TimedRuns
 
 pytestmark = pytest.mark.runs()
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
-def runs_of(scene: Scene) -> Runs:
-    return Runs.of(scene, lively(scene))
+def runs_of(scene: Scene) -> TimedRuns:
+    return TimedRuns.of(scene, lively(scene))
 
 
 def test_finer_tolerances_take_more_work_and_leave_less_error() -> None:

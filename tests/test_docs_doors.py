@@ -16,7 +16,7 @@ IDENTIFICATION = {
     "Regression", "excite", "identified", "identify", "output_error", "with_parameters",
 }  # fmt: skip
 SIMULATION = {"Uncertainty"}
-STUDY = {"Indices", "Study", "open", "sweep", "uncertainty"}
+STUDY = {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"}
 """What is for users; a front offers names to other packages, too."""
 
 

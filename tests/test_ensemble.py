@@ -15,9 +15,11 @@ from patience import HANG
 import symdyn
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import MethodError, SimulateError, UnknownNameError
+from symdyn.extras import EXTRAS
 from symdyn.notebook import bundle
 from symdyn.scene import bind, read_text
 from symdyn.scene.values import velocity_name
+from symdyn.study.runs import ENDED, STOPPED
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 
@@ -43,8 +45,8 @@ def test_a_measure_is_that_of_the_rows_of_a_run() -> None:
             np.trapezoid(one["q1_ddot"], one.t) / span,
         ]
         np.testing.assert_allclose([runs[text][k] for text in texts], expected, atol=1e-7)
-    assert runs.words == ("end",)
-    assert runs.complete.all()
+    assert not runs.told
+    assert runs.codes.tolist() == [ENDED] * 3
 
 
 def test_all_faults_of_a_call_are_told_at_once() -> None:
@@ -111,7 +113,7 @@ def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     rates = {u: np.array([0.0, 0.1, -0.2]) for u in scene.velocities if u not in moved}
     measure = f"max({scene.coordinates[0]}) - 3*end(kinetic_energy)"
     runs = symdyn.ensemble(scene, until=0.5, start=off, start_rates=rates, measures=measure, samples=True, rtol=1e-10)
-    assert runs.method == "lockstep"
+    assert runs.about["method"] == "lockstep"
     for k in range(3):
         start = {q: float(x[k]) for q, x in off.items()}
         speeds = {u: float(x[k]) for u, x in rates.items()}
@@ -124,7 +126,7 @@ def test_a_lane_is_a_run_of_simulate(name: str) -> None:
             np.hstack([runs.q[k], runs.qd[k]]), np.hstack([one.q[-1], one.qd[-1]]), atol=1e-6 * size
         )
         assert runs.samples is not None
-        count = len(one.t) if runs.words[runs.stopped[k]] == "end" else len(one.t) - 1
+        count = len(one.t) if runs.codes[k] == ENDED else len(one.t) - 1
         np.testing.assert_allclose(runs.samples[k, :count, : len(one.q[0])], one.q[:count], atol=1e-6 * size)
         expected = one[scene.coordinates[0]].max() - 3 * one["kinetic_energy"][-1]
         assert abs(runs[measure][k] - expected) < 1e-5 * max(1.0, abs(one["kinetic_energy"]).max())
@@ -136,7 +138,7 @@ def test_a_closed_mechanism_is_run_one_by_one(name: str) -> None:
     scene = bound(name)
     runs = symdyn.ensemble(scene, until=0.2, values={}, measures="max(t)")
     one = symdyn.simulate(scene, until=0.2, rtol=1e-9)
-    assert runs.method == "one by one"
+    assert runs.about["method"] == "one by one"
     assert any("loops close" in note for note in runs.notes)
     np.testing.assert_array_equal(runs.q[0], one.q[-1])
     assert runs["max(t)"][0] == pytest.approx(0.2)
@@ -163,7 +165,7 @@ def test_the_same_bytes_on_any_number_of_threads() -> None:
     name = scene.coordinates[0]
     for workers in (1, 3):
         runs = symdyn.ensemble(scene, until=0.5, start={name: first}, measures=f"rms({name})", workers=workers)
-        found.append((runs.q.tobytes(), runs.qd.tobytes(), runs[f"rms({name})"].tobytes(), runs.stopped.tobytes()))
+        found.append((runs.q.tobytes(), runs.qd.tobytes(), runs[f"rms({name})"].tobytes(), runs.codes.tobytes()))
     assert found[0] == found[1]
 
 
@@ -171,7 +173,8 @@ def test_a_run_that_stops_stops_alone_and_says_why() -> None:
     scene = bound("pendulum")
     first = np.array([0.1, 1.0, 0.2, 2.0])
     runs = symdyn.ensemble(scene, until=2.0, start={"q1": first}, stops="q1 + 0.5", measures="min(q1)")
-    assert [runs.words[k] for k in runs.stopped] == ["end", "q1 + 0.5", "end", "q1 + 0.5"]
+    assert runs.codes.tolist() == [ENDED, STOPPED, ENDED, STOPPED]
+    assert runs.told == {1: "q1 + 0.5", 3: "q1 + 0.5"}
     for k in (1, 3):
         one = symdyn.simulate(scene, until=2.0, start={"q1": float(first[k])}, stops="q1 + 0.5", rtol=1e-9)
         assert runs.t[k] == one.t[-1]
@@ -187,8 +190,9 @@ def test_a_run_that_leaves_what_doubles_hold_does_not_end_the_others() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         runs = symdyn.ensemble(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": [0.1, 2.5, 0.2]})
-    assert runs.complete.any()
-    assert np.isfinite(runs.q[runs.complete]).all()
+    assert ENDED in runs.codes
+    assert np.isfinite(runs.q[runs.codes == ENDED]).all()
+    assert all(runs.told[k] for k in np.flatnonzero(runs.codes != ENDED).tolist())
     one = symdyn.simulate(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": 0.1}, rtol=1e-9, say=str)
     np.testing.assert_allclose(runs.q[0], one.q[-1], atol=1e-6)
 
@@ -215,7 +219,7 @@ def test_a_table_of_forces_is_followed_run_by_run() -> None:
     drive = next(one for one in scene.drives if one)
     t = np.linspace(0, 1, 11)
     runs = symdyn.ensemble(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": [0.0, 0.1]})
-    assert runs.method == "one by one"
+    assert runs.about["method"] == "one by one"
     one = symdyn.simulate(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": 0.1}, rtol=1e-9)
     np.testing.assert_array_equal(runs.q[1], one.q[-1])
 
@@ -235,9 +239,9 @@ def hear(share):
     if len(heard) == 2:
         os.kill(os.getpid(), signal.SIGINT)
 runs = symdyn.ensemble(scene, until=20.0, start={"q1": first}, measures="max(q1)", workers=2, progress=hear, **kept)
-done = runs.complete
+done = runs.codes == 1
 assert 0 < done.sum() < len(done), done.sum()
-assert runs.words == ("end", "interrupted"), runs.words
+assert (runs.left, runs.told) == ((~done).sum(), {}), runs
 assert np.isfinite(runs.q[done]).all() and np.isfinite(runs["max(q1)"][done]).all()
 assert np.isnan(runs["max(q1)"][~done]).all()
 print("kept")
@@ -256,9 +260,9 @@ def test_a_stiff_system_is_left_to_implicit_methods() -> None:
     scene = bound("pendulum")
     drive = next(one for one in scene.drives if one)
     runs = symdyn.ensemble(scene, f"{drive}=-1e6*q1_dot", until=10.0, start={"q1": [0.1, 0.2]})
-    assert runs.method == "one by one"
+    assert runs.about["method"] == "one by one"
     assert any("stiff" in note for note in runs.notes)
-    assert runs.complete.all()
+    assert runs.codes.tolist() == [ENDED] * 2
 
 
 @pytest.mark.wide(4)
@@ -271,8 +275,8 @@ def test_series_lockstep_are_runs_of_simulate(name: str) -> None:
     text = f"rms({first}) + 2*when_max({other})"
     runs = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="taylor", rtol=1e-13)
     same = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="dop853", rtol=1e-13)
-    assert runs.method == "taylor lockstep"
-    assert same.method == "lockstep"
+    assert runs.about["method"] == "taylor lockstep"
+    assert same.about["method"] == "lockstep"
     for k in range(9):
         at = {first: float(start[first][k]), other: 0.0}
         one = symdyn.simulate(scene, until=2.0, start=at, rtol=1e-13, method="taylor")
@@ -286,7 +290,7 @@ def test_series_lockstep_need_no_measure() -> None:
     """The end alone is wanted: there is no sample at the start from which a grid of times could go on."""
     runs = symdyn.ensemble(bound("pendulum"), until=3.0, start={"q1": [0.0, 0.1, 1.0]}, method="taylor", rtol=1e-13)
     one = symdyn.simulate(bound("pendulum"), until=3.0, start={"q1": 1.0}, method="taylor", rtol=1e-13)
-    assert runs.method == "taylor lockstep"
+    assert runs.about["method"] == "taylor lockstep"
     np.testing.assert_allclose(runs.q[2], one.q[-1], atol=1e-11)
 
 
@@ -296,10 +300,31 @@ def test_an_ensemble_is_shown_and_is_a_table() -> None:
     assert "2 runs" in html
     assert "max(q1)" in html
     table = runs.to_pandas()
-    assert list(table["stopped"]) == ["end", "end"]
+    assert list(table["ended"]) == ["end", "end"]
+    assert table.attrs["units"]["end(q1)"] == "rad"
     np.testing.assert_array_equal(table["max(q1)"], runs["max(q1)"])
     with pytest.raises(UnknownNameError, match=r"max\(q1\)"):
         runs["max(q2)"]
+
+
+def test_runs_of_an_ensemble_and_of_a_sweep_are_one_noun() -> None:
+    """The same values give the same numbers under the same names; a sweep alone keeps no ends."""
+    scene, q1 = bound("pendulum"), [0.1, 0.2, 0.3]
+    given = symdyn.ensemble(scene, until=1.0, start={"q1": q1}, measures=["max(q1)", "end(q1)"])
+    drawn = symdyn.sweep(scene, {"q1": q1}, ["max(q1)", "end(q1)"], until=1.0)
+    assert type(given) is type(drawn)
+    assert given.columns == ("q1", "max(q1)", "end(q1)", "end(q1_dot)")
+    for name in drawn.columns:
+        np.testing.assert_array_equal(given[name], drawn[name])
+        assert given.units[name] == drawn.units[name]
+    assert given.to_csv().splitlines()[0] == "q1,max(q1),end(q1),end(q1_dot),ended"
+    assert given.quantiles("end(q1_dot)", [0.0])[0] == given.extremes("end(q1_dot)")[0]
+    np.testing.assert_array_equal(given.table()[1][:, 2], given.q[:, 0])
+    if EXTRAS["plot"].there:
+        assert given.drawn("svg") == given.drawn("svg")
+        assert "image/svg+xml" in given.plot("end(q1_dot)")._repr_mimebundle_()  # type: ignore[attr-defined]
+    with pytest.raises(SimulateError, match=r"a sweep keeps measures alone; measure such as end\(q1\)"):
+        drawn.q  # noqa: B018
 
 
 @pytest.mark.runs("cc")
@@ -308,8 +333,8 @@ def test_runs_of_31_digits_are_an_ensemble_of_doubles(asked: dict[str, Any]) -> 
     scene = bound("double_pendulum")
     runs = symdyn.ensemble(scene, until=1.0, start={"q1": [0.1, 0.2]}, **asked)
     one = symdyn.simulate(scene, until=1.0, start={"q1": 0.2}, rtol=1e-28)
-    assert runs.method == "one by one"
-    assert runs.rtol == 1e-28
+    assert runs.about["method"] == "one by one"
+    assert runs.about["rtol"] == 1e-28
     np.testing.assert_array_equal(runs.q[1], one.q[-1])
 
 

@@ -14,6 +14,7 @@ from symdyn.scene import Scene, read_text
 from symdyn.simulation import METHODS
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.trajectory import Trajectory
+from symdyn.study.runs import STOPPED
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -181,7 +182,7 @@ def test_ensembles_end_their_runs_when_the_closed_form_says(method: str | None) 
                 stops=() if limits else "x - c",
             )  # fmt: skip
             for k, (name, one) in enumerate(some.items()):
-                found += wrong(name, one, float(runs.t[k]), bool(runs.stopped[k]), method or "chosen")
+                found += wrong(name, one, float(runs.t[k]), bool(runs.codes[k] == STOPPED), method or "chosen")
     assert found == []
 
 

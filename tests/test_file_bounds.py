@@ -175,8 +175,8 @@ def store(folder: Path) -> Refusal:
     """A store that says it holds blocks without end; whoever writes one can seal it."""
     pytest.importorskip("zarr")
     import symdyn
-    from symdyn.study.chunks import SEAL, seal
     from symdyn.study.opened_store import KINDS, opened, zarr
+    from symdyn.study.store import SEAL, seal
 
     path = folder / "s.zarr"
     over = "q1=linspace(0.1,0.3,4)"

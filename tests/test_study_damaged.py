@@ -15,14 +15,14 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import SimulateError, StudyError
-from symdyn.study.study import Study
+from symdyn.study.runs import Runs
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 
 PENDULUM = str(Path(__file__).parent.parent / "examples" / "pendulum.toml")
 
 
-def swept(store: Path) -> Study:
+def swept(store: Path) -> Runs:
     """Return runs some of which fail, so that a store has words of runs too."""
     return symdyn.sweep(
         symdyn.example("pendulum"), "l=[-1,0.4,0.5,0.6,0.7,0.8]", ["max(abs(q1))", "end(q1)"], until=0.1,
@@ -30,7 +30,7 @@ def swept(store: Path) -> Study:
     )  # fmt: skip
 
 
-def hashed(study: Study) -> str:
+def hashed(study: Runs) -> str:
     """Return a hash of all numbers and words of a study."""
     numbers = [study.values, study.codes, *(study[name] for name in study)]
     parts = [np.ascontiguousarray(one).tobytes() for one in numbers] + [repr(sorted(study.told.items())).encode()]

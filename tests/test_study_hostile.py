@@ -15,12 +15,12 @@ from symdyn.cli import main
 from symdyn.errors import IdentifyError, SimulateError, StudyError
 from symdyn.scene.values.quantity import FormulaError
 from symdyn.scene.values.tolerance import read_tolerance
-from symdyn.study.study import Study
+from symdyn.study.runs import Runs
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.filterwarnings("error::RuntimeWarning")]
 
 
-def swept(**other: Any) -> Study:
+def swept(**other: Any) -> Runs:
     """Return a sweep of the pendulum."""
     asked: dict[str, Any] = {
         "until": 0.1,

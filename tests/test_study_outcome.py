@@ -13,10 +13,9 @@ from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design, read_design
-from symdyn.study.indices import indices
-from symdyn.study.plots import PLOTS, drawn_study, fitting, plot, swing
-from symdyn.study.study import Study
-from symdyn.study.varied import read_over
+from symdyn.study.distributions import read_over
+from symdyn.study.plots import PLOTS, drawn_runs, fitting, plot, swing
+from symdyn.study.runs import Runs
 
 Columns = Mapping[str, np.ndarray]
 
@@ -30,12 +29,12 @@ def planned(over: Mapping[str, object], kind: str, count: int | None) -> Design:
     return found
 
 
-def study(over: Mapping[str, object], kind: str, count: int | None, of: Callable[..., Columns]) -> Study:
+def study(over: Mapping[str, object], kind: str, count: int | None, of: Callable[..., Columns]) -> Runs:
     design = planned(over, kind, count)
     values = design.values()
     made, units = of(*values.T), {"x1": "kg", "y": "N m"}
     about = {"design": kind, "seed": 3}
-    return Study(HOSTILE, design.names, units, values, made, np.ones(len(values), np.uint8), about=about)
+    return Runs(HOSTILE, design.names, units, values, made, np.ones(len(values), np.uint8), about=about)
 
 
 def ishigami(x1: np.ndarray, x2: np.ndarray, x3: np.ndarray) -> Columns:
@@ -55,7 +54,7 @@ def known_indices() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_sobol_indices_of_ishigami_are_the_known_ones_and_lie_in_their_intervals() -> None:
-    found = indices(study(OVER_ISHIGAMI, "saltelli", 4096, ishigami), "y")
+    found = study(OVER_ISHIGAMI, "saltelli", 4096, ishigami).indices("y")
     first, total = known_indices()
 
     assert found.groups == 4096
@@ -64,7 +63,7 @@ def test_sobol_indices_of_ishigami_are_the_known_ones_and_lie_in_their_intervals
     for values, interval in ((first, found.first_interval), (total, found.total_interval)):
         assert np.all((interval[:, 0] <= values) & (values <= interval[:, 1]))
         assert np.all(np.ptp(interval, axis=1) < 0.15)
-    again = indices(study(OVER_ISHIGAMI, "saltelli", 4096, ishigami), "y")
+    again = study(OVER_ISHIGAMI, "saltelli", 4096, ishigami).indices("y")
     assert np.array_equal(again.first_interval, found.first_interval)
 
 
@@ -87,19 +86,19 @@ def test_groups_with_a_failed_run_are_left_out_and_it_is_said() -> None:
         y[7] = np.nan
         return {"y": y}
 
-    found = indices(study(OVER_ISHIGAMI, "saltelli", 256, partly), "y")
+    found = study(OVER_ISHIGAMI, "saltelli", 256, partly).indices("y")
 
     assert found.groups == 128
     assert "1 of 256 groups have a run without a value" in found.notes[0]
     failed = study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: {"y": np.full(len(x[0]), np.nan)})
     with pytest.raises(SimulateError, match=r"0 of 8 groups of 5 runs have values throughout.*raise --count"):
-        indices(failed, "y")
+        failed.indices("y")
 
 
 @pytest.mark.parametrize("count", [16, 64, 1024])
 def test_the_widest_interval_of_indices_is_told_where_it_is_wide(count: int) -> None:
     """Beside the intervals that are returned: bounds in their order, and the largest difference of two."""
-    found = indices(study(OVER_ISHIGAMI, "saltelli", count, ishigami), "y")
+    found = study(OVER_ISHIGAMI, "saltelli", count, ishigami).indices("y")
 
     bounds = np.concatenate([found.first_interval, found.total_interval])
     assert np.all(bounds[:, 0] < bounds[:, 1])
@@ -110,7 +109,7 @@ def test_the_widest_interval_of_indices_is_told_where_it_is_wide(count: int) -> 
 
 
 def test_a_measure_that_never_changes_has_no_variance_to_share_out() -> None:
-    found = indices(study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: {"y": np.full(len(x[0]), 3.0)}), "y")
+    found = study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: {"y": np.full(len(x[0]), 3.0)}).indices("y")
 
     assert not found.first.any()
     assert "no variance" in found.notes[0]
@@ -122,15 +121,15 @@ def test_other_designs_and_names_are_refused_in_words() -> None:
         drawn.indices("y")
     with pytest.raises(UnknownNameError, match="no measure z"):
         study(OVER_ISHIGAMI, "saltelli", 8, ishigami).indices("z")
-    with pytest.raises(SimulateError, match=r"heat shows two varied names; 3 vary here; of this .* are tornado"):
-        drawn_study(drawn, "svg", kind="heat")
+    with pytest.raises(SimulateError, match=r"heat shows two varied names; 3 vary here; of these .* are tornado"):
+        drawn_runs(drawn, "svg", kind="heat")
     with pytest.raises(SimulateError, match="plot: tornato is not known; did you mean tornado"):
-        drawn_study(drawn, "svg", kind="tornato")
+        drawn_runs(drawn, "svg", kind="tornato")
     with pytest.raises(SimulateError, match="z is no measure; there are y"):
-        drawn_study(drawn, "svg", ["z"])
+        drawn_runs(drawn, "svg", ["z"])
     none = study(OVER_ISHIGAMI, "random", 3, lambda *x: {"y": np.full(3, np.nan)})
     with pytest.raises(SimulateError, match="no run has a value of y"):
-        drawn_study(none, "svg")
+        drawn_runs(none, "svg")
 
 
 @pytest.mark.long
@@ -172,8 +171,8 @@ def test_each_kind_of_plot_fits_its_study_is_the_same_bytes_and_obeys_no_name(ki
     one = STUDIES[kind]
 
     assert fitting(one) == kind
-    first = drawn_study(one, "svg")
-    assert first == drawn_study(one, "svg", ["y"], kind)
+    first = drawn_runs(one, "svg")
+    assert first == drawn_runs(one, "svg", ["y"], kind)
     for ending in ("svg", "png", "pdf", "html"):
         plot(one, tmp_path / f"plot.{ending}")
         assert (tmp_path / f"plot.{ending}").stat().st_size > 1000

@@ -23,9 +23,8 @@ from symdyn.errors import SimulateError, StudyError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import DESIGNS, Design, read_design
-from symdyn.study.distributions import DISTRIBUTIONS, Distribution
-from symdyn.study.study import ENDED, FAILED, NOT_MADE, STOPPED
-from symdyn.study.varied import read_over
+from symdyn.study.distributions import DISTRIBUTIONS, Distribution, read_over
+from symdyn.study.runs import ENDED, FAILED, NOT_MADE, STOPPED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PENDULUM = str(EXAMPLES / "pendulum.toml")
@@ -198,7 +197,7 @@ def test_designs_that_cannot_be_are_told(case: str) -> None:
 MEASURES = ("max(abs(q1))", "last=end(q1)", "rms(q1_dot)")
 
 
-def small(**more: object) -> symdyn.study.Study:
+def small(**more: object) -> symdyn.study.Runs:
     over = ["m=normal(1,0.1)", "q1=uniform(0.1,1)"]
     asked = {"until": 0.5, "count": 40, "method": "dop853", "seed": 5, "block": 7, **more}
     return symdyn.sweep(symdyn.example("pendulum"), over, MEASURES, **asked)  # type: ignore[arg-type]
@@ -220,7 +219,7 @@ def test_a_run_of_a_sweep_is_a_run_of_simulate() -> None:
     assert study.units == {"m": "kg", "q1": "rad", "max(abs(q1))": "rad", "last": "rad", "rms(q1_dot)": "rad/s"}
 
 
-def same(one: symdyn.study.Study, other: symdyn.study.Study) -> bool:
+def same(one: symdyn.study.Runs, other: symdyn.study.Runs) -> bool:
     columns = all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
     return columns and list(one) == list(other) and np.array_equal(one.codes, other.codes) and one.told == other.told
 
@@ -534,6 +533,6 @@ def test_a_study_is_a_table_with_units() -> None:
     assert list(frame) == ["q1", "a", "ended"]
     assert frame.attrs["units"] == {"q1": "rad", "a": "rad"}
     assert list(frame["ended"]) == ["end", "end"]
-    assert repr(study) == "<Study of pendulum: 2 runs over q1; a>"
+    assert repr(study) == "<Runs of pendulum: 2 runs over q1; a>"
     with pytest.raises(UnknownNameError, match="there is no column b"):
         study["b"]

@@ -265,7 +265,7 @@ PLACES = {
 }
 
 
-def swept(**more: Any) -> symdyn.study.Study:
+def swept(**more: Any) -> symdyn.study.Runs:
     return symdyn.sweep(symdyn.example("two_link"), **(PLACES | more))
 
 

@@ -11,7 +11,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import SimulateError
-from symdyn.study import place_block
+from symdyn.study import job_of_places
 
 ARM = symdyn.example("two_link")
 
@@ -24,12 +24,12 @@ OVER = ["m1=uniform(1,2)", "m2=normal(1,0.1)", "q1=[0,0.5,1]"]
 pytestmark = pytest.mark.runs("cc")
 
 
-def swept(measure: Any, **more: Any) -> symdyn.study.Study:
+def swept(measure: Any, **more: Any) -> symdyn.study.Runs:
     said: dict[str, Any] = {"over": OVER, "values": FIXED, "design": "random", "count": 500}
     return symdyn.sweep(ARM, measure=measure, **(said | more))
 
 
-def forces(study: symdyn.study.Study, q2: Any, qd: Any, qdd: Any) -> Any:
+def forces(study: symdyn.study.Runs, q2: Any, qd: Any, qdd: Any) -> Any:
     arm = symdyn.load(ARM, "inverse_dynamics")
     q = np.stack(np.broadcast_arrays(study["q1"], q2), axis=-1)
     return arm.inverse_dynamics(q, qd, qdd, m1=study["m1"], m2=study["m2"], **FIXED)
@@ -70,7 +70,7 @@ def test_folds_go_over_places(tmp_path: Path) -> None:
 @pytest.mark.parametrize("rows", [1, 7, 5000])
 def test_no_number_depends_on_how_many_go_through_at_a_time(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = swept("M1", at="q2=0.3")
-    monkeypatch.setattr(place_block, "ROWS", rows)
+    monkeypatch.setattr(job_of_places, "ROWS", rows)
     found = swept("M1", at="q2=0.3", block=3 * rows)
 
     assert found.values.tobytes() == expected.values.tobytes()

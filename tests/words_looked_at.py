@@ -67,7 +67,7 @@ def _run(scene: symdyn.Scene) -> object:
 
 def _spread(scene: symdyn.Scene) -> object:
     from symdyn.scene.values.table import Faults
-    from symdyn.study.covariances import read_spread
+    from symdyn.study.first_order import read_spread
 
     return str(read_spread(scene, (), None, Faults("")))
 

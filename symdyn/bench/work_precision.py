@@ -16,7 +16,7 @@ from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneUnits
-from symdyn.simulation import METHODS, Runs
+from symdyn.simulation import METHODS, TimedRuns
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
-    runs = Runs.of(scene, lively(scene))
+    runs = TimedRuns.of(scene, lively(scene))
     known = runs.truth(UNTIL)
     if known.distance(runs.x) == 0:
         raise SimulateError(f"{scene.name}: nothing moves from its start; give joints start or start_rates")
@@ -97,7 +97,7 @@ def marked(curves: Sequence[Curve]) -> list[Curve]:
 
 
 def _points(
-    runs: Runs,
+    runs: TimedRuns,
     name: str,
     tolerances: Sequence[float],
     patience: float,
@@ -121,7 +121,7 @@ def _points(
         yield Point(tolerance, took, made.evaluations, max(distance(made.x[-1]), least))
 
 
-def _drifts(runs: Runs, name: str, points: Sequence[Point], later: float, patience: float) -> Iterator[Point]:
+def _drifts(runs: TimedRuns, name: str, points: Sequence[Point], later: float, patience: float) -> Iterator[Point]:
     """Yield the largest drift of the energy over a long run, where the short one says that it ends in time."""
     for point in points:
         if point.seconds * later / UNTIL > 2 * patience:

@@ -14,7 +14,7 @@ from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.study import DESIGNS, FORMS, SUFFIX, Study, sweep
+from symdyn.study import DESIGNS, FORMS, SUFFIX, Runs, sweep
 
 CTRL_C = 130
 
@@ -23,7 +23,7 @@ TABLE = ".csv"
 DIGITS = 6
 
 FAILED = 3
-"""Runs that did not end that are told on a terminal; `told` of a study has more."""
+"""Runs that did not end that are told on a terminal; `told` of the runs has more."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         "every": options.every,
     }
     with Bar(f"sweeping {scene.name}") as progress:
-        study = sweep(
+        runs = sweep(
             scene,
             options.over,
             options.measure,
@@ -139,15 +139,15 @@ def run(options: argparse.Namespace) -> int:
         )
     if file is not None:
         if file.suffix == TABLE:
-            study.to_csv(file)
+            runs.to_csv(file)
         print_paths(file)
-    nothing = not any(study.known(name).size for name in study.measures) and study.complete
-    tell(study, options, lambda: {} if nothing or study.left else tell_outcome(study, scene, options, asked))
+    nothing = not any(runs.known(name).size for name in runs.measures) and runs.complete
+    tell(runs, options, lambda: {} if nothing or runs.left else tell_outcome(runs, scene, options, asked))
     if nothing:
-        why = study.told.get(0, "failed" if study.failed else f"{', '.join(study.measures)} is no finite number")
+        why = runs.told.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
         fail(f"no run has measures; run 0: {why}")
         return 1
-    return 0 if study.complete else CTRL_C
+    return 0 if runs.complete else CTRL_C
 
 
 def _check(file: Path) -> None:
@@ -158,27 +158,27 @@ def _check(file: Path) -> None:
         raise SimulateError(f"{file}: there is no folder {file.parent}")
 
 
-def summary(study: Study) -> dict[str, Any]:
-    """Return what is told of a study, for JSON."""
+def summary(runs: Runs) -> dict[str, Any]:
+    """Return what is told of runs, for JSON."""
     measures = {}
-    for name in study.measures:
-        low, middle, high = study.quantiles(name).tolist()
-        known = [float(one) for one in study.extremes(name)]
+    for name in runs.measures:
+        low, middle, high = runs.quantiles(name).tolist()
+        known = [float(one) for one in runs.extremes(name)]
         measures[name] = {
-            "unit": study.units[name], "least": known[0], "q05": low, "median": middle, "q95": high, "most": known[1],
-            "mean": study.mean(name), "sd": study.sd(name),
+            "unit": runs.units[name], "least": known[0], "q05": low, "median": middle, "q95": high, "most": known[1],
+            "mean": runs.mean(name), "sd": runs.sd(name),
         }  # fmt: skip
     return {
-        "runs": len(study), "failed": study.failed, "stopped": study.stopped, "left": study.left, **study.about,
-        "measures": measures, "told": {str(number): words for number, words in study.told.items()},
+        "runs": len(runs), "failed": runs.failed, "stopped": runs.stopped, "left": runs.left, **runs.about,
+        "measures": measures, "told": {str(number): words for number, words in runs.told.items()},
     }  # fmt: skip
 
 
-def tell(study: Study, options: argparse.Namespace, outcome: Callable[[], dict[str, Any]]) -> None:
-    """Print a summary and what else comes of a study, and say which runs did not reach their end."""
-    told, columns = summary(study), dict[str, Any]()
+def tell(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[str, Any]]) -> None:
+    """Print a summary and what else comes of runs, and say which runs did not reach their end."""
+    told, columns = summary(runs), dict[str, Any]()
     if options.json:
-        columns = {} if options.output else {"columns": {name: study[name].tolist() for name in study}}
+        columns = {} if options.output else {"columns": {name: runs[name].tolist() for name in runs}}
         give(told | columns)
     else:
         keys = ("mean", "sd", "least", "q05", "median", "q95", "most")
@@ -186,19 +186,17 @@ def tell(study: Study, options: argparse.Namespace, outcome: Callable[[], dict[s
             [name, one["unit"], *(in_digits(one[key], DIGITS) for key in keys)]
             for name, one in told["measures"].items()
         ]
-        title = f"{study.scene}: {len(study)} runs over {', '.join(study.names)} ({study.about['design']})"
+        title = f"{runs.scene}: {len(runs)} runs over {', '.join(runs.names)} ({runs.about['design']})"
         print_table(title, ("measure", "unit", "mean ", "sd ", "least ", "5 % ", "median ", "95 % ", "most "), rows)
-    for count, what in ((study.failed, "failed, and have no measures"), (study.stopped, "ended before their time")):
+    for count, what in ((runs.failed, "failed, and have no measures"), (runs.stopped, "ended before their time")):
         if count:
-            say(f"{count} of {len(study)} runs {what}")
-    for name in study.measures:
-        ended = len(study) - study.left - study.failed
-        if count := ended - study.known(name).size:
+            say(f"{count} of {len(runs)} runs {what}")
+    for name in runs.measures:
+        ended = len(runs) - runs.left - runs.failed
+        if count := ended - runs.known(name).size:
             say(f"{name} is no finite number in {count} of {ended} runs that ended, which are left out of the summary")
-    for number, words in list(study.told.items())[:FAILED]:
-        values = ", ".join(
-            f"{name} = {value:.6g}" for name, value in zip(study.names, study.values[number], strict=True)
-        )
+    for number, words in list(runs.told.items())[:FAILED]:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(runs.names, runs.values[number], strict=True))
         say(f"run {number} ({values}): {words}")
     more = outcome()
     if options.json and more:

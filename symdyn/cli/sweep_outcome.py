@@ -1,4 +1,4 @@
-"""What `symdyn sweep` tells of a study beside its summary: plots, Sobol's indices, error bars to first order."""
+"""What `symdyn sweep` tells of runs beside their summary: plots, Sobol's indices, error bars to first order."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.study import PLOTS, Study, beside, check_study_plot
+from symdyn.study import PLOTS, Runs, beside, check_study_plot
 
 DIGITS = 4
 
@@ -37,26 +37,26 @@ def check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
 
 
-def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def tell_outcome(runs: Runs, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
-    if study.has_indices:
-        told["indices"] = _indices(study, options.json)
+    if runs.has_indices:
+        told["indices"] = _indices(runs, options.json)
     if options.first_order:
-        told["first_order"] = _first_order(study, scene, options, requested)
+        told["first_order"] = _first_order(runs, scene, options, requested)
     if options.plot is not None:
-        study.save_plot(options.plot, kind=options.plot_kind)
+        runs.save_plot(options.plot, kind=options.plot_kind)
         wrote(options.plot)
     return told
 
 
-def _indices(study: Study, quiet: bool) -> dict[str, Any]:
+def _indices(runs: Runs, quiet: bool) -> dict[str, Any]:
     """Return Sobol's indices of all measures, and print them."""
     told: dict[str, Any] = {}
     rows = []
-    for measure in study.measures:
+    for measure in runs.measures:
         try:
-            found = study.indices(measure)
+            found = runs.indices(measure)
         except SimulateError as fault:  # too few runs have a value: the others are told
             say(str(fault))
             continue
@@ -80,18 +80,18 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
     return told
 
 
-def _first_order(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def _first_order(runs: Runs, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
     """Return standard deviations both ways, and print them."""
-    found = beside(study, scene, options.over, options.measure, **requested)
+    found = beside(runs, scene, options.over, options.measure, **requested)
     rows = []
     for one in found:
         shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())
-        unit = study.units.get(one.measure, "")
+        unit = runs.units.get(one.measure, "")
         rows.append((one.measure, unit, in_digits(one.first_order, 6), in_digits(one.runs, 6), shares))
         if not one.near:
             say(
                 f"{one.measure}: sd {in_digits(one.first_order, 3)} to first order, {in_digits(one.runs, 3)} over "
-                f"{len(study)} runs: it is not linear over what varies; trust the runs"
+                f"{len(runs)} runs: it is not linear over what varies; trust the runs"
             )
     if not options.json:
         print_table("standard deviations", ("measure", "unit", "first order ", "runs ", "variance is due to"), rows)

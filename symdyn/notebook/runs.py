@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
-
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation import Ensemble, Trajectory
+from symdyn.simulation import Trajectory
 from symdyn.transcription import Collocation, Solution
 
 MOST = 20_000
@@ -94,21 +92,4 @@ def solution(result: Solution) -> list[Markup]:
         else Markup(""),
         *notes(result.notes),
         _plots(result.motion),
-    ]
-
-
-def ensemble(result: Ensemble) -> list[Markup]:
-    """Return how many runs there are, how they ended, and the spread of what was measured of them."""
-    count = len(result)
-    ended = [(word, int((result.stopped == k).sum())) for k, word in enumerate(result.words)]
-    rows: list[tuple[str, Cell, Cell, Cell]] = []
-    for name in (*result.varied, *result.measures):
-        x = result[name][np.isfinite(result[name])]
-        if len(x):
-            rows.append((name, float(x.min()), float(np.median(x)), float(x.max())))
-    return [
-        head(result.scene.name, f"{count} runs, {result.method}"),
-        table(("", "least", "median", "largest"), rows),
-        table(("ended by", "runs"), [one for one in ended if one[1]]),
-        *notes(result.notes),
     ]

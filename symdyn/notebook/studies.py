@@ -1,17 +1,16 @@
-"""What comes of many runs in a notebook: quantiles and plots of a study, Sobol's indices, error bars."""
+"""What comes of many runs in a notebook: quantiles and plots of them, Sobol's indices, error bars."""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Literal
-
-import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
 from symdyn.simulation import Uncertainty
-from symdyn.study import Indices, Study
+from symdyn.study import Indices, Runs
 
 MOST = 10_000
 """Numbers beyond which dots make a smaller picture than lines."""
@@ -23,27 +22,30 @@ ROWS = 12
 """Columns of a run whose error bars at the end are shown."""
 
 
-def study(result: Study) -> list[Markup]:
-    """Return how many runs there are, quantiles of their measures, and a plot."""
+def runs(result: Runs) -> list[Markup]:
+    """Return how many runs there are, how they ended, quantiles of their measures, and a plot."""
     body: list[list[Cell]] = [
         [name, result.units.get(name, ""), *(float(x) for x in result.quantiles(name, SHARES))]
-        for name in result.measures
+        for name in result.measures or result.outcomes
     ]
     failed = [verdict(False, f"{result.failed} of {len(result)} runs failed")] if result.failed else []
     left = [verdict(False, f"{result.left} of {len(result)} runs are not made")] if result.left else []
     names = ", ".join(result.names)
+    whole = len(result.told) == result.failed + result.stopped  # of a sweep the first few are told
+    ended = list(Counter(result.told.values()).items()) if whole else []
     return [
         head(result.scene, f"{len(result)} runs over {names}, design {result.about.get('design', '')}"),
         *failed,
         *left,
         table(("measure", "unit", *(f"{100 * share:g} %" for share in SHARES)), body),
+        *([table(("ended by", "runs"), ended)] if ended else []),
         _picture(result),
         *notes(result.notes),
     ]
 
 
-def _picture(result: Study) -> Markup:
-    if not any(np.isfinite(column).any() for column in result.measures.values()):
+def _picture(result: Runs) -> Markup:
+    if not any(result.known(name).size for name in result.measures or result.outcomes):
         return note("no run has a value")
     if not EXTRAS["plot"].there:
         return note(f"plots need matplotlib: {install('plot')}")

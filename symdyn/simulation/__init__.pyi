@@ -1,10 +1,10 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
 from .columns import read_output as read_output
-from .ensemble.ensemble import Ensemble as Ensemble
 from .ensemble.measures import Measure as Measure
 from .ensemble.one_by_one import measure_slopes as measure_slopes
-from .ensemble.run_ensemble import ensemble as ensemble
+from .ensemble.read_task import read_task as read_task
+from .ensemble.task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
 from .equations.parametrised import opened as opened
 from .equations.variational import Flow as Flow
@@ -22,5 +22,5 @@ from .prescribed.forces import Forces as Forces, read_forces as read_forces
 from .prescribed.scene_motion import read_motion as read_motion
 from .reaction_columns import axes_of as axes_of
 from .record import CHECKS as CHECKS, write_whole as write_whole
-from .timed_runs import Runs as Runs
+from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory

@@ -33,14 +33,14 @@ class TimedRun:
 
 
 @dataclass(frozen=True)
-class Runs:
+class TimedRuns:
     """A system and its start, ready to be run by any method."""
 
     system: StateEquations
     x: Array
 
     @classmethod
-    def of(cls, scene: Scene, at: Mapping[str, str]) -> Runs:
+    def of(cls, scene: Scene, at: Mapping[str, str]) -> TimedRuns:
         """Return a scene without drives, its start moved to `at`, ready to be run.
 
         Raises:

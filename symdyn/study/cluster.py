@@ -6,6 +6,7 @@ import logging
 import multiprocessing
 import queue
 import signal
+import threading
 import warnings
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -22,8 +23,7 @@ from distributed.scheduler import KilledWorker, NoValidWorkerError
 from symdyn.errors import StudyError, quoted
 from symdyn.interrupts import interrupts_wait
 from symdyn.resources import version
-from symdyn.study.executor import Block, Say
-from symdyn.study.stopping import heard_ctrl_c
+from symdyn.study.executors import Block, Say, heard_ctrl_c
 
 Task = distributed.Future[Any]
 
@@ -238,7 +238,7 @@ def on_this_machine(processes: bool, workers: int | None, say: Say) -> Iterator[
     from dask.system import CPU_COUNT
 
     count = workers or CPU_COUNT
-    kinds = {"n_workers": count, "threads_per_worker": 1, "preload": "symdyn.study.local_worker"}
+    kinds = {"n_workers": count, "threads_per_worker": 1, "preload": __name__}
     threads = {"n_workers": 1, "threads_per_worker": count}
     unseen = {"distributed.worker.profile.enabled": False}  # else every block is looked at each 10 ms
     with dask.config.set(unseen), _closed_in_peace() as begun:
@@ -292,3 +292,12 @@ def kept_from_children() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def dask_setup(worker: object) -> None:
+    """Leave Ctrl-C, which a terminal sends to all processes, to the one that gives out blocks.
+
+    A worker process that we begin calls it first; workers of an address are as their owner has them.
+    """
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -13,13 +13,28 @@ parameter of its own, and vary that.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Letter,
+    Parameter,
+    question,
+    read_tolerance,
+    shorten,
+    split_commas,
+    suggestion,
+)
+from symdyn.simulation.prescribed import number_of, read_formula
 
 LONGEST_LIST = 10_000_000
 """Values that one list may have; they are held in memory."""
@@ -220,3 +235,202 @@ class Distribution:
         quantile = DISTRIBUTIONS[self.kind].quantile
         assert quantile is not None, "what is no list is a distribution"
         return quantile(np.clip(u, LEAST, MOST), dict(self.arguments))
+
+
+Over = Mapping[str, Any] | Iterable[str] | str
+
+TOLERANCE = "tolerance"
+
+FORMS = "; ".join([*(f"{name}({','.join(kind.keys)})" for name, kind in DISTRIBUTIONS.items()), f"{TOLERANCE}(5 %)"])
+"""What a name may be varied over beside a list."""
+
+PLAIN = Parameter("", unit="1")
+"""What an argument is of that is not in the unit of what is varied."""
+
+FORM = 'write such as "m1=linspace(1,2,5)", "k=lognormal(median=10,sigma=0.1)" or "n=[1, 2, 5]"'
+
+_CALL = re.compile(r"(?P<kind>[A-Za-z]\w*)\s*\((?P<inside>.*)\)\Z", re.DOTALL)
+_NAMED = re.compile(r"(?P<key>[A-Za-z]\w*)\s*=(?!=)(?P<text>.*)\Z", re.DOTALL)
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) -> tuple[Distribution, ...]:
+    """Return what names are varied over, in their order.
+
+    Args:
+        scene: whose parameters arguments may name; those with a tolerance are what is varied where nothing is said.
+        over: texts "NAME=DISTRIBUTION"; or by name a text, a number, a list or array of numbers, a `Distribution`.
+        letters: that may be varied beside parameters, coordinates and velocities.
+        faults: takes what is wrong.
+    """
+    there = (*(one.name for one in scene.parameters), *scene.coordinates, *scene.velocities, *letters)
+    found: dict[str, Distribution] = {}
+    pairs = _pairs(over, faults)
+    if not pairs and not faults.lines:
+        pairs = [(one.name, f"{TOLERANCE}()") for one in scene.parameters if one.tolerance]
+        if not pairs:
+            faults.add("over", f"nothing is varied, and no parameter of {scene.name} has a tolerance; {FORM}")
+    for name, said in pairs:
+        if name in found:
+            faults.add("over", f"{name} is given twice, as {found[name].text} and as {shorten(str(said))}")
+            continue
+        if name not in there:
+            faults.add("over", f"{name} is not known; {suggestion(name, there)}")
+        one = said if isinstance(said, Distribution) else _read(scene, name, said, faults)
+        if one is not None:
+            found[name] = one
+    return tuple(found.values())
+
+
+def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
+    if isinstance(over, Mapping):
+        return [(str(name), said) for name, said in over.items()]
+    found: list[tuple[str, Any]] = []
+    for text in [over] if isinstance(over, str) else over:
+        name, equals, said = (part.strip() for part in str(text).partition("="))
+        if equals and said and _NAME.match(name):
+            found.append((name, said))
+        else:
+            faults.add("over", f'"{text}" names nothing that is varied; {FORM}')
+    return found
+
+
+def _read(scene: Scene, name: str, specified: Any, faults: Faults) -> Distribution | None:
+    where = f"over {name}"
+    values = {one.name: one.value for one in scene.parameters if one.value is not None}
+    letter = _letter(scene, name)
+    if not isinstance(specified, str):
+        return _listed(name, specified, faults)
+    if specified.startswith("[") and specified.endswith("]"):
+        numbers = [_number(part, values, where, faults, letter) for part in split_commas(specified[1:-1])]
+        if not numbers:
+            faults.add(where, f"{specified} lists nothing; {FORM}")
+        known = [one for one in numbers if one is not None]
+        return Distribution(name, specified, listed=tuple(known)) if known and len(known) == len(numbers) else None
+    call = _CALL.match(specified)
+    if call is not None and call["kind"] == TOLERANCE:
+        return _toleranced(scene, name, call["inside"].strip(), faults)
+    if call is None or call["kind"] not in DISTRIBUTIONS:
+        there = (*DISTRIBUTIONS, TOLERANCE)
+        near = suggestion(call["kind"], there) if call else f"{FORM}; {suggestion('', there)}"
+        faults.add(where, f'"{specified}" is no list of values and no distribution; {near}')
+        return None
+    kind = DISTRIBUTIONS[call["kind"]]
+    arguments = _arguments(call["kind"], split_commas(call["inside"]), values, where, faults, letter)
+    if arguments is None:
+        return None
+    if fault := kind.fault(arguments):
+        faults.add(where, f"{specified}: {fault}")
+        return None
+    found = Distribution(name, specified, call["kind"], tuple(arguments.items()))
+    with np.errstate(all="ignore"):
+        if (listed := found.values) is not None and not np.isfinite(listed).all():
+            faults.add(where, f"{specified}: a value is beyond the largest double, 1.8e308; make them smaller")
+            return None
+    return found
+
+
+def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Distribution | None:
+    """Return what a tolerance means of the value that a parameter has: the one that is said, or the scene's own."""
+    where = f"over {name}"
+    parameter = next((one for one in scene.parameters if one.name == name), None)
+    if parameter is None:
+        faults.add(where, f"{name} is no parameter, and a tolerance is of one; write uniform(low, high)")
+        return None
+    try:
+        if specified and (asked := question(parameter, specified.removeprefix("±"))):
+            faults.add(where, asked)
+            return None
+        tolerance = read_tolerance(specified, parameter.unit) if specified else parameter.tolerance
+    except FormulaError as error:
+        faults.add(where, f"tolerance({specified}) {error}")
+        return None
+    if tolerance is None or parameter.value is None:
+        what = "tolerance" if tolerance is None else "value that it could be off from"
+        faults.add(
+            where,
+            f"{name} has no {what}; say it, such as tolerance(5 %)"
+            if tolerance is None
+            else f"{name} has no {what}; give it one, as in --bind {name}=1",
+        )
+        return None
+    value = float(parameter.value.at({}) or 0)
+    size, text = tolerance.size(value, parameter.unit), f"{TOLERANCE}({tolerance.text})"
+    if size == 0:
+        faults.add(where, f"{tolerance.text} of {name} = 0 is nothing; say how far it is off in its unit, such as 0.01")
+        return None
+    if parameter.positive and not tolerance.sigma and value - size <= 0:
+        faults.add(where, f"{text} reaches down to {value - size:g}, and {name} is positive; make it smaller")
+        return None
+    if tolerance.sigma:
+        return Distribution(
+            name,
+            f"normal({value!r},{size!r})",
+            "normal",
+            (("mean", value), ("sigma", size), ("low", -math.inf), ("high", math.inf)),
+        )
+    return Distribution(
+        name, f"uniform({value - size!r},{value + size!r})", "uniform", (("low", value - size), ("high", value + size))
+    )
+
+
+def _listed(name: str, specified: Any, faults: Faults) -> Distribution | None:
+    """Return numbers of Python as a list."""
+    try:
+        numbers = np.asarray(specified, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        faults.add(f"over {name}", f"{shorten(repr(specified))} is no list of numbers; {FORM}")
+        return None
+    if numbers.ndim > 1 or not numbers.size or not np.all(np.isfinite(numbers)):
+        why = "is empty" if not numbers.size else "is no list" if numbers.ndim > 1 else "holds what is not finite"
+        faults.add(f"over {name}", f"the array {why}; give finite numbers, shape (n,)")
+        return None
+    listed = tuple(np.atleast_1d(numbers).tolist())
+    return Distribution(name, shorten(str(list(listed))), listed=listed)
+
+
+def _arguments(
+    called: str,
+    parts: Sequence[str],
+    values: Mapping[str, Quantity],
+    where: str,
+    faults: Faults,
+    letter: Letter,
+) -> dict[str, float] | None:
+    """Return arguments by key, in the order of the kind; None after a fault."""
+    kind, texts, before = DISTRIBUTIONS[called], dict[str, str](), len(faults.lines)
+    form = f"{called}({', '.join(kind.keys)}): {kind.says}"
+    for place, part in enumerate(parts):
+        named = _NAMED.match(part)
+        key = named["key"] if named else kind.keys[place] if place < len(kind.keys) else ""
+        if not key or key not in kind.keys:
+            faults.add(where, f"{part} is no argument of {form}")
+        elif key in texts:
+            faults.add(where, f"{key} is given twice, as {texts[key]} and as {part}; {form}")
+        else:
+            texts[key] = named["text"] if named else part
+    missing = [key for key in kind.keys if key not in texts and key not in dict(kind.defaults)]
+    if missing:
+        faults.add(where, f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; {form}")
+    if letter.written and set(kind.plain) >= set(kind.keys):
+        faults.add(where, f"{letter.name} is given in {letter.written}, and {form}; write geomspace with units")
+    found = {
+        key: _number(text, values, where, faults, PLAIN if key in kind.plain else letter) for key, text in texts.items()
+    }
+    if len(faults.lines) > before:
+        return None
+    return {key: value for key in kind.keys if (value := found.get(key, dict(kind.defaults).get(key))) is not None}
+
+
+def _letter(scene: Scene, name: str) -> Letter:
+    """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    unit = SceneUnits(scene).letters.get(name, "")
+    return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
+
+
+def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter) -> float | None:
+    if asked := question(letter, text):
+        faults.add(where, asked)
+    formula = read_formula(text, values, where, faults, unit=letter.unit)
+    return None if formula is None else number_of(formula, values, where, faults)

@@ -6,7 +6,7 @@
 Names are drawn independently of each other. S_i sum to 1 where nothing is done together; T_i - S_i is what is. They are
 SciPy's estimates (Saltelli et al. 2010) from the runs of the design "saltelli", whose groups are [A, B, AB_1 … AB_d]:
 two independent points of the sequence, and A with one entry of B at a time. Intervals are percentiles of groups drawn
-again with a seed, so that the same study gives the same bytes.
+again with a seed, so that the same runs give the same bytes.
 """
 
 from __future__ import annotations
@@ -17,24 +17,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.arguments import doubles, wholes
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
 
 if TYPE_CHECKING:
-    from symdyn.study.study import Study
+    from symdyn.study.runs import Runs
 
 FEWEST = 4
 """Groups below which nothing is estimated."""
 
-LEVEL = 0.95
-
 WIDE = 0.3
 """Width of an interval beyond which a user is told that there are too few runs."""
-
-RESAMPLES = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,43 +67,24 @@ class Indices(Shown):
         return f"<Indices of {self.measure}, first order (total): {each}>"
 
 
-def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = RESAMPLES, seed: int = 0) -> Indices:
-    """Return Sobol's indices of a measure, with intervals.
-
-    >>> import symdyn
-    >>> study = symdyn.sweep(symdyn.example("pendulum"), ["m=uniform(1,2)", "q1=uniform(0.1,0.2)"], "max(abs(q1))",
-    ...     until=1, design="saltelli", count=8)
-    >>> indices(study, "max(abs(q1))").names
-    ('m', 'q1')
-
-    Args:
-        study: of the design "saltelli".
-        measure: a column of it.
-        level: with which chance the intervals hold the indices.
-        resamples: how often groups are drawn again for the intervals.
-        seed: of these draws.
-
-    Raises:
-        SimulateError: another design, or too few groups whose runs all have a value.
-        UnknownNameError: there is no such measure.
-    """
-    check_arguments(indices, locals(), SimulateError)
+def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -> Indices:
+    """Return Sobol's indices of a measure, with intervals; arguments and errors as of `Runs.indices`."""
     (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
-    if not study.has_indices:
+    if not runs.has_indices:
         raise SimulateError(
-            f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
-            f"{study.about.get('design')}; sweep again with --design {SALTELLI}"
+            f"{runs.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
+            f"{runs.about.get('design')}; sweep again with --design {SALTELLI}"
         )
-    if measure not in study.measures:
-        raise UnknownNameError(f"{study.scene}: there is no measure {measure}; {choice(measure, study.measures)}")
-    d = len(study.names)
-    column = study[measure]
+    if measure not in runs.measures:
+        raise UnknownNameError(f"{runs.scene}: there is no measure {measure}; {choice(measure, runs.measures)}")
+    d = len(runs.names)
+    column = runs[measure]
     groups = column[: len(column) // (d + 2) * (d + 2)].reshape(-1, d + 2)
     whole = groups[np.isfinite(groups).all(axis=1)]
     count = 2 ** (len(whole).bit_length() - 1) if len(whole) else 0
     if count < FEWEST:
         raise SimulateError(
-            f"{study.scene}: {measure}: {len(whole)} of {len(groups)} groups of {d + 2} runs have values throughout; "
+            f"{runs.scene}: {measure}: {len(whole)} of {len(groups)} groups of {d + 2} runs have values throughout; "
             f"Sobol's indices take {FEWEST} at least, and hundreds to mean something: raise --count, or vary by less "
             "where runs fail"
         )
@@ -122,7 +99,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
     if float(np.ptp(found)) <= 1e-12 * size:
         notes.append(f"{measure} is the same for all values, so that there is no variance to share out")
         none, wide = np.zeros(d), np.zeros((d, 2))
-        return Indices(measure, study.names, none, none, wide, wide, level, count, tuple(notes))
+        return Indices(measure, runs.names, none, none, wide, wide, level, count, tuple(notes))
     first, total = estimate(found)
     generator = np.random.default_rng(seed)
     again = np.array([estimate(found[generator.integers(0, count, count)]) for _ in range(resamples)])
@@ -133,7 +110,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
             f"{measure}: an interval is {widest:.2g} wide; indices need more runs than quantiles: raise --count "
             f"({count} groups now)"
         )
-    return Indices(measure, study.names, first, total, ends[:, 0].T, ends[:, 1].T, level, count, tuple(notes))
+    return Indices(measure, runs.names, first, total, ends[:, 0].T, ends[:, 1].T, level, count, tuple(notes))
 
 
 def estimate(groups: Array) -> tuple[Array, Array]:

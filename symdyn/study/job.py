@@ -1,13 +1,16 @@
-"""What a block of runs needs to know, and no more: it is frozen and goes to a worker once."""
+"""What a block of runs needs to know, and no more, and what comes of it: a job is frozen and goes to a worker once."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
+import numpy as np
+
+from symdyn.algebra import Array
 from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten
 from symdyn.study.design import Design
@@ -34,11 +37,30 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class BlockResult:
+    """What came of one block.
+
+    Attributes:
+        measures: shape (n, measures).
+        codes: how each run ended, shape (n,), of bytes.
+        told: in words what ended the first few of those that did not reach their end, by number of the run.
+        notes: what a user should know, such as the method.
+    """
+
+    measures: Array
+    codes: Any
+    told: Mapping[int, str]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Job:
     """A study that is to be made, in blocks of runs.
 
     Attributes:
-        kind: a key of `KINDS` in `symdyn.study.block`.
+        kind: what it is of, "runs" or "places".
+        run: what comes of a stretch of it, from the job, the first number and the one behind the last; a function of a
+            module, which a worker imports, and what it built stays there.
         scene: the mechanism; what is varied has some value in it.
         design: which values are tried together.
         measures: what is kept of every run.
@@ -49,6 +71,7 @@ class Job:
     """
 
     kind: str
+    run: Callable[[Job, int, int], BlockResult]
     scene: Scene
     design: Design
     measures: tuple[Measured, ...]
@@ -65,6 +88,11 @@ class Job:
     def span(self, k: int) -> tuple[int, int]:
         """Return the first run of block k, and the one behind its last."""
         return k * self.block, min((k + 1) * self.block, self.design.count)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every column, "" where it is not known."""
+        return units_of(self.scene, self.design.names) | {one.name: one.unit for one in self.measures}
 
     @property
     def scene_text(self) -> str:
@@ -87,14 +115,18 @@ class Job:
         }
 
 
-def units_of(job: Job) -> dict[str, str]:
-    """Return the unit of every column, "" where it is not known."""
-    scene = job.scene
-    known = SceneUnits(scene).told
-    states = dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
-    states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
-    known |= {name: scene.shown_unit(unit) for name, unit in states.items()}
-    return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}
+def units_of(scene: Scene, names: Sequence[str]) -> dict[str, str]:
+    """Return the units of parameters, coordinates and velocities, "" where it is not known."""
+    units = SceneUnits(scene)
+    states = dict(zip(scene.coordinates, units.coordinates, strict=True))
+    states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, units.velocities, strict=True)}
+    known = units.told | {name: scene.shown_unit(unit) for name, unit in states.items()}
+    return {name: known.get(name, "") for name in names}
+
+
+def block(job: Job, k: int) -> BlockResult:
+    """Return what comes of block k of a job, in any process."""
+    return job.run(job, *job.span(k))
 
 
 def read_measured(measure: str | Sequence[str], faults: Faults) -> tuple[Measured, ...]:
@@ -120,3 +152,17 @@ def check_names(measures: Sequence[Measured], names: Sequence[str], faults: Faul
         if one.name in names or one.name == ENDED:
             what = "how a run ended" if one.name == ENDED else "what is varied"
             faults.add("measure", f"{one.name} is the column of {what}; give it another name, peak={one.formula}")
+
+
+def impossible(job: Job, values: Array) -> dict[int, str]:
+    """Return, by row, why values are none of the scene: parameters above zero that are not."""
+    told: dict[int, str] = {}
+    positive = {one.name for one in job.scene.parameters if one.positive}
+    above = [k for k, name in enumerate(job.design.names) if name in positive]
+    if np.isfinite(values).all() and (values[:, above] > 0).all():
+        return told
+    for name, column in zip(job.design.names, values.T, strict=True):
+        wrong = ~(column > 0) if name in positive else ~np.isfinite(column)
+        why = "it must be positive" if name in positive else "it must be finite"
+        told |= {int(row): f"{name} = {column[row]:g}; {why}" for row in np.flatnonzero(wrong)}
+    return told

@@ -18,10 +18,9 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.resources import version
-from symdyn.study.chunks import ALL_FILES, HASH, SEAL, seal
-from symdyn.study.job import Job, units_of
-from symdyn.study.store import HASHED, KINDS, SUFFIX, InMemory, OnDisk, Store
-from symdyn.study.study import NOT_MADE
+from symdyn.study.job import Job
+from symdyn.study.runs import NOT_MADE
+from symdyn.study.store import ALL_FILES, HASH, HASHED, KINDS, SEAL, SUFFIX, InMemory, OnDisk, Store, seal
 
 FORMAT = "symdyn.study"
 
@@ -109,7 +108,7 @@ def _make(job: Job, path: Path) -> None:
             "scene_toml": job.scene_text,
             "names": list(job.design.names),
             "measures": [one.name for one in job.measures],
-            "units": units_of(job),
+            "units": job.units,
             "job": json.loads(json.dumps(job.told)),
             "told": {},
         }

@@ -1,4 +1,4 @@
-"""Plots of a study, a row of `PLOTS` each: histograms, scatter, heat maps, tornado, Sobol's indices."""
+"""Plots of runs, a row of `PLOTS` each: histograms, scatter, heat maps, tornado, Sobol's indices."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ from symdyn.errors import SimulateError
 from symdyn.scene.values import choice, suggestion
 from symdyn.simulation import CHECKS, write_picture
 from symdyn.study.design import SALTELLI
-from symdyn.study.indices import indices
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from symdyn.study.study import Study
+    from symdyn.study.runs import Runs
 
 MOST_PANELS = 8
 """Measures of one figure; further ones are left out, and the title says so."""
@@ -47,26 +46,26 @@ class Plot:
 
     Attributes:
         says: what it shows, one line.
-        draw: on an axis, from the study and the name of a measure.
-        fault: why a study has no such plot; "" where it has.
+        draw: on an axis, from the runs and the name of a measure.
+        fault: why runs have no such plot; "" where they have.
         height: of one panel, inches, from how many names are varied.
     """
 
     says: str
-    draw: Callable[[Any, Study, str], None]
-    fault: Callable[[Study], str] = lambda study: ""
+    draw: Callable[[Any, Runs, str], None]
+    fault: Callable[[Runs], str] = lambda runs: ""
     height: Callable[[int], float] = lambda names: 2.6
 
 
-def _known(study: Study, measure: str) -> tuple[Array, Array]:
+def _known(runs: Runs, measure: str) -> tuple[Array, Array]:
     """Return values and a measure of the runs that have one."""
-    column = study[measure]
+    column = runs[measure]
     there = np.isfinite(column)
-    return study.values[there], column[there]
+    return runs.values[there], column[there]
 
 
-def _histogram(axis: Any, study: Study, measure: str) -> None:
-    column = _known(study, measure)[1]
+def _histogram(axis: Any, runs: Runs, measure: str) -> None:
+    column = _known(runs, measure)[1]
     bins = int(np.clip(np.sqrt(len(column)), 8, 60))
     axis.hist(column, bins=bins, color=COLOURS["fill"], edgecolor=COLOURS["line"], linewidth=0.4)
     for share, value in zip(SHARES, np.quantile(column, SHARES), strict=True):
@@ -75,28 +74,28 @@ def _histogram(axis: Any, study: Study, measure: str) -> None:
         line.set_label(f"{100 * share:g} %: {value:.4g}")
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
     axis.set_ylabel("runs")
-    _plain(axis.set_xlabel(_label(study, measure)))
+    _plain(axis.set_xlabel(_label(runs, measure)))
 
 
-def _scatter(axis: Any, study: Study, measure: str) -> None:
-    values, column = _known(study, measure)
+def _scatter(axis: Any, runs: Runs, measure: str) -> None:
+    values, column = _known(runs, measure)
     x = values[:, 0]
     order = np.argsort(x, kind="stable")
-    if study.about.get("design") == "grid":
+    if runs.about.get("design") == "grid":
         axis.plot(x[order], column[order], "o-", color=COLOURS["line"], markersize=3, linewidth=0.9)
     else:
         step = _every(len(x))
         axis.plot(x[::step], column[::step], ".", color=COLOURS["line"], markersize=3, alpha=0.6)
-    _plain(axis.set_xlabel(_label(study, study.names[0])))
-    _plain(axis.set_ylabel(_label(study, measure)))
+    _plain(axis.set_xlabel(_label(runs, runs.names[0])))
+    _plain(axis.set_ylabel(_label(runs, measure)))
     axis.grid(alpha=0.3)
 
 
-def _heat(axis: Any, study: Study, measure: str) -> None:
-    values, column = _known(study, measure)
+def _heat(axis: Any, runs: Runs, measure: str) -> None:
+    values, column = _known(runs, measure)
     x, y = values.T
-    columns, rows = np.unique(study.values[:, 0]), np.unique(study.values[:, 1])
-    if study.about.get("design") == "grid" and min(len(columns), len(rows)) > 1:
+    columns, rows = np.unique(runs.values[:, 0]), np.unique(runs.values[:, 1])
+    if runs.about.get("design") == "grid" and min(len(columns), len(rows)) > 1:
         cells = np.full((len(rows), len(columns)), np.nan)
         cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = column
         drawn = axis.pcolormesh(columns, rows, np.ma.masked_invalid(cells), shading="nearest", rasterized=True)
@@ -105,57 +104,57 @@ def _heat(axis: Any, study: Study, measure: str) -> None:
         step = _every(len(x))
         drawn = axis.scatter(x[::step], y[::step], c=column[::step], s=8, linewidths=0)
     bar = axis.figure.colorbar(drawn, ax=axis)
-    _plain(bar.ax.set_ylabel(_label(study, measure)))
-    _plain(axis.set_xlabel(_label(study, study.names[0])))
-    _plain(axis.set_ylabel(_label(study, study.names[1])))
+    _plain(bar.ax.set_ylabel(_label(runs, measure)))
+    _plain(axis.set_xlabel(_label(runs, runs.names[0])))
+    _plain(axis.set_ylabel(_label(runs, runs.names[1])))
 
 
-def swing(study: Study, measure: str) -> tuple[Array, Array]:
+def swing(runs: Runs, measure: str) -> tuple[Array, Array]:
     """Return the means of a measure where each name is lowest, and where it is highest, shapes (k,).
 
     Of a grid that is its first and last value, of other designs the tenth of the runs with the lowest and highest.
     """
-    values, column = _known(study, measure)
+    values, column = _known(runs, measure)
     low, high = np.zeros(values.shape[1]), np.zeros(values.shape[1])
     for k, x in enumerate(values.T):
-        share = TENTH if study.about.get("design") != "grid" else 0.0
+        share = TENTH if runs.about.get("design") != "grid" else 0.0
         ends = np.quantile(x, [share, 1 - share])
         low[k], high[k] = column[x <= ends[0]].mean(), column[x >= ends[1]].mean()
     return low, high
 
 
-def _tornado(axis: Any, study: Study, measure: str) -> None:
-    low, high = swing(study, measure)
-    middle = float(_known(study, measure)[1].mean())
+def _tornado(axis: Any, runs: Runs, measure: str) -> None:
+    low, high = swing(runs, measure)
+    middle = float(_known(runs, measure)[1].mean())
     order = np.argsort(np.ptp([low, high, np.full(len(low), middle)], axis=0), kind="stable")[-MOST_BARS:]
     for place, k in enumerate(order):
         for shift, end, colour in ((0.17, low[k], "low"), (-0.17, high[k], "high")):
             axis.barh(place + shift, end - middle, left=middle, color=COLOURS[colour], height=0.32)
-    _names(axis, study, order.tolist())
+    _names(axis, runs, order.tolist())
     axis.use_sticky_edges = False
     axis.autoscale_view()
     axis.axvline(middle, color=COLOURS["mark"], linewidth=0.9)
-    _plain(axis.set_xlabel(_label(study, measure)))
+    _plain(axis.set_xlabel(_label(runs, measure)))
     _legend(axis, {"mean where the name is low": COLOURS["low"], "… and where it is high": COLOURS["high"]})
 
 
-def _indices(axis: Any, study: Study, measure: str) -> None:
-    found = indices(study, measure)
+def _indices(axis: Any, runs: Runs, measure: str) -> None:
+    found = runs.indices(measure)
     order = np.argsort(found.total, kind="stable")[-MOST_BARS:]
     each = ((0.2, found.first, found.first_interval, "line"), (-0.2, found.total, found.total_interval, "fill"))
     for shift, values, interval, colour in each:
         reach = np.abs(interval[order].T - values[order])
         style = {"ecolor": COLOURS["mark"], "error_kw": {"linewidth": 0.8, "capsize": 2}}
         axis.barh(np.arange(len(order)) + shift, values[order], xerr=reach, height=0.36, color=COLOURS[colour], **style)
-    _names(axis, study, order.tolist())
+    _names(axis, runs, order.tolist())
     axis.set_xlim(left=min(0.0, axis.get_xlim()[0]))
     _plain(axis.set_xlabel(f"part of the variance of {measure}, with {100 * found.level:g} % intervals"))
     _legend(axis, {"first order: alone": COLOURS["line"], "total: with others": COLOURS["fill"]})
 
 
-def _names(axis: Any, study: Study, order: Sequence[int]) -> None:
+def _names(axis: Any, runs: Runs, order: Sequence[int]) -> None:
     axis.set_yticks(range(len(order)))
-    for label in axis.set_yticklabels([study.names[k] for k in order]):
+    for label in axis.set_yticklabels([runs.names[k] for k in order]):
         _plain(label)
 
 
@@ -171,8 +170,8 @@ def _plain(text: Any) -> None:
     text.set_parse_math(False)
 
 
-def _label(study: Study, name: str) -> str:
-    unit = study.units.get(name, "")
+def _label(runs: Runs, name: str) -> str:
+    unit = runs.units.get(name, "")
     return f"{name}, {unit}" if unit else name
 
 
@@ -180,9 +179,9 @@ def _every(count: int) -> int:
     return -(-count // MOST_DOTS)
 
 
-def _needs(count: int, most: int | None, kind: str) -> Callable[[Study], str]:
-    def fault(study: Study) -> str:
-        k = len(study.names)
+def _needs(count: int, most: int | None, kind: str) -> Callable[[Runs], str]:
+    def fault(runs: Runs) -> str:
+        k = len(runs.names)
         if k < count or (most is not None and k > most):
             wanted = "one" if most == 1 else "two" if most else f"{count} or more"
             return f"{kind} shows {wanted} varied name{'' if most == 1 else 's'}; {k} vary here"
@@ -191,8 +190,8 @@ def _needs(count: int, most: int | None, kind: str) -> Callable[[Study], str]:
     return fault
 
 
-def _drawn_for_indices(study: Study) -> str:
-    if study.has_indices:
+def _drawn_for_indices(runs: Runs) -> str:
+    if runs.has_indices:
         return ""
     return f"indices need runs of the design {SALTELLI}; sweep again with --design {SALTELLI}"
 
@@ -211,11 +210,11 @@ PLOTS: Mapping[str, Plot] = {
 """By the word that is written."""
 
 
-def fitting(study: Study) -> str:
-    """Return the kind of plot for a study where nobody chooses."""
-    grid = study.about.get("design") == "grid"
+def fitting(runs: Runs) -> str:
+    """Return the kind of plot for runs where nobody chooses."""
+    grid = runs.about.get("design") == "grid"
     wanted = ("indices", "scatter", "heat", "tornado") if grid else ("indices", "scatter", "histogram")
-    return next(kind for kind in wanted if not PLOTS[kind].fault(study))
+    return next(kind for kind in wanted if not PLOTS[kind].fault(runs))
 
 
 def check_study_plot(path: Path | None, kind: str | None) -> None:
@@ -226,63 +225,61 @@ def check_study_plot(path: Path | None, kind: str | None) -> None:
         raise SimulateError(f"plot: {kind} is not known; {suggestion(kind, PLOTS)}")
 
 
-def figure(study: Study, measures: Sequence[str] = (), kind: str | None = None) -> Figure:
+def figure(runs: Runs, measures: Sequence[str] = (), kind: str | None = None) -> Figure:
     """Return a plot of measures, or of all, as a figure of matplotlib, which a notebook shows.
 
     Raises:
         SimulateError: a kind that is not known or does not fit, no run with a value, or no matplotlib.
         UnknownNameError: there is no such measure.
     """
-    filled = _filled(study, measures, kind)
+    filled = _filled(runs, measures, kind)
     CHECKS["plot"]()
-    return filled.figure(len(study) * len(study.names))
+    return filled.figure(len(runs) * len(runs.names))
 
 
-def drawn_study(study: Study, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:
-    """Return the picture as "svg", "pdf" or "png"; the same study, the same bytes. Errors as of `figure`."""
-    return _filled(study, measures, kind).picture(form)
+def drawn_runs(runs: Runs, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:
+    """Return the picture as "svg", "pdf" or "png"; the same runs, the same bytes. Errors as of `figure`."""
+    return _filled(runs, measures, kind).picture(form)
 
 
-def plot(study: Study, path: Path, measures: Sequence[str] = (), kind: str | None = None) -> None:
+def plot(runs: Runs, path: Path, measures: Sequence[str] = (), kind: str | None = None) -> None:
     """Write a plot to a .svg, .pdf, .png or .html file. Errors as of `figure`, and a file that cannot be written."""
     check_study_plot(path, kind)
-    facts = [("scene", study.scene), ("runs", str(len(study))), ("without a value", str(study.failed))]
-    facts += [(key, str(study.about[key])) for key in ("design", "seed") if key in study.about]
-    write_picture(path, study.scene, partial(drawn_study, study, measures=measures, kind=kind), facts)
+    facts = [("scene", runs.scene), ("runs", str(len(runs))), ("without a value", str(runs.failed))]
+    facts += [(key, str(runs.about[key])) for key in ("design", "seed") if key in runs.about]
+    write_picture(path, runs.scene, partial(drawn_runs, runs, measures=measures, kind=kind), facts)
 
 
-def _filled(study: Study, measures: Sequence[str], kind: str | None) -> FilledFigure:
+def _filled(runs: Runs, measures: Sequence[str], kind: str | None) -> FilledFigure:
     check_study_plot(None, kind)
-    names = list(measures) or list(study.measures)
+    names = list(measures or runs.measures or runs.outcomes)
     for name in names:
-        if name not in study.measures:
-            raise SimulateError(f"{study.scene}: {name} is no measure; {choice(name, tuple(study.measures))}")
-    kind = kind or fitting(study)
-    if fault := PLOTS[kind].fault(study):
-        raise SimulateError(f"{study.scene}: {fault}; of this study there are {', '.join(_possible(study))}")
-    empty = [name for name in names if not np.isfinite(study[name]).any()]
+        if name not in runs.outcomes:
+            raise SimulateError(f"{runs.scene}: {name} is no measure; {choice(name, runs.outcomes)}")
+    kind = kind or fitting(runs)
+    if fault := PLOTS[kind].fault(runs):
+        raise SimulateError(f"{runs.scene}: {fault}; of these runs there are {', '.join(_possible(runs))}")
+    empty = [name for name in names if not np.isfinite(runs[name]).any()]
     if empty:
-        raise SimulateError(
-            f"{study.scene}: no run has a value of {', '.join(empty)}, so that there is nothing to plot"
-        )
+        raise SimulateError(f"{runs.scene}: no run has a value of {', '.join(empty)}, so that there is nothing to plot")
     shown = names[:MOST_PANELS]
 
     def fill(made: Any) -> None:
         axes = made.subplots(len(shown), 1, squeeze=False)[:, 0]
         for axis, name in zip(axes, shown, strict=True):
-            PLOTS[kind].draw(axis, study, name)
-            _plain(axis.set_title(_title(study, name, len(names) - len(shown)), loc="left", fontsize=9))
+            PLOTS[kind].draw(axis, runs, name)
+            _plain(axis.set_title(_title(runs, name, len(names) - len(shown)), loc="left", fontsize=9))
 
-    height = 0.5 + PLOTS[kind].height(len(study.names)) * len(shown)
-    return FilledFigure(study.scene, (8.0, max(2.4, height)), fill)
-
-
-def _possible(study: Study) -> dict[str, Plot]:
-    return {kind: row for kind, row in PLOTS.items() if not row.fault(study)}
+    height = 0.5 + PLOTS[kind].height(len(runs.names)) * len(shown)
+    return FilledFigure(runs.scene, (8.0, max(2.4, height)), fill)
 
 
-def _title(study: Study, measure: str, more: int) -> str:
-    missing = int(np.count_nonzero(~np.isfinite(study[measure])))
-    parts = [f"{missing} of {len(study)} runs without a value left out"] if missing else []
+def _possible(runs: Runs) -> dict[str, Plot]:
+    return {kind: row for kind, row in PLOTS.items() if not row.fault(runs)}
+
+
+def _title(runs: Runs, measure: str, more: int) -> str:
+    missing = int(np.count_nonzero(~np.isfinite(runs[measure])))
+    parts = [f"{missing} of {len(runs)} runs without a value left out"] if missing else []
     parts += [f"{more} more measures not shown"] if more else []
     return measure + (f" ({'; '.join(parts)})" if parts else "")

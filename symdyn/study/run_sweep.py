@@ -15,15 +15,14 @@ from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import Values
 from symdyn.simulation.prescribed import Entries
-from symdyn.study.block import block as one_block
+from symdyn.study.distributions import Over
 from symdyn.study.executors import executor
-from symdyn.study.job import Job
+from symdyn.study.job import Job, block as one_block
+from symdyn.study.job_of_places import At, places_job
+from symdyn.study.job_of_runs import runs_job
 from symdyn.study.opened_store import check_store, opened, store_of
-from symdyn.study.places import At, at_places
-from symdyn.study.run_job import prepared
+from symdyn.study.runs import Runs
 from symdyn.study.store import SUFFIX
-from symdyn.study.study import Study
-from symdyn.study.varied import Over
 
 INTERRUPTED = "interrupted"
 
@@ -66,15 +65,15 @@ def sweep(
     at: At = None,
     progress: Callable[[float], None] | None = None,
     say: Say | None = None,
-) -> Study:
+) -> Runs:
     """Return what comes of many runs of a scene, or of many calls of one of its functions.
 
     The values of a run follow from its number and the seed alone, so that blocks, workers and interruptions change
     nothing. A sweep that Ctrl-C interrupts returns what was made; with a store as `output`, the same call goes on.
 
     >>> import symdyn
-    >>> study = symdyn.sweep(symdyn.example("pendulum"), "q1=linspace(0.1,0.3,3)", "max(abs(q1))", until=0.5)
-    >>> study["q1"].tolist(), len(study["max(abs(q1))"])
+    >>> runs = symdyn.sweep(symdyn.example("pendulum"), "q1=linspace(0.1,0.3,3)", "max(abs(q1))", until=0.5)
+    >>> runs["q1"].tolist(), len(runs["max(abs(q1))"])
     ([0.1, 0.2, 0.3], 3)
 
     Args:
@@ -135,24 +134,24 @@ def sweep(
             if said is not None and not (isinstance(said, (tuple, list, dict)) and not said)
         ]:
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
-        job = at_places(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
+        job = places_job(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
         return made(job, path, block is not None, scheduler, workers, progress, say)
     until = UNTIL if until is None else until
-    job = prepared(
+    job = runs_job(
         bound, over, measure, until, forces, start, start_rates, every, method, rtol, atol, ignore_limits, design,
         count, seed, block, faults,
     )  # fmt: skip
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 
-def open(path: str | Path) -> Study:
+def open(path: str | Path) -> Runs:
     """Return a sweep that is on disk, whole or not.
 
     Raises:
         SimulateError: there is none, or Zarr is not installed.
     """
     check_arguments(open, locals(), SimulateError)
-    return opened(Path(path)).study()
+    return opened(Path(path)).runs()
 
 
 def made(
@@ -163,8 +162,8 @@ def made(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
     say: Say | None = None,
-) -> Study:
-    """Return the study that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
+) -> Runs:
+    """Return the runs that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
 
     Raises:
         SimulateError: the store is of another sweep or cannot be written, or workers fail.
@@ -197,12 +196,12 @@ def made(
                 if progress is not None:
                     progress(1 - (len(left) - done) / job.blocks)
     except KeyboardInterrupt:
-        study = store.study(notes, perf_counter() - began)
+        runs = store.runs(notes, perf_counter() - began)
         how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
-        told = f"{INTERRUPTED}: {len(study) - study.left} of {len(study)} runs are there; {how}"
+        told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
         _tell(say, told)
-        return replace(study, notes=(*notes, told))
-    return store.study(notes, perf_counter() - began)
+        return replace(runs, notes=(*notes, told))
+    return store.runs(notes, perf_counter() - began)
 
 
 def _tell(say: Say | None, line: str) -> None:

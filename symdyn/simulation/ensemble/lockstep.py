@@ -136,4 +136,4 @@ def _sums(kept: Any, t: Any) -> Sums:
     return Sums(first, last, least, most, when_least, when_most, area, squares, t.copy())
 
 
-WAY = RunMode("64 runs in lockstep by DOP853", "compiled", 4096, ready, refuses, ("dop853",))
+MODE = RunMode("lockstep", "64 runs in lockstep by DOP853", "compiled", 4096, ready, refuses, ("dop853",))

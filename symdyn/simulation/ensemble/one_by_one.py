@@ -138,4 +138,4 @@ def measure_slopes(
     return slopes
 
 
-WAY = RunMode("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)
+MODE = RunMode("one by one", "each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

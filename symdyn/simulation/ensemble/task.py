@@ -1,8 +1,14 @@
-"""What a way to run an ensemble is given, and what it gives back for a part of the runs."""
+"""What a mode of many runs is given, what it gives back for a part of them, and how parts are handed out.
+
+Parts have a fixed number of runs, so that the same runs give the same bytes on any number of threads.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any
@@ -15,52 +21,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.simulation.ensemble.lanes import Lanes
 from symdyn.simulation.ensemble.measures import Measure, Sums
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.trajectory import INTERRUPTED
-
-
-@dataclass(frozen=True)
-class Task:
-    """Runs that are wanted.
-
-    Attributes:
-        lanes: where they start and at which values.
-        forces: what drives them.
-        times: where samples are taken, ascending, from 0 to the end; shape (T,).
-        every: seconds between samples, as they were asked for.
-        measures: of every run.
-        stops: formulas whose zeros end a run.
-        rtol, atol: tolerances on a step.
-        method: of `symdyn.simulation.METHODS`; None chooses.
-        keep: whether samples are kept.
-        ignore_limits: whether runs go on where a joint reaches a limit of its position.
-    """
-
-    lanes: Lanes
-    forces: Forces
-    times: Array
-    every: float | None
-    measures: tuple[Measure, ...]
-    stops: tuple[str, ...]
-    rtol: float
-    atol: float
-    method: str | None
-    keep: bool
-    ignore_limits: bool
-
-    @property
-    def scene(self) -> Scene:
-        """The mechanism."""
-        return self.lanes.scene
-
-    @property
-    def insides(self) -> tuple[Quantity, ...]:
-        """The formulas that measures fold, each once."""
-        return tuple(dict.fromkeys(one for measure in self.measures for one in measure.insides))
-
-    @property
-    def until(self) -> float:
-        """Time of the end, s."""
-        return float(self.times[-1])
+from symdyn.simulation.trajectory import END, INTERRUPTED
 
 
 @dataclass(frozen=True)
@@ -86,13 +47,23 @@ class RunBlock:
     steps: int = 0
     notes: tuple[str, ...] = ()
 
+    @property
+    def complete(self) -> npt.NDArray[np.bool_]:
+        """Which runs reached their end, shape (n,)."""
+        return np.array([why == END for why in self.stopped], dtype=np.bool_)
+
+    @property
+    def interrupted(self) -> npt.NDArray[np.bool_]:
+        """Which runs a user ended, shape (n,)."""
+        return np.array([why == INTERRUPTED for why in self.stopped], dtype=np.bool_)
+
 
 @dataclass(frozen=True)
 class Runner:
-    """What runs parts of an ensemble.
+    """What runs parts of a task.
 
     Attributes:
-        run: runs some of the runs; several threads may call it at a time, where the way says so.
+        run: runs some of the runs; several threads may call it at a time, where the mode says so.
         halt: makes all that run end soon.
     """
 
@@ -102,9 +73,10 @@ class Runner:
 
 @dataclass(frozen=True)
 class RunMode:
-    """A way to run an ensemble.
+    """A way to run a task.
 
     Attributes:
+        name: that users read.
         text: what it is, one line.
         library: whose it is.
         part: runs that are handed out at a time.
@@ -114,6 +86,7 @@ class RunMode:
         threads: whether parts run on threads at the same time.
     """
 
+    name: str
     text: str
     library: str
     part: int
@@ -121,6 +94,122 @@ class RunMode:
     refuses: Callable[[Task], str]
     methods: tuple[str, ...] = ()
     threads: bool = True
+
+
+@dataclass(frozen=True)
+class Task:
+    """Runs that are wanted.
+
+    Attributes:
+        lanes: where they start and at which values.
+        forces: what drives them.
+        times: where samples are taken, ascending, from 0 to the end; shape (T,).
+        every: seconds between samples, as they were asked for.
+        measures: of every run.
+        stops: formulas whose zeros end a run.
+        rtol, atol: tolerances on a step.
+        method: of `symdyn.simulation.METHODS`; None chooses.
+        keep: whether samples are kept.
+        ignore_limits: whether runs go on where a joint reaches a limit of its position.
+        mode: how they are run.
+        notes: what a user should know of that.
+    """
+
+    lanes: Lanes
+    forces: Forces
+    times: Array
+    every: float | None
+    measures: tuple[Measure, ...]
+    stops: tuple[str, ...]
+    rtol: float
+    atol: float
+    method: str | None
+    keep: bool
+    ignore_limits: bool
+    mode: RunMode
+    notes: tuple[str, ...] = ()
+
+    @property
+    def scene(self) -> Scene:
+        """The mechanism."""
+        return self.lanes.scene
+
+    @property
+    def insides(self) -> tuple[Quantity, ...]:
+        """The formulas that measures fold, each once."""
+        return tuple(dict.fromkeys(one for measure in self.measures for one in measure.insides))
+
+    @property
+    def until(self) -> float:
+        """Time of the end, s."""
+        return float(self.times[-1])
+
+    def measured(self, block: RunBlock) -> dict[str, Array]:
+        """Return measures of all runs by their texts, shape (runs,) each."""
+        known, shape = self.lanes.parameters(), (self.lanes.count,)
+        return {one.text: np.broadcast_to(one.value(block.sums, known), shape) for one in self.measures}
+
+    def run(
+        self,
+        workers: int | None = None,
+        progress: Callable[[float], None] | None = None,
+        say: Callable[[str], None] | None = None,
+    ) -> tuple[RunBlock, float]:
+        """Return all runs, and the seconds that they took once all was ready; arguments as of `symdyn.ensemble`.
+
+        Interrupted (Ctrl-C), it returns what was done.
+        """
+        say = say or (lambda line: None)
+        for note in self.notes:
+            say(note)
+        runner = self.mode.ready(self)
+        ready = time.perf_counter()
+        found = joined(self, [*_run(self, runner, workers or _cores(), progress)])
+        for note in found.notes:
+            say(note)
+        return replace(found, notes=(*self.notes, *found.notes)), time.perf_counter() - ready
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _run(task: Task, runner: Runner, workers: int, progress: Callable[[float], None] | None) -> Iterator[RunBlock]:
+    """Yield parts in their order; those that an interrupt leaves undone are empty."""
+    count, mode = task.lanes.count, task.mode
+    parts = [slice(k, min(k + mode.part, count)) for k in range(0, count, mode.part)]
+    done: dict[int, RunBlock] = {}
+    try:
+        for k, block in _parts(parts, runner, workers if mode.threads else 0):
+            done[k] = block
+            if progress is not None:
+                progress(len(done) / len(parts))
+    except KeyboardInterrupt:
+        pass
+    for k, part in enumerate(parts):
+        yield done.get(k) or nothing(task, part.stop - part.start)
+
+
+def _parts(parts: Sequence[slice], runner: Runner, workers: int) -> Iterator[tuple[int, RunBlock]]:
+    """Yield parts as they are done, on so many threads, none for this one; of an interrupt those half done too."""
+    if workers == 0:
+        for k, part in enumerate(parts):
+            yield k, runner.run(part)
+        return
+    pool = ThreadPoolExecutor(min(workers, max(1, len(parts))))
+    waiting = {pool.submit(runner.run, part): k for k, part in enumerate(parts)}
+    try:
+        while waiting:
+            for one in wait(waiting, return_when=FIRST_COMPLETED).done:
+                yield waiting.pop(one), one.result()
+    except KeyboardInterrupt:
+        runner.halt()
+        pool.shutdown(wait=True, cancel_futures=True)
+        yield from ((k, one.result()) for one, k in waiting.items() if not one.cancelled())
+        raise
+    finally:
+        runner.halt()
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def nothing(task: Task, count: int) -> RunBlock:

@@ -137,7 +137,8 @@ def _sure_step(ta: Any) -> float:
     return float(radius) / math.e**2 if radius > 0 else 1e-6
 
 
-WAY = RunMode(
+MODE = RunMode(
+    "taylor lockstep",
     "as many runs in lockstep as a vector has lanes, by Taylor's method",
     "heyoka",
     CHUNK,

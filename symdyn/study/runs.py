@@ -1,4 +1,4 @@
-"""The noun of this package: what was varied, and what came of it, a row a run."""
+"""The noun of this package: many runs of one scene, what was varied, and what came of it, a row a run."""
 
 from __future__ import annotations
 
@@ -32,24 +32,45 @@ WORDS = {NOT_MADE: "not made", ENDED: "end", STOPPED: "stopped", FAILED: "failed
 """How a run ended, by its code: at the time that was asked for, earlier because something stopped it, or nowhere."""
 
 MOST_TOLD = 10
-"""Runs that did not end whose words are kept, those with the lowest numbers."""
+"""Runs of a sweep that did not end whose words are kept, those with the lowest numbers."""
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where runs ended, and their states on the way.
+
+    Attributes:
+        names: coordinates, then velocities.
+        t: when each run ended, s, shape (N,).
+        q, qd: where, shapes (N, nq) and (N, nv); NaN for runs that did not begin.
+        times: of samples, s, shape (T,); measures are taken over these.
+        samples: q and q̇ at these times, shape (N, T, nq + nv), NaN behind a run's end; None where not asked for.
+    """
+
+    names: tuple[str, ...]
+    t: Array
+    q: Array
+    qd: Array
+    times: Array
+    samples: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Study(Shown):
-    """Runs of one scene at many values.
+class Runs(Shown):
+    """Many runs of one scene, or calls of one of its functions: what `ensemble` and `sweep` return.
 
     Attributes:
         scene: name of the mechanism.
         names: of what was varied, shape (k,).
-        units: of what was varied and of measures, by name; "" where it is not known.
+        units: of the columns, by name; "" where it is not known.
         values: what each run was made with, shape (N, k).
         measures: what came of it by name, each of shape (N,); NaN where a run failed or was not made.
         codes: how each run ended, shape (N,): a key of `WORDS`.
-        told: in words what ended the first few of those that did not reach their end, by number of the run.
-        about: how the study was made: design, seed, hash of the scene, ...
+        told: in words what ended those that did not reach their end, by number of the run; of a sweep the first few.
+        about: how they were made: design, seed, hash of the scene, method, ...
         notes: what a user should know.
         wall: seconds that the runs of this call took.
+        ends: where runs ended; None of a sweep, which keeps measures alone.
     """
 
     scene: str
@@ -62,14 +83,14 @@ class Study(Shown):
     about: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     wall: float = 0.0
+    ends: Ends | None = None
 
     def __repr__(self) -> str:
-        left = f", {self.left} not made" if self.left else ""
-        failed = f", {self.failed} failed" if self.failed else ""
-        return (
-            f"<Study of {self.scene}: {len(self)} runs{left}{failed} over {listed(self.names)}; "
-            f"{listed(self.measures)}>"
-        )
+        counts = {"not made": self.left, "failed": self.failed, "stopped": self.stopped}
+        otherwise = ", ".join(f"{count} {how}" for how, count in counts.items() if count)
+        several = f"{len(self)} runs" + (f" ({otherwise})" if otherwise else "")
+        over = f" over {listed(self.names)}" if self.names else ""
+        return f"<Runs of {self.scene}: {several}{over}{'; ' if self.measures else ''}{listed(self.measures)}>"
 
     def __len__(self) -> int:
         return len(self.values)
@@ -95,12 +116,17 @@ class Study(Shown):
         return self.left == 0
 
     @property
+    def outcomes(self) -> tuple[str, ...]:
+        """What came of the runs: measures, then coordinates and velocities at the end as `end(q1)`, where kept."""
+        return tuple(dict.fromkeys((*self.measures, *self._ends)))
+
+    @property
     def columns(self) -> tuple[str, ...]:
-        """What was varied, then measures."""
-        return (*self.names, *self.measures)
+        """What was varied, then what came of it."""
+        return (*self.names, *self.outcomes)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the names of the columns: `"m1" in study`."""
+        """Yield the names of the columns: `"m1" in runs`."""
         return iter(self.columns)
 
     def __getitem__(self, name: str) -> Array:
@@ -109,12 +135,49 @@ class Study(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        check_arguments(Study.__getitem__, locals(), UnknownNameError)
+        check_arguments(Runs.__getitem__, locals(), UnknownNameError)
         if name in self.measures:
             return self.measures[name]
         if name in self.names:
             return np.asarray(self.values[:, self.names.index(name)])
+        if name in (ends := self._ends):
+            return ends[name]
         raise UnknownNameError(f"{self.scene}: there is no column {name}; {choice(str(name), self.columns)}")
+
+    @property
+    def _ends(self) -> dict[str, Array]:
+        if self.ends is None:
+            return {}
+        states = np.hstack([self.ends.q, self.ends.qd])
+        return {f"end({name})": x for name, x in zip(self.ends.names, states.T, strict=True)}
+
+    @property
+    def _kept(self) -> Ends:
+        if self.ends is None:
+            raise SimulateError(
+                f"{self.scene}: a sweep keeps measures alone; measure such as end(q1), or take symdyn.ensemble"
+            )
+        return self.ends
+
+    @property
+    def t(self) -> Array:
+        """When each run ended, s, shape (N,); of `ensemble` alone, as are `q`, `qd` and `samples`."""
+        return self._kept.t
+
+    @property
+    def q(self) -> Array:
+        """Coordinates where runs ended, shape (N, nq)."""
+        return self._kept.q
+
+    @property
+    def qd(self) -> Array:
+        """Velocities where runs ended, shape (N, nv)."""
+        return self._kept.qd
+
+    @property
+    def samples(self) -> Array | None:
+        """States at the samples, shape (N, T, nq + nv); None where they were not asked for."""
+        return self._kept.samples
 
     def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Array:
         """Return quantiles of a column over the runs that have a value, shape (len(at),); NaN where none has.
@@ -123,7 +186,7 @@ class Study(Shown):
             UnknownNameError: there is no such column.
             SimulateError: a quantile that is not from 0 to 1.
         """
-        (at,) = walked(Study.quantiles, locals(), "at", error=SimulateError)
+        (at,) = walked(Runs.quantiles, locals(), "at", error=SimulateError)
         at = doubles(*at)
         if not all(0 <= one <= 1 for one in at):
             raise SimulateError(f"at = {quoted(list(at))}: quantiles are from 0 to 1, such as [0.05, 0.5, 0.95]")
@@ -158,8 +221,7 @@ class Study(Shown):
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns); the last one is the code of each run."""
-        parts = [self.values, *(one[:, None] for one in self.measures.values()), self.codes[:, None].astype(float)]
-        return (*self.columns, "ended"), np.hstack(parts)
+        return (*self.columns, "ended"), np.column_stack([*(self[name] for name in self), self.codes.astype(float)])
 
     def to_csv(self, file: str | Path | None = None) -> str:
         """Return the table as CSV with every digit, `ended` in words; written to a file if one is given.
@@ -167,36 +229,54 @@ class Study(Shown):
         Raises:
             EmitError: the file cannot be written.
         """
-        check_arguments(Study.to_csv, locals(), EmitError)
-        rows = zip(np.hstack([self.values, *(one[:, None] for one in self.measures.values())]), self.codes, strict=True)
-        lines = [",".join(map(_cell, (*self.columns, "ended")))]
-        lines += [",".join([*map(repr, row.tolist()), WORDS[int(code)]]) for row, code in rows]
+        check_arguments(Runs.to_csv, locals(), EmitError)
+        names, numbers = self.table()
+        lines = [",".join(map(_cell, names))]
+        lines += [",".join([*map(repr, row), WORDS[int(code)]]) for *row, code in numbers.tolist()]
         text = "\n".join(lines) + "\n"
         if file is not None:
             write_file(file, text)
         return text
 
-    def indices(self, measure: str, level: float = 0.95) -> Indices:
-        """Return Sobol's indices of a measure, with intervals; arguments and errors as of `symdyn.study.indices`."""
+    def indices(self, measure: str, level: float = 0.95, resamples: int = 400, seed: int = 0) -> Indices:
+        """Return Sobol's indices of a measure, with intervals.
+
+        >>> import symdyn
+        >>> runs = symdyn.sweep(symdyn.example("pendulum"), ["m=uniform(1,2)", "q1=uniform(0.1,0.2)"], "max(abs(q1))",
+        ...     until=1, design="saltelli", count=8)
+        >>> runs.indices("max(abs(q1))").names
+        ('m', 'q1')
+
+        Args:
+            measure: a column of runs of the design "saltelli".
+            level: with which chance the intervals hold the indices.
+            resamples: how often groups are drawn again for the intervals.
+            seed: of these draws.
+
+        Raises:
+            SimulateError: another design, or too few groups whose runs all have a value.
+            UnknownNameError: there is no such measure.
+        """
+        check_arguments(Runs.indices, locals(), SimulateError)
         from symdyn.study.indices import indices
 
-        return indices(self, measure, level)
+        return indices(self, measure, level, resamples, seed)
 
-    def plot(self, *measures: str, kind: str | None = None) -> Figure:
+    def plot(self, *outcomes: str, kind: str | None = None) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: of all measures, or of some.
 
         Args:
-            measures: names of measures.
-            kind: a key of `symdyn.study.plots.PLOTS`; None takes what fits: indices for their design, a curve over one
+            outcomes: names of measures, or such as `end(q1)` where ends are kept; none for all measures, or else ends.
+            kind: a key of `symdyn.study.PLOTS`; None takes what fits: indices for their design, a curve over one
                 name, a heat map over a grid of two, a tornado over a larger one, else histograms.
 
         Raises:
             SimulateError: no such measure or kind, one that does not fit, no run with a value, or no matplotlib.
         """
-        check_arguments(Study.plot, locals(), SimulateError)
+        check_arguments(Runs.plot, locals(), SimulateError)
         from symdyn.study.plots import figure
 
-        return figure(self, measures, kind)
+        return figure(self, outcomes, kind)
 
     def save_plot(self, file: str | Path, kind: str | None = None) -> None:
         """Write a plot of all measures to a .svg, .pdf, .png or .html file; `kind` as of `plot`.
@@ -204,17 +284,17 @@ class Study(Shown):
         Raises:
             SimulateError: another ending, or a file that cannot be written; and as of `plot`.
         """
-        check_arguments(Study.save_plot, locals(), SimulateError)
+        check_arguments(Runs.save_plot, locals(), SimulateError)
         from symdyn.study.plots import plot
 
         plot(self, Path(file), kind=kind)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the plot of all measures that have values as a picture; errors as of `plot`."""
-        check_arguments(Study.drawn, locals(), SimulateError)
-        from symdyn.study.plots import drawn_study
+        check_arguments(Runs.drawn, locals(), SimulateError)
+        from symdyn.study.plots import drawn_runs
 
-        return drawn_study(self, kind, [name for name in self.measures if self.known(name).size])
+        return drawn_runs(self, kind, [name for name in self.measures or self.outcomes if self.known(name).size])
 
     @property
     def has_indices(self) -> bool:
@@ -222,7 +302,7 @@ class Study(Shown):
         return self.about.get("design") == SALTELLI
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the columns as a data frame, a row a run; `attrs["units"]` has a unit for each.
+        """Return the columns as a data frame, a row a run; `attrs` has their units and what was told of runs.
 
         Raises:
             SimulateError: pandas is not installed.
@@ -235,7 +315,7 @@ class Study(Shown):
             ) from None
         found = pandas.DataFrame({name: self[name] for name in self.columns})
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
-        found.attrs |= {"units": dict(self.units), "scene": self.scene, **self.about}
+        found.attrs |= {"units": dict(self.units), "scene": self.scene, "told": dict(self.told), **self.about}
         return found
 
 

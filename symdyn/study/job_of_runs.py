@@ -1,26 +1,30 @@
-"""What `sweep` is to make, read and checked: a job of runs of one scene."""
+"""Jobs of runs of one scene: what `sweep` is to make, read and checked, and what comes of one block."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from symdyn.errors import SimulateError, spoken
+from symdyn.algebra import Array
+from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, Parameter, split_commas
-from symdyn.simulation import Forces, Measure, Values, check_run, read_forces, read_start
+from symdyn.simulation import Forces, Measure, RunBlock, Values, check_run, read_forces, read_start, read_task
 from symdyn.simulation.prescribed import Entries, words
 from symdyn.study.design import read_design
-from symdyn.study.job import Job, Measured, check_names, read_measured
-from symdyn.study.varied import Over, read_over
+from symdyn.study.distributions import Over, read_over
+from symdyn.study.job import BlockResult, Job, Measured, check_names, impossible, read_measured
+from symdyn.study.run_ensemble import endings
+from symdyn.study.runs import FAILED, MOST_TOLD
 
 LANES, LARGE, MOST = 64, 8192, 32768
 """Runs of a block, where nothing else is said: a part of all of them, so that there is progress, in multiples of what
@@ -29,7 +33,7 @@ compiled code takes in lockstep; of many, in multiples of what keeps threads bus
 PARTS = 16
 
 
-def prepared(
+def runs_job(
     scene: Scene,
     over: Over,
     measure: str | Sequence[str],
@@ -45,10 +49,10 @@ def prepared(
     design: str | None,
     count: int | None,
     seed: int,
-    block: int | None,
+    size: int | None,
     faults: Faults,
 ) -> Job:
-    """Return what `sweep` is to make; arguments as there.
+    """Return what `sweep` is to make; arguments as there, `size` being its block.
 
     Raises:
         SimulateError: with every fault, those that there are already among them.
@@ -57,8 +61,8 @@ def prepared(
     letters = _letters(said)
     varied = read_over(scene, over, letters, faults)
     planned = read_design(varied, design, count, seed, faults)
-    if block is not None and block < 1:
-        faults.add("block", f"{block} is no number of runs; give 1 or more")
+    if size is not None and size < 1:
+        faults.add("block", f"{size} is no number of runs; give 1 or more")
     names = [one.name for one in varied]
     known = {one.name for one in scene.parameters}
     if planned is not None and not faults.lines:
@@ -97,8 +101,9 @@ def prepared(
     }  # fmt: skip
     plain = asked | {"forces": _said(forces)}
     told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
-    size = block or usual_block(planned.count)
-    return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
+    return Job(
+        "runs", block, scene, planned, measures, asked | {"varied": parts}, told, size or usual_block(planned.count)
+    )
 
 
 def usual_block(count: int) -> int:
@@ -150,3 +155,59 @@ def _text(one: Any) -> str:
 
 def _given(values: Values | None, what: str, faults: Faults) -> dict[str, Any]:
     return words(split_commas(values), what, faults) if isinstance(values, str) else dict(values or {})
+
+
+def block(job: Job, first: int, last: int) -> BlockResult:
+    """Return measures over runs; those at values that the scene cannot have fail alone, and the others go on."""
+    values = job.design.values(first, last)
+    measures = np.full((len(values), len(job.measures)), np.nan)
+    codes = np.full(len(values), FAILED, dtype=np.uint8)
+    told, notes = impossible(job, values), dict[str, None]()
+    rows = np.array([row for row in range(len(values)) if row not in told], dtype=np.int64)
+    for some, found, measured in _possible(job, values, rows, told):
+        if found.interrupted.any():
+            raise KeyboardInterrupt
+        notes |= dict.fromkeys(found.notes)
+        codes[some], words = endings(found)
+        for column, one in enumerate(job.measures):
+            measures[some, column] = measured[one.formula]
+        told |= {int(some[row]): word for row, word in words.items()}
+    measures[codes == FAILED] = np.nan
+    return BlockResult(
+        measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]), tuple(notes)
+    )
+
+
+Some: TypeAlias = tuple[NDArray[np.int64], RunBlock, dict[str, Array]]
+"""Rows of a block, their runs, and measures of these by their formulas."""
+
+
+def _possible(job: Job, values: Array, rows: NDArray[np.int64], reported: dict[int, str]) -> Iterator[Some]:
+    """Yield rows and their runs; rows that spoil the others are found by halving, and their words go to `reported`."""
+    if not len(rows):
+        return
+    try:
+        found = _together(job, values[rows])
+    except SymdynError as fault:
+        if len(rows) == 1:
+            reported[int(rows[0])] = " ".join(str(fault).split())
+            return
+        for half in np.array_split(rows, 2):
+            yield from _possible(job, values, half, reported)
+        return
+    yield rows, *found
+
+
+def _together(job: Job, values: Array) -> tuple[RunBlock, dict[str, Array]]:
+    """Return runs at these values in lanes, as `ensemble` makes them, and their measures."""
+    asked, columns = job.asked, dict(zip(job.design.names, values.T, strict=True))
+    parts = {
+        part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
+    }
+    task = read_task(
+        job.scene, asked["forces"], asked["until"], parts["start"], parts["start_rates"], parts["values"],
+        [one.formula for one in job.measures], asked["every"], False, asked["method"], asked["rtol"], asked["atol"],
+        (), job.threads, asked["ignore_limits"],
+    )  # fmt: skip
+    found, _ = task.run(job.threads)
+    return found, task.measured(found)
