@@ -1,32 +1,276 @@
 """Runs in lockstep: 64 at a time in compiled code, each with its own step, what measures fold taken along.
 
-A tree under forces that are formulas. Runs that come to their end otherwise than by time (a joint's limit, a formula
-that stops them, a step that would vanish, more steps than a system that is not stiff takes) are run again by
-`simulate`, which says when and why.
+A tree under forces that are formulas. What runs are made of is one program, of one lane each:
+
+    rates(q, qd, t, values)      q̇, u̇
+    seen(...)                    formulas that are folded
+    watched(...)                 what ends a run where it crosses zero
+    prepare(params) -> values    what depends on parameters alone, once a run
+
+It is written as the C target writes lanes, with a loop around it, as one file. Runs that come to their end otherwise
+than by time (a joint's limit, a formula that stops them, a step that would vanish, more steps than a system that is not
+stiff takes) are run again by `simulate`, which says when and why.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import ctypes
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.algebra import Array, Batches
+from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
+from symdyn.dynamics.mechanism import TIME, quaternions
+from symdyn.dynamics.outputs import Moving
+from symdyn.emit import C, emit, render
+from symdyn.emit.code import REALS
 from symdyn.errors import MissingCompiler
-from symdyn.runtime import find_compiler
+from symdyn.graph import Expr, evaluate, substitute
+from symdyn.program import Candidates, Program, assemble, lower, prepare
+from symdyn.runtime import find_compiler, load_functions
+from symdyn.scene import Quantity
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble import one_by_one
-from symdyn.simulation.ensemble.lockstep_code import Library, library
-from symdyn.simulation.ensemble.lockstep_functions import ENERGIES, Lockstep, jacobian_at, lockstep
 from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
-from symdyn.simulation.equations.compiled_routines import Kept
-from symdyn.simulation.equations.parametrised import opened
+from symdyn.simulation.equations.compiled_routines import Kept, acting, function_of
+from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
+from symdyn.simulation.equations.parametrised import Opened, opened
+from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
 from symdyn.simulation.integrate.method import DOUBLES
+from symdyn.simulation.integrate.watch import ROUNDING
 from symdyn.simulation.integrator import dies_out_fast
+from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED
+
+TAKEN = ("q", "qd", TIME)
+
+VALUES = "values"
+"""The argument of what was prepared: a number for every lane, where `prepared` is one for all."""
+
+ENERGIES = {"kinetic_energy": "kinetic_energy", "potential_energy": "potential_energy"}
+"""Columns of a run that measures may name, and the outputs that they are."""
+
+
+@dataclass(frozen=True)
+class Lockstep:
+    """The program of runs in lockstep.
+
+    Attributes:
+        program: its functions.
+        parameters: names of what `prepare` takes, () where nothing is prepared.
+        values: how many numbers it returns.
+        seen: how many formulas are folded.
+        watched: how many ways a run may end before its time.
+        outward: the first of them that counts only where it turns positive.
+    """
+
+    program: Program
+    parameters: tuple[str, ...]
+    values: int
+    seen: int
+    watched: int
+    outward: int
+
+
+def lockstep(
+    opened: Opened, forces: Forces, insides: Sequence[Quantity], stops: Sequence[Quantity], ignore_limits: bool
+) -> Lockstep:
+    """Return the program of a tree under forces without tables and functions.
+
+    Raises:
+        DerivationError: there is no forward dynamics, or a reaction that there is not.
+    """
+    w = Workspace(opened.scene, opened.closing)
+    place = acting(w, forces)
+    accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
+    moving = Moving.driven(w)
+    named = {name for one in insides for name in one.symbols}
+    energies = {
+        w.graph.symbol(name): Candidates(w, output).cheapest().entries[0]
+        for name, output in ENERGIES.items()
+        if name in named
+    }
+    seen = substitute(substitute(moving.expressed(insides), energies), place) if insides else []
+    tau = [place[one] for one in w.state.tau]
+    driving = OUTPUTS["drive_forces"].exists(w.scene)
+    drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if driving else tau
+    limits = [] if ignore_limits else [one for one in limits_of(w.scene, w.graph, drives) if one.kind in STOPS]
+    both = [*(substitute(moving.expressed(stops), place) if stops else ()), *(f for f, _ in w.loops.ends)]
+    watched: list[Expr] = [*both, *(limit.beyond - Fraction(str(SLACK)) for limit in limits)]
+    functions = [
+        function_of(w, name, entries, TAKEN)
+        for name, entries in (
+            ("rates", [*substitute(w.state.rates, place), *accelerations]), ("seen", seen), ("watched", watched),
+        )
+        if entries
+    ]  # fmt: skip
+    made = prepare(_with_parameters(w, functions))
+    if not made.is_prepared:
+        return Lockstep(made, (), 0, len(seen), len(watched), len(both))
+    first = made[Program.PREPARE].function
+    apart = [
+        replace(
+            one.function,
+            arguments=tuple(
+                replace(a, name=VALUES) if a.name == Program.PREPARED else a
+                for a in one.function.arguments
+                if a.symbols or a.name != Program.PREPARED  # where no function needs a parameter there are no values
+            ),
+        )
+        for one in made.routines
+        if one.function.entries
+    ]
+    graph = apart[0].entries[0].graph
+    program = assemble(opened.scene, graph, tuple(apart)).checked()
+    names = tuple(str(one.value) for a in first.arguments for one in a.symbols)
+    return Lockstep(program, names, len(first.entries), len(seen), len(watched), len(both))
+
+
+def jacobian_at(made: Lockstep, parameters: Mapping[str, float], x: Array) -> Callable[[float], Array]:
+    """Return what gives ∂f/∂x at t = 0 by central differences of a relative size, zero where it is not finite."""
+    rates = made.program["rates"].function
+    known: dict[Expr, Any] = {}
+    if made.values:
+        first = made.program[Program.PREPARE].function
+        names = {one: np.float64(parameters[str(one.value)]) for a in first.arguments for one in a.symbols}
+        symbols = next(a.symbols for a in rates.arguments if a.name == VALUES)
+        known |= zip(symbols, evaluate(first.entries, Batches(), names), strict=True)
+    letters = [one for a in rates.arguments if a.name in TAKEN[:2] for one in a.symbols]
+
+    def jacobian(relative: float) -> Array:
+        steps = relative * np.maximum(1.0, np.abs(x))
+        states = np.vstack([x + np.diag(steps), x - np.diag(steps)])
+        at = known | dict(zip(letters, states.T, strict=True)) | {rates.entries[0].graph.symbol(TIME): np.float64(0.0)}
+        with np.errstate(all="ignore"):
+            found = np.array([np.broadcast_to(y, len(states)) for y in evaluate(rates.entries, Batches(), at)])
+            J = (found[:, : len(x)] - found[:, len(x) :]) / (2 * steps)
+        return np.where(np.isfinite(J), J, 0.0)
+
+    return jacobian
+
+
+def _with_parameters(w: Workspace, functions: Sequence[object]) -> Program:
+    return lower(Equations(w.scene, w.graph, tuple(functions)))  # type: ignore[arg-type]
+
+
+KEPT = 8
+"""Numbers that are kept of a formula that is folded."""
+
+MOST = 200_000
+"""Steps of a run, after which it is looked at one by one: the system may be stiff."""
+
+RESULT = 12
+"""The stage whose state is that at the end of the step."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """The compiled loop.
+
+    Attributes:
+        functions: what it runs.
+        nq, nx: numbers of coordinates, and of coordinates and velocities.
+        calls: the functions of the library.
+    """
+
+    functions: Lockstep
+    nq: int
+    nx: int
+    calls: tuple[Any, Any]
+
+    def prepared(self, parameters: Mapping[str, Array], runs: int) -> Array:
+        """Return what depends on parameters alone, shape (runs, values)."""
+        found = np.empty((runs, self.functions.values))
+        if self.functions.values and runs:
+            names = self.functions.parameters
+            given = np.empty((runs, len(names)))
+            for k, name in enumerate(names):
+                given[:, k] = parameters[name]
+            self.calls[1](runs, given.ctypes.data, found.ctypes.data)
+        return found
+
+    def run(
+        self, x: Array, values: Array, times: Array, tolerances: tuple[float, float], halt: npt.NDArray[np.int32],
+        keep: bool,
+    ) -> tuple[Array, Array, npt.NDArray[np.int32], Array, Array | None, int]:  # fmt: skip
+        """Return ends, their times, why, what is kept of formulas and of samples, and steps, from states (runs, nx)."""
+        runs, seen = len(x), self.functions.seen
+        end, ended, why = np.full((runs, self.nx), np.nan), np.zeros(runs), np.zeros(runs, dtype=np.int32)
+        sums = np.full((runs, seen, KEPT), np.nan)
+        kept = np.full((runs, len(times), self.nx), np.nan) if keep else None
+        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (x, values, np.append(times, np.inf))]
+        steps = self.calls[0](
+            runs, arrays[0].ctypes.data, arrays[1].ctypes.data, len(times), arrays[2].ctypes.data, *tolerances, MOST,
+            halt.ctypes.data, end.ctypes.data, ended.ctypes.data, why.ctypes.data, sums.ctypes.data,
+            None if kept is None else kept.ctypes.data,
+        )  # fmt: skip
+        if steps < 0:
+            raise MemoryError("no memory for runs in lockstep")
+        return end, ended, why, sums, kept, int(steps)
+
+
+def library(functions: Lockstep, quaternions: Iterable[int]) -> Library:
+    """Return the loop compiled, from the cache if it was compiled before.
+
+    Raises:
+        MissingCompiler: there is no C compiler.
+        BuildError: its own words where it refuses the code.
+    """
+    program = functions.program
+    sources = emit(program, C.name, option="batch")
+    opening = sources.stem
+    nq, nv = len(program.scene.coordinates), len(program.scene.velocities)
+    values = {
+        "stem": opening, "lanes": REALS["double"].lanes, "nq": nq, "nx": nq + nv, "values": functions.values,
+        "seen": functions.seen, "watched": functions.watched, "outward": functions.outward,
+        "quaternions": list(quaternions), **tableau(),
+        "first": _looks(FIRST), "closer": _looks(CLOSER), "rounding": repr(ROUNDING),
+    }  # fmt: skip
+    name = f"{opening}.c"
+    files = {**sources.texts, name: sources.texts[name] + render("ensemble/lockstep.c.jinja", values)}
+    exports = (f"{opening}_lockstep", *((f"{opening}_{Program.PREPARE}_rows",) if functions.values else ()))
+    _, found = load_functions(files, exports)
+    p, n, d = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+    run, prepare = found[exports[0]], found[exports[1]] if functions.values else None
+    run.argtypes, run.restype = [n, p, p, n, p, d, d, n, p, p, p, p, p, p], n
+    if prepare is not None:
+        prepare.argtypes, prepare.restype = [ctypes.c_size_t, p, p], None
+    return Library(functions, nq, nq + nv, (run, prepare))
+
+
+def tableau() -> dict[str, Any]:
+    """Return the coefficients of DOP853 as text, from SciPy's."""
+    from scipy.integrate._ivp import dop853_coefficients as of
+
+    stages = range(1, of.N_STAGES)
+    steps = [{"to": "stage", "number": s, "c": repr(float(of.C[s])), "sum": _sum(of.A[s, :s])} for s in stages]
+    steps.append({"to": "y", "number": RESULT, "c": "1.0", "sum": _sum(of.B)})
+    more = range(RESULT + 1, of.N_STAGES_EXTENDED)
+    extra = [{"number": s, "c": repr(float(of.C[s])), "sum": _sum(of.A[s, :s])} for s in more]
+    return {
+        "steps": steps, "extra": extra, "dense": [_sum(row) for row in of.D], "fifth": _sum(of.E5),
+        "third": _sum(of.E3), "stages": of.N_STAGES_EXTENDED,
+    }  # fmt: skip
+
+
+def _looks(of: Looks) -> dict[str, Any]:
+    """Return nodes, and the rows of coefficients that tell of bends, as text."""
+    rows = zip(of.coefficients, of.bends, strict=True)
+    lines = [{"numbers": [repr(float(x)) for x in row], "bends": repr(float(bend))} for row, bend in rows if bend]
+    return {"parts": [repr(float(x)) for x in of.parts], "coefficients": lines}
+
+
+def _sum(row: Array) -> str:
+    terms = [f"{float(x)!r} * a->slope[{j}][i][k]" for j, x in enumerate(row) if x]
+    return " + ".join(terms)
+
 
 ENDED, HALTED = 0, 4
 """Why a run ended, in the words of the template: by time, or since it was to be halted; all else is looked at again."""

@@ -1,24 +1,30 @@
-"""Many runs of one scene, as they are asked for, and the mode that runs them: the fastest one that applies."""
+"""Many runs of one scene, as they are asked for, and the mode that runs them: the fastest one that applies.
+
+Numbers and formulas stand for all runs; arrays have a number for each. What is varied is not written into equations:
+these are made once, at values that are like those of the runs and decide nothing about their form.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene
-from symdyn.scene.values import Faults
+from symdyn.scene import Quantity, Scene, SceneUnits, bind
+from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
 from symdyn.simulation.ensemble import lockstep, one_by_one, taylor_lockstep
-from symdyn.simulation.ensemble.lanes import read_lanes
 from symdyn.simulation.ensemble.measures import Measure, read_measures
-from symdyn.simulation.ensemble.task import RunMode, Task
+from symdyn.simulation.ensemble.task import Lanes, RunMode, Task, number
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula, words
 
 RTOL = 1e-9
 """Tolerance if none is given."""
@@ -101,3 +107,129 @@ def choose(task: Task) -> tuple[RunMode, str]:
             return mode, "; ".join(dict.fromkeys(why))
         why.append(reason)
     raise AssertionError("the last mode takes everything")
+
+
+OFF = 1 + 1 / 17
+"""Equations are made at values so much off those of a run, lest a zero or an equality there decide their form."""
+
+
+def read_lanes(scene: Scene, start: object, rates: object, values: object, faults: Faults) -> Lanes:
+    """Return the runs of an ensemble; whatever is wrong is among the faults.
+
+    Args:
+        scene: the mechanism.
+        start: numbers, formulas or arrays by coordinate, or formulas as "q1=0.3,q2=pi/2".
+        rates: likewise by velocity, or by coordinate where the velocity is its rate.
+        values: likewise by parameter, without symbols.
+        faults: takes what is wrong.
+    """
+    given = {what: _by_name(said, what, faults) for what, said in _said(start, rates, values)}
+    lengths: dict[str, int] = {}
+    read: dict[str, dict[str, Any]] = {what: {} for what in given}
+    known = {
+        "start": scene.coordinates,
+        "start rates": scene.velocities,
+        "values": tuple(p.name for p in scene.parameters),
+    }
+    for what, entries in given.items():
+        for name, raw in entries.items():
+            spelled = velocity_name(name) if what == "start rates" and name not in scene.velocities else name
+            if spelled not in known[what]:
+                faults.add(what, f"{name} is not known; {suggestion(name, known[what])}")
+            elif spelled in read[what]:
+                faults.add(what, f"{spelled} is given twice")
+            elif isinstance(raw, str | Quantity) or np.ndim(raw) == 0:
+                read[what][spelled] = raw.item() if isinstance(raw, np.ndarray) else raw
+            else:
+                array = _array(raw, f"{what}: {name}", faults)
+                if array is not None:
+                    read[what][spelled] = array
+                    lengths[f"{what} {name}"] = len(array)
+    counts = {n for n in lengths.values() if n != 1}
+    if len(counts) > 1:
+        told = ", ".join(f"{name} has {n}" for name, n in lengths.items())
+        faults.add("", f"arrays of different lengths: {told}; give each a number for every run")
+    count = max(counts) if counts and 0 not in counts else 0 if counts else 1
+    arrays: dict[str, Array] = {}
+    plain: dict[str, Any] = {}
+    for name, one in read["values"].items():
+        (arrays if isinstance(one, np.ndarray) else plain)[name] = one
+    arrays = {name: np.broadcast_to(one, (count,)) if len(one) in (1, count) else one for name, one in arrays.items()}
+    _positive(scene, arrays, faults)
+    bound = _bound(scene, plain, arrays, faults)
+    with faults.noted():
+        allowed, units, places = parameter_values(bound), SceneUnits(bound).letters, bound.coordinates
+        _prescribed(bound, read, faults)
+        for what in ("start", "start rates"):
+            for name, one in read[what].items():
+                if isinstance(one, np.ndarray):
+                    read[what][name] = np.broadcast_to(one, (count,)) if len(one) in (1, count) else one
+                else:
+                    unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
+                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
+    return Lanes(bound, count, read["start"], read["start rates"], arrays)
+
+
+def _said(start: object, rates: object, values: object) -> tuple[tuple[str, object], ...]:
+    return ("start", start), ("start rates", rates), ("values", values)
+
+
+def _by_name(specified: object, what: str, faults: Faults) -> Mapping[str, Any]:
+    if specified is None:
+        return {}
+    if isinstance(specified, str):
+        return words(split_commas(specified), what, faults)
+    if isinstance(specified, Mapping):
+        return specified
+    faults.add(what, f"a {type(specified).__name__} names nothing; give values by name, such as {{'q1': array}}")
+    return {}
+
+
+def _array(raw: object, where: str, faults: Faults) -> Array | None:
+    """Return a number for every run; None after a fault."""
+    try:
+        found = np.array(raw, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        faults.add(where, "is no array of numbers; give a number for every run")
+        return None
+    if found.ndim != 1:
+        faults.add(where, f"has shape {found.shape}; give a number for every run, shape (N,)")
+        return None
+    wrong = np.flatnonzero(~np.isfinite(found))
+    if len(wrong):
+        faults.add(where, f"run {wrong[0]} has {found[wrong[0]]}; every run needs a finite number")
+        return None
+    return found
+
+
+def _positive(scene: Scene, arrays: Mapping[str, Array], faults: Faults) -> None:
+    for p in scene.parameters:
+        if not (p.positive and p.name in arrays):
+            continue
+        wrong = np.flatnonzero(arrays[p.name] <= 0)
+        if len(wrong):
+            worst = arrays[p.name][wrong[0]]
+            faults.add(f"values: {p.name}", f"run {wrong[0]} has {worst:g}; it must be positive")
+
+
+def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], faults: Faults) -> Scene:
+    """Return the scene with its values, what is varied at values near those of the runs."""
+    near = {name: float(one[0]) if len(one) else 1.0 for name, one in arrays.items()}
+    for p in scene.parameters:
+        if p.name in arrays and not len(arrays[p.name]) and p.value is not None:
+            near[p.name] = number(p.value)
+    for off in (OFF, 1.0):
+        own = Faults("")
+        with own.noted():
+            off_these = {name: x * off or (0.0 if off == 1.0 else 1.0) for name, x in near.items()}
+            return bind(scene, {**plain, **off_these}) if plain or near else scene
+    faults.lines += own.lines
+    return scene
+
+
+def _prescribed(scene: Scene, read: Mapping[str, Mapping[str, Any]], faults: Faults) -> None:
+    moved = {scene.velocities[k] for k in scene.led_velocities}
+    for name in (*map(velocity_name, read["start"]), *read["start rates"]):
+        if name in moved:
+            said = name.removesuffix("_dot")
+            faults.add("start", f"{said} has a prescribed motion, which says how it starts")

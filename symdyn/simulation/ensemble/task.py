@@ -9,19 +9,94 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra import Array
+from symdyn.algebra import Array, Batches
+from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
+from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
-from symdyn.simulation.ensemble.lanes import Lanes
+from symdyn.scene.joints import start_of
+from symdyn.scene.values import spell
 from symdyn.simulation.ensemble.measures import Measure, Sums
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.trajectory import END, INTERRUPTED
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """The runs of an ensemble.
+
+    Attributes:
+        scene: the mechanism, all parameters bound; varied ones at values near those of the runs.
+        count: how many runs.
+        start, rates: what is given in place of what the scene says, by coordinate and by velocity: formulas, or arrays
+            of shape (count,).
+        values: of varied parameters by name, shape (count,).
+    """
+
+    scene: Scene
+    count: int
+    start: Mapping[str, Quantity | Array] = field(default_factory=dict)
+    rates: Mapping[str, Quantity | Array] = field(default_factory=dict)
+    values: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def varied(self) -> dict[str, Array]:
+        """What differs between runs, by name, shape (count,)."""
+        given = (*self.values.items(), *self.start.items(), *self.rates.items())
+        return {name: one for name, one in given if isinstance(one, np.ndarray)}
+
+    def parameters(self, part: slice = slice(None)) -> dict[str, Array]:
+        """Return the values of all parameters by name, numbers or shape (runs of the part,)."""
+        known: dict[str, Any] = {p.name: number(p.value) for p in self.scene.parameters if p.value is not None}
+        return known | {name: one[part] for name, one in self.values.items()}
+
+    def states(self, part: slice = slice(None)) -> tuple[Array, Array]:
+        """Return where runs of a tree start, shapes (runs, nq) and (runs, nv); quaternions of length 1."""
+        scene, graph = self.scene, Graph()
+        moved = prescribed(scene, graph)
+        q: list[Any] = [self.start.get(n, x) for n, x in zip(scene.coordinates, start_of(scene).position, strict=True)]
+        u: list[Any] = [self.rates.get(n, x) for n, x in zip(scene.velocities, start_of(scene).velocity, strict=True)]
+        known = {graph.symbol(name): value for name, value in self.parameters(part).items()}
+        known[graph.symbol(TIME)] = np.zeros(())
+        for k, position, rate in zip(moved.place, moved.position, moved.velocity, strict=True):
+            place = scene.coordinates.index(scene.velocities[k].removesuffix("_dot"))
+            q[place], u[k] = position, rate
+        runs = len(range(self.count)[part])
+        found = np.empty((len(q) + len(u), runs))
+        with np.errstate(all="ignore"):
+            for row, one in zip(found, (*q, *u), strict=True):
+                if isinstance(one, np.ndarray):
+                    row[:] = one[part]
+                else:
+                    entry = one.express(graph) if isinstance(one, Quantity) else one
+                    row[:] = evaluate([entry], Batches(), known)[0]
+        positions, rates = found[: len(q)].T.copy(), found[len(q) :].T.copy()
+        names = list(scene.coordinates)
+        for group in quaternions(scene):
+            turn = slice(names.index(group[0]), names.index(group[0]) + 4)
+            with np.errstate(all="ignore"):
+                positions[:, turn] /= np.linalg.norm(positions[:, turn], axis=1, keepdims=True)
+        return positions, rates
+
+    def one(self, k: int) -> tuple[dict[str, float], dict[str, Any], dict[str, Any]]:
+        """Return values, start and rates of one run, as `simulate` takes them."""
+        values = {name: float(one[k]) for name, one in self.values.items()}
+        start, rates = (
+            {name: float(one[k]) if isinstance(one, np.ndarray) else spell(one) for name, one in given.items()}
+            for given in (self.start, self.rates)
+        )
+        return values, start, rates
+
+
+def number(value: Quantity) -> float:
+    """Return the number that a value without symbols is."""
+    return float(evaluate([value.express(Graph())], Batches(), {})[0])
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
 from symdyn.simulation.ensemble import lockstep, one_by_one
-from symdyn.simulation.ensemble.lockstep_functions import VALUES
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
 from symdyn.simulation.integrate import METHODS
@@ -64,7 +63,7 @@ def ready(task: Task) -> Runner:
     variables = [hy.expression(str(one.value)) for one in states]
     known: dict[Expr, Any] = dict(zip(states, variables, strict=True))
     known[symbols[TIME][0]] = hy.time
-    known |= {one: hy.par[k] for k, one in enumerate(symbols.get(VALUES, ()))}
+    known |= {one: hy.par[k] for k, one in enumerate(symbols.get(lockstep.VALUES, ()))}
     entries = evaluate(rates.entries, Expressions(), known)
     with interrupts_wait():
         system = list(zip(variables, entries, strict=True))
