@@ -319,7 +319,7 @@ def test_runs_of_an_ensemble_and_of_a_sweep_are_one_noun() -> None:
         assert given.units[name] == drawn.units[name]
     assert given.to_csv().splitlines()[0] == "q1,max(q1),end(q1),end(q1_dot),ended"
     assert given.quantiles("end(q1_dot)", [0.0])[0] == given.extremes("end(q1_dot)")[0]
-    np.testing.assert_array_equal(given.table()[1][:, 2], given.q[:, 0])
+    np.testing.assert_array_equal(given.table()[1][:, 3], given.qd[:, 0])
     if EXTRAS["plot"].there:
         assert given.drawn("svg") == given.drawn("svg")
         assert "image/svg+xml" in given.plot("end(q1_dot)")._repr_mimebundle_()  # type: ignore[attr-defined]

@@ -101,7 +101,7 @@ class Uncertainty(Shown):
         found = variations(run, given, initial, names)
         columns = _columns(run, requested)
         said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
-        return cls(run, tuple(names), covariance, columns, found.slopes(columns), (*run.notes, *said))
+        return cls(run, tuple(names), covariance, columns, found.slopes(run, columns), (*run.notes, *said))
 
     @classmethod
     def of_forces(

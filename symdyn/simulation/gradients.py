@@ -1,6 +1,6 @@
 """How the end of a run depends on its start and on parameters: the function `sensitivity`.
 
-    Φ = ∂(end)/∂(start, p)        by variational equations (forward) or by adjoints (backward), see `tape`
+    Φ = ∂(end)/∂(start, p)        by variational equations (forward) or by adjoints (backward), see `variations`
 
 Positions move along the velocities, d/dε f(q ∘ exp(ε X_k)), velocities by themselves, each with the other held. The
 start of a closed mechanism moves along its manifold: independent positions (of rows that hold positions) and
@@ -11,7 +11,7 @@ changes while the independent start is held: what depends on it follows the para
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,26 +21,22 @@ from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
-from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
+from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.simulation.forward import check_run, ready
+from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import Start, Values, read_start
-from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.method import DOUBLES
-from symdyn.simulation.integrate.tape import UNHEARD, Tape, taped
-from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.integrate.tape import UNHEARD
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.run import Outlook
+from symdyn.simulation.variations import Variations
 
 DOORS = {"forward": ALONG, "adjoint": AGAINST}
 
 RTOL = 1e-12
 """Tolerance of a step: of the motion, and so of its derivatives, whose steps are the same."""
-
-FINEST = 100 * float(np.finfo(np.float64).eps)
-"""The finest relative tolerance that the methods take."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,49 +151,30 @@ def sensitivity(
     faults.close(SimulateError)
     system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
-    ready(system, x)
-    along = smooth_flow(system, parameters, DOORS[by])
-    ways, changes, names = along.starting(x[: along.size])
-    stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
-    name = "radau" if stiff else "dop853"
-    relative, absolute, others = METHODS[name].tolerances(name, RTOL if rtol is None else rtol, atol)
     outlook, told = Outlook(until, say), progress or UNHEARD
 
     def look(t: float) -> None:
         outlook.look(t)
         told(t / until / 2)
 
-    tape = taped(along, x[: along.size], probe, until, relative, absolute, stiff, look)
-    wanted = [every.index(name) for name in rows]
-    covectors = _ends(along, tape.x)[wanted]
-    if by == "forward":
-        matrix = covectors @ tape.forward(along, ways, changes, lambda part: told((1 + part) / 2)).T
-    else:
-        moved, changed = tape.backward(along, covectors, lambda part: told((1 + part) / 2))
-        matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
-    return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes, *others))
+    def later(part: float) -> None:
+        told((1 + part) / 2)
+
+    of_run = Variations.of(
+        system, x, np.array([0.0, until]), None, parameters, RTOL if rtol is None else rtol, atol, DOORS[by], look
+    )
+    end, tape = of_run.tape.x[-1], of_run.tape
+    covectors = _ends(of_run.flow, end)[[every.index(name) for name in rows]]
+    matrix = covectors @ of_run.forward(later)[-1].T if by == "forward" else of_run.backward(covectors, later)
+    if not np.all(np.isfinite(matrix)):
+        raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {until:g} s")
+    q, u, notes = end[: system.nq], end[system.nq :], (*initial.notes, *system.notes, *of_run.notes)
+    return Sensitivity(scene, until, q, u, rows, of_run.names, matrix, by, tape.method, len(tape.steps), notes)
 
 
 def _each(names: str | Sequence[str]) -> tuple[str, ...]:
     """Return names once each; one name alone is one."""
     return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
-
-
-def _probe(along: Flow, ways: Array, changes: Array) -> tuple[Array, Array]:
-    """Return a variation with a part of every column, of parameters by their size, δx and δp."""
-    parts = np.cos(1.0 + np.arange(len(ways)))
-    sizes = [abs(along.system.opened.values[name]) or 1.0 for name in along.parameters]
-    parts[len(parts) - len(sizes) :] *= sizes
-    return parts @ ways, parts @ changes[:, : len(sizes)]
-
-
-def _found(
-    along: Flow, tape: Tape, until: float, rows: tuple[str, ...], names: tuple[str, ...], matrix: Array, by: str
-) -> Sensitivity:
-    scene, nq = along.system.scene, along.system.nq
-    if not np.all(np.isfinite(matrix)):
-        raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {until:g} s")
-    return Sensitivity(scene, until, tape.x[:nq], tape.x[nq:], rows, names, matrix, by, tape.method, len(tape.steps))
 
 
 def _ends(along: Flow, x: Array) -> Array:

@@ -1,17 +1,17 @@
-"""How a whole run depends on its start and on parameters, at each of its samples: variational equations beside it.
+"""How a whole run depends on its start and on parameters: the steps that were taken, and their derivative.
 
     Ẇ = ∂f/∂x W + ∂f/∂p C        W = ∂x/∂(start, p), a way a column; C says by how much it changes each parameter
 
-They are integrated together with the motion, to tolerances of both, by the flow that `sensitivity` takes; what does not
-belong to the state (forces, energies, points, outputs) is told at states and values next to the run, on both sides of
-it, and divided by the distance.
+What is differentiated are the steps of the run (`tape`), which end on each sample that is asked for: the last sample
+forward is what `sensitivity` returns, and backward come its adjoints. What does not belong to the state (forces,
+energies, points, outputs) is told at states and values next to the run, on both sides of it, and divided by the
+distance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,21 +20,23 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.equations.variational import Flow, smooth_flow
+from symdyn.simulation.equations.variational import ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import ready
-from symdyn.simulation.gradients import FINEST
 from symdyn.simulation.initial import Start
-from symdyn.simulation.integrate.method import LIBRARIES_RAISE
+from symdyn.simulation.integrate import METHODS
+from symdyn.simulation.integrate.method import IntegrationError
+from symdyn.simulation.integrate.tape import UNHEARD, Tape, Told, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.run import Run
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.trajectory_builder import trajectory_of
+from symdyn.unlocked import cached_property
 
 RTOL = 1e-10
-"""Relative tolerance of a step, of the motion and of its variations."""
+"""Relative tolerance of a step, of a run whose columns are varied."""
 
 STEP = 1e-5
 """Part of a parameter's size, or 1, by which columns beside the state are told on both sides of a run."""
@@ -45,32 +47,99 @@ UNTOLD = frozenset({"work", "energy_error", "loop_error", "loop_rate_error"})
 
 @dataclass(frozen=True, eq=False)
 class Variations:
-    """A run, and the directions in which it moves where its start or a parameter does.
+    """The steps of a run, and the directions in which it moves where its start or a parameter does.
 
     Attributes:
-        system: the mechanism under its forces.
-        run: the motion itself.
-        names: positions and velocities at the start, and parameters.
-        ways: change of the state, q and then u, over that of each name, shape (N, k, nq + nv).
-        rates: likewise of its rate, q̇ and then u̇.
+        flow: the mechanism under its forces, and its derivative.
+        tape: the steps.
+        times: at which steps end, s, shape (T,).
+        names: positions and velocities at the start, and parameters, shape (k,).
+        starts: change of the state at the start, q and then u, over that of each name, shape (k, nq + nv).
         changes: by how much each name changes each of the flow's parameters, shape (k, at least 1).
+        notes: what a user should know of tolerances.
     """
 
-    system: StateEquations
-    run: Trajectory
+    flow: Flow
+    tape: Tape
+    times: Array
     names: tuple[str, ...]
-    parameters: tuple[str, ...]
-    ways: Array
-    rates: Array
+    starts: Array
     changes: Array
+    notes: tuple[str, ...] = ()
 
-    def slopes(self, columns: Sequence[str]) -> Array:
-        """Return the derivatives of columns of the run by each of the names, shape (N, columns, k)."""
-        scene = self.run.scene
+    @classmethod
+    def of(
+        cls,
+        system: StateEquations,
+        x: Array,
+        times: Array,
+        names: Sequence[str] | None = None,
+        parameters: Sequence[str] | None = None,
+        rtol: float = RTOL,
+        atol: float | None = None,
+        sweep: str = ALONG,
+        look: Told = UNHEARD,
+    ) -> Variations:
+        """Return the steps of a run from a state on.
+
+        Args:
+            system: the mechanism under its forces.
+            x: the state at the first of the times, work behind it.
+            times: ascending, s, shape (T,).
+            names: what is varied; None for the independent positions and velocities, and the parameters.
+            parameters: of the flow; None for all that are free in the equations.
+            rtol: relative tolerance of a step.
+            atol: absolute tolerance of a step; None takes rtol.
+            sweep: along directions, or against covectors.
+            look: hears the time after every step.
+
+        Raises:
+            IntegrationError: the run does not come to its end.
+            SimulateError: forces jump; or a name that follows others through the loops.
+        """
+        ready(system, x)
+        flow = smooth_flow(system, parameters, sweep)
+        starts, changes, known = flow.starting(x[: flow.size])
+        lacking = [name for name in names or () if name not in known]
+        if lacking:
+            raise SimulateError(
+                f"{system.scene.name}: {', '.join(lacking)} at the start follows others through the loops; independent "
+                f"there are {listed(known[: len(known) - len(flow.parameters)])}"
+            )
+        rows = [known.index(name) for name in (known if names is None else names)]
+        names, starts, changes = tuple(known[k] for k in rows), starts[rows], changes[rows]
+        until = float(times[-1])
+        stiff = is_stiff(system, x, until)
+        name = "radau" if stiff else "dop853"
+        relative, absolute, said = METHODS[name].tolerances(name, rtol, atol)
+        parts = np.cos(1.0 + np.arange(len(rows))) * [_size(system, name) for name in names]
+        probe = parts @ starts, parts @ changes[:, : len(flow.parameters)]
+        tape = taped(flow, x[: flow.size], probe, times, relative, absolute, stiff, look)
+        return cls(flow, tape, times, names, starts, changes, tuple(said))
+
+    def forward(self, reported: Told = UNHEARD) -> Array:
+        """Return the change of the state at all times over that of each name, shape (T, k, nq + nv)."""
+        return self.tape.forward(self.flow, self.starts, self.changes, reported)
+
+    def backward(self, covectors: Array, reported: Told = UNHEARD) -> Array:
+        """Return the derivatives of combinations of the state at the end, shape (m, nq + nv); shape (m, k)."""
+        moved, changed = self.tape.backward(self.flow, covectors, reported)
+        return moved @ self.starts.T + changed @ self.changes[:, : len(self.flow.parameters)].T
+
+    @cached_property
+    def ways(self) -> Array:
+        """What `forward` returns."""
+        return self.forward()
+
+    def slopes(self, run: Trajectory, columns: Sequence[str]) -> Array:
+        """Return the derivatives of columns of the run by each of the names, shape (T, columns, k)."""
+        scene = run.scene
         nq, nv = len(scene.coordinates), len(scene.velocities)
-        exact = [*scene.coordinates, *scene.velocities, *self.run.names[1 + nq + nv : 1 + nq + 2 * nv]]
-        parts = np.concatenate([self.ways, self.rates[:, :, nq:]], axis=2)
-        found = np.zeros((len(self.run.t), len(columns), len(self.names)))
+        exact = [*scene.coordinates, *scene.velocities, *run.names[1 + nq + nv : 1 + nq + 2 * nv]]
+        each = zip(self.times.tolist(), self.tape.x, self.ways, strict=True)
+        rates = np.array([self.flow.along(t, x, way, self.changes) for t, x, way in each])
+        parts = np.concatenate([self.ways, rates[:, :, nq:]], axis=2)
+        found = np.zeros((len(run.t), len(columns), len(self.names)))
         beside = [name for name in columns if name not in exact]
         for j, name in enumerate(columns):
             if name in exact:
@@ -79,33 +148,32 @@ class Variations:
             at = [j for j, name in enumerate(columns) if name not in exact]
             for k in range(len(self.names)):
                 step = self.step(k)
-                ahead, behind = (self.beside(k, sign * step) for sign in (1, -1))
+                ahead, behind = (self.beside(run, k, sign * step) for sign in (1, -1))
                 found[:, at, k] = np.array([(ahead[name] - behind[name]) / (2 * step) for name in beside]).T
         return found
 
     def step(self, k: int) -> float:
         """Return by how much a name may be moved, so that the run moves by little against the size of everything."""
         largest = float(np.abs(self.ways[:, k]).max(initial=0.0))
-        return STEP * min(_size(self.system, self.names[k]), 1.0 / largest if largest else 1.0)
+        return STEP * min(_size(self.flow.system, self.names[k]), 1.0 / largest if largest else 1.0)
 
-    def beside(self, k: int, step: float) -> Trajectory:
+    def beside(self, run: Trajectory, k: int, step: float) -> Trajectory:
         """Return the run as it is to first order where one of the names is moved by a step."""
-        run, system = self.run, self.system
+        system = self.flow.system
         x = np.hstack([run.q, run.qd]) + step * self.ways[:, k]
         x = np.hstack([x, np.zeros((len(x), int(system.works)))])
         moved = {
             name: system.opened.values[name] + step * float(change)
-            for name, change in zip(self.parameters, self.changes[k], strict=False)
+            for name, change in zip(self.flow.parameters, self.changes[k], strict=False)
             if change
         }
         if moved:
             scene = bind(system.scene, moved)
             system = system.at(scene, system.forces)
-        found = Run(run.t, x, (), END, 0, 0, 0.0, 0.0)
-        return trajectory_of(system, found, (), (), False)
+        return trajectory_of(system, Run(run.t, x, (), END, 0, 0, 0.0, 0.0), (), (), False)
 
 
-def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[str], rtol: float = RTOL) -> Variations:
+def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[str]) -> Variations:
     """Return how a run moves where names at its start, or parameters, move.
 
     Args:
@@ -113,7 +181,6 @@ def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[st
         forces: what drove it.
         start: the state that it started from.
         names: independent positions and velocities at the start as `sensitivity` calls them, and parameters.
-        rtol: relative tolerance.
 
     Raises:
         SimulateError: a name that is none of these; forces that have no derivative; or an integration that fails.
@@ -122,21 +189,15 @@ def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[st
     _check(scene, forces, names)
     system = state_equations(scene, forces, (), start.q)
     x = np.concatenate([start.q, start.u, np.zeros(int(system.works))])
-    ready(system, x)
     every = [one.name for one in scene.parameters]
-    along = smooth_flow(system, tuple(name for name in names if name in every))
-    ways, changes, columns = along.starting(x[: along.size])
-    lacking = [name for name in names if name not in columns]
-    if lacking:
-        raise SimulateError(
-            f"{scene.name}: {', '.join(lacking)} at the start follows others through the loops; independent there are "
-            f"{listed(columns[: len(columns) - len(along.parameters)])}"
-        )
-    rows = [columns.index(name) for name in names]
-    sizes = np.array([_size(system, name) for name in names])[:, None]
-    stiff = is_stiff(system, x, float(run.t[-1]))
-    moved, rates = _integrated(along, x[: along.size], ways[rows] * sizes, changes[rows] * sizes, run.t, stiff, rtol)
-    return Variations(system, run, tuple(names), along.parameters, moved / sizes, rates / sizes, changes[rows])
+    what = f"{scene.name}: variations of the run to t = {run.t[-1]:g} s"
+    try:
+        found = Variations.of(system, x, run.t, names, [name for name in names if name in every])
+    except IntegrationError as fault:
+        raise SimulateError(f"{what}: {fault}") from fault
+    if not np.all(np.isfinite(found.ways)):
+        raise SimulateError(f"{what}: a derivative has no finite value")
+    return found
 
 
 def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
@@ -154,40 +215,3 @@ def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
 def _size(system: StateEquations, name: str) -> float:
     """Return what a change of a name is measured by: its size, of a parameter, or 1."""
     return abs(system.opened.values.get(name, 1.0)) or 1.0
-
-
-def _integrated(
-    along: Flow, x: Array, ways: Array, changes: Array, times: Array, stiff: bool, rtol: float
-) -> tuple[Array, Array]:
-    """Return the ways and their rates at times, shapes (N, k, nx) each.
-
-    Raises:
-        SimulateError: they have no finite value on the way.
-    """
-    from scipy.integrate import solve_ivp
-
-    n, k = len(x), len(ways)
-
-    def rates(t: float, y: Array) -> Array:
-        return np.concatenate([along.rates(t, y[:n]), along.along(t, y[:n], y[n:].reshape(k, n), changes).ravel()])
-
-    def slopes(t: float, y: Array) -> Array:  # without second derivatives
-        return np.asarray(np.kron(np.eye(1 + k), along.slopes(t, y[:n])[0]), dtype=np.float64)
-
-    options: dict[str, Any] = {"method": "Radau", "jac": slopes} if stiff else {"method": "DOP853"}
-    rtol = max(rtol, FINEST)
-    begin, end = float(times[0]), float(times[-1])
-    why = "a derivative has no finite value"
-    found = np.empty((0, 0))
-    try:
-        with np.errstate(all="ignore"):
-            y = np.concatenate([x, ways.ravel()])
-            solved = solve_ivp(rates, (begin, end), y, t_eval=times, rtol=rtol, atol=rtol, **options)
-        found, why = solved.y.T, why if solved.success else str(solved.message).rstrip(".")
-    except LIBRARIES_RAISE as fault:
-        why = str(fault)
-    if len(found) != len(times) or not np.all(np.isfinite(found)):
-        raise SimulateError(f"{along.system.scene.name}: variations of the run to t = {end:g} s: {why}")
-    moved = found[:, n:].reshape(len(times), k, n)
-    each = zip(times.tolist(), found[:, :n], moved, strict=True)
-    return moved, np.array([along.along(t, at, W, changes) for t, at, W in each])

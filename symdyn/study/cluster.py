@@ -23,7 +23,7 @@ from distributed.scheduler import KilledWorker, NoValidWorkerError
 from symdyn.errors import StudyError, quoted
 from symdyn.interrupts import interrupts_wait
 from symdyn.resources import version
-from symdyn.study.executors import Block, Say, heard_ctrl_c
+from symdyn.study.executor import Block, Say, heard_ctrl_c
 
 Task = distributed.Future[Any]
 

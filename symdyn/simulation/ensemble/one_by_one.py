@@ -133,7 +133,7 @@ def measure_slopes(
     slopes = np.zeros((len(read), len(names)))
     for k in range(len(names)):
         step = found.step(k)
-        ahead, behind = (measured(found.beside(k, sign * step), read) for sign in (1, -1))
+        ahead, behind = (measured(found.beside(run, k, sign * step), read) for sign in (1, -1))
         slopes[:, k] = (ahead - behind) / (2 * step)
     return slopes
 

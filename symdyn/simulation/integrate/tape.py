@@ -3,6 +3,7 @@
     X_i = x + h Σ_j a_ij K_j      K_i = f(t + c_i h, X_i)      x' = x + h Σ_i b_i K_i
 
     forward     δK_i = J_i (δx + h Σ_j a_ij δK_j) + F_i δp            δx' = δx + h Σ_i b_i δK_i
+    inside      δx(θ) = δx + h Σ_i b_i(θ) δK_i                        at a part θ of a step, as x(θ) is
     backward    κ_i = b_i λ' + Σ_j a_ji X̄_j,  X̄_i = h J_iᵀ κ_i        λ = λ' + Σ_i X̄_i,   p̄ += h Σ_i F_iᵀ κ_i
 
 J and F are ∂f/∂x and ∂f/∂p at the stages. What is differentiated is the map from start to end that was computed, its
@@ -47,11 +48,12 @@ RADAU = (
 
 @dataclass(frozen=True)
 class Taken:
-    """A step: where it began, its length, and the states of its stages, shape (s, nx)."""
+    """A step: where it began, its length, the states of its stages, shape (s, nx), and the parts of it with samples."""
 
     t: float
     h: float
     stages: Array
+    parts: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -60,27 +62,35 @@ class Tape:
 
     Attributes:
         method: its key in `METHODS`.
-        a, b, c: its coefficients, shapes (s, s), (s,) and (s,).
+        a, b, c: its coefficients, shapes (s, s), (stages that an end takes,) and (s,).
+        dense: coefficients of b(θ), see `_inside`.
         steps: in order.
-        x: state at the end, shape (nx,).
+        x: states at the samples, shape (T, nx), at the start and at the end too.
     """
 
     method: str
     a: Array
     b: Array
     c: Array
+    dense: Array
     steps: tuple[Taken, ...]
     x: Array
 
     def forward(self, flow: Flow, ways: Array, changes: Array, reported: Told = UNHEARD) -> Array:
-        """Return δx at the end, shape (k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np).
+        """Return δx at the samples, shape (T, k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np).
 
         `reported` hears the share of the steps that is done.
         """
+        found = [ways]
         for done, step in enumerate(self.steps, 1):
-            ways = ways + step.h * np.einsum("i,ikn->kn", self.b, self._slopes(flow, step, ways, changes))
+            slopes = self._slopes(flow, step, ways, changes)
+            end = ways + step.h * np.einsum("i,ikn->kn", self.b, slopes[: len(self.b)])
+            for part in step.parts:
+                inside = end if part == 1 else ways + step.h * np.einsum("i,ikn->kn", self._inside(part), slopes)
+                found.append(inside)
+            ways = end
             reported(done / len(self.steps))
-        return ways
+        return np.array(found)
 
     def backward(self, flow: Flow, covectors: Array, reported: Told = UNHEARD) -> tuple[Array, Array]:
         """Return λᵀ ∂(end)/∂(start), shape (k, nx), and λᵀ ∂(end)/∂p, shape (k, np), of λ, shape (k, nx).
@@ -97,7 +107,7 @@ class Tape:
     def _slopes(self, flow: Flow, step: Taken, ways: Array, changes: Array) -> Array:
         """Return δK of all stages, shape (s, k, nx)."""
         s, n = step.stages.shape
-        times = (step.t + self.c * step.h).tolist()
+        times = (step.t + self.c[:s] * step.h).tolist()
         if self._explicit:
             found = np.zeros((s, *ways.shape))
             for i in range(s):
@@ -111,13 +121,13 @@ class Tape:
 
     def _pulled(self, flow: Flow, step: Taken, covectors: Array) -> tuple[Array, Array]:
         """Return what a step adds to λ and to p̄."""
-        s, n = step.stages.shape
-        times = (step.t + self.c * step.h).tolist()
+        s, n = len(self.b), step.stages.shape[1]
+        times = (step.t + self.c[:s] * step.h).tolist()
         back = np.zeros((s, *covectors.shape))
         changes = np.zeros((len(covectors), len(flow.parameters)))
         if self._explicit:
             for i in reversed(range(s)):
-                kappa = self.b[i] * covectors + np.einsum("j,jkn->kn", self.a[i + 1 :, i], back[i + 1 :])
+                kappa = self.b[i] * covectors + np.einsum("j,jkn->kn", self.a[i + 1 : s, i], back[i + 1 :])
                 moved, changed = flow.against(times[i], step.stages[i], kappa)
                 back[i], changes = step.h * moved, changes + step.h * changed
             return back.sum(axis=0), changes
@@ -126,6 +136,15 @@ class Tape:
         kappa = np.linalg.solve(self._matrix([J for J, _ in pairs], step.h).T, right).reshape(s, n, -1)
         pulled = sum((kappa[i].T @ J for i, (J, _) in enumerate(pairs)), np.zeros_like(covectors))
         return pulled, sum((kappa[i].T @ F for i, (_, F) in enumerate(pairs)), changes)
+
+    def _inside(self, part: float) -> Array:
+        """Return b(θ), shape (s,): in powers of θ, of DOP853 in products of θ and 1 - θ by turns."""
+        if not self._explicit:
+            return np.asarray(part ** np.arange(1, 4) @ self.dense)
+        found = np.zeros(len(self.c))
+        for k, row in enumerate(self.dense[::-1]):
+            found = (found + row) * (1 - part if k % 2 else part)
+        return found
 
     @property
     def _explicit(self) -> bool:
@@ -142,13 +161,13 @@ def taped(
     flow: Flow,
     x: Array,
     probe: tuple[Array, Array],
-    until: float,
+    times: Array,
     rtol: float,
     atol: float,
     stiff: bool,
     look: Told = UNHEARD,
 ) -> Tape:
-    """Return the run of a system from t = 0 by DOP853, or by Radau where it is stiff.
+    """Return the run of a system by DOP853, or by Radau where it is stiff, with samples at times from its start on.
 
     The probe is the variation that its steps are chosen for too: δx at the start, shape (nx,), and δp, shape (np,).
     After every step `look` hears the time, and may end the run by an IntegrationError.
@@ -170,23 +189,41 @@ def taped(
         return np.asarray(np.kron(np.eye(2), flow.slopes(t, both[:n])[0]), dtype=np.float64)
 
     options = {"jac": slopes} if stiff else {}
-    a, c = RADAU if stiff else (kind.A, kind.C)
-    b = a[-1] if stiff else kind.B
-    steps = []
+    a, b, c, within = _radau() if stiff else _dop853()
+    steps, found = list[Taken](), [x]
     try:
         with np.errstate(all="ignore"):
-            solver = kind(rates, 0.0, np.concatenate([x, way]), until, rtol=rtol, atol=atol, **options)
+            solver = kind(rates, times[0], np.concatenate([x, way]), times[-1], rtol=rtol, atol=atol, **options)
             while solver.status == "running":
-                message = solver.step()
-                h = solver.t - (solver.t_old or 0.0)
+                old, message = solver.t, solver.step()
+                h = solver.t - old
                 if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                     words = (message or "a state is not finite").rstrip(".")
                     raise IntegrationError(f"the run cannot go on after t = {solver.t:g} s: {words}")
-                inside = solver.Z if stiff else h * (a @ solver.K[: len(b)])
-                steps.append(Taken(float(solver.t_old or 0.0), float(h), (solver.y_old + inside)[:, :n]))
+                parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
+                dense = solver.dense_output() if any(part != 1 for part in parts) else None
+                found += [solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts]
+                K = None if stiff else solver.K[: len(b)] if dense is None else solver.K_extended
+                inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
+                steps.append(Taken(float(old), float(h), (solver.y_old + inside)[:, :n], tuple(parts)))
                 look(float(solver.t))
     except LIBRARIES_RAISE as fault:
         raise IntegrationError(f"the run cannot go on: {fault}") from fault
-    return Tape(
-        "radau" if stiff else "dop853", np.array(a), np.array(b), np.array(c), tuple(steps), solver.y[:n].copy()
-    )
+    return Tape("radau" if stiff else "dop853", a, b, c, within, tuple(steps), np.array(found))
+
+
+def _dop853() -> tuple[Array, Array, Array, Array]:
+    """Return a, b, c of DOP853 with the stages of its dense output, and the rows of that."""
+    from scipy.integrate._ivp import dop853_coefficients as of
+
+    first, last, end = np.zeros((3, of.N_STAGES_EXTENDED))
+    first[0], last[of.N_STAGES], end[: of.N_STAGES] = 1.0, 1.0, of.B
+    return of.A, of.B, of.C, np.array([end, first - end, 2 * end - first - last, *of.D])
+
+
+def _radau() -> tuple[Array, Array, Array, Array]:
+    """Return a, b, c of Radau IIA, and b(θ) in powers of θ: the polynomial through its stages."""
+    from scipy.integrate._ivp.radau import P
+
+    a, c = RADAU
+    return a, a[-1], c, P.T @ a
