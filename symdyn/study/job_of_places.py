@@ -53,22 +53,9 @@ def places_job(
     size: int | None,
     faults: Faults,
 ) -> Job:
-    """Return a job of calls of a function of the scene.
+    """Return a job of calls of a function of the scene; arguments as of `symdyn.sweep`, `size` being its block.
 
-    Args:
-        scene: the mechanism.
-        function: such as "inverse_dynamics", as for `symdyn.load`.
-        at: where it is called: entries of its arguments by name, as "q1=0.3,q1_dot=1", numbers or formulas in
-            parameters, or arrays of one length, shape (S,), for many places; or a .csv file of such columns over t.
-            What is not given is where the scene starts, at rest.
-        over: what is varied: parameters, or entries of arguments.
-        measure: formulas of what the function returns, of its arguments and of parameters, in folds over places as
-            over runs; with one place, the folds may be left out.
-        design: as for `symdyn.sweep`.
-        count: likewise.
-        seed: likewise.
-        size: parameter sets of one block; None for what takes some milliseconds.
-        faults: what is wrong already.
+    With one place, the folds of measures may be left out. A block of None takes some milliseconds.
 
     Raises:
         SimulateError: with every fault, those that there are already among them.

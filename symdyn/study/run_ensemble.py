@@ -88,13 +88,14 @@ def ensemble(
         workers, ignore_limits,
     )  # fmt: skip
     found, wall = task.run(workers, progress, say)
+    preparing = time.perf_counter() - began - wall
     bound, varied = task.scene, task.lanes.varied
     states = (*bound.coordinates, *bound.velocities)
     units = units_of(bound, (*varied, *states))
     units |= {f"end({name})": units[name] for name in states} | {one.text: one.unit(bound) for one in task.measures}
     about = {
         "design": "given", "count": task.lanes.count, "method": task.mode.name, "rtol": task.rtol, "atol": task.atol,
-        "steps": found.steps, "preparing": time.perf_counter() - began - wall,
+        "steps": found.steps, "preparing": preparing,
     }  # fmt: skip
     columns = [np.empty((task.lanes.count, 0)), *(column[:, None] for column in varied.values())]
     return Runs(

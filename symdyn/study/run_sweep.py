@@ -102,8 +102,8 @@ def sweep(
         function: in place of runs, calls of a function such as "inverse_dynamics"; then measures are formulas of what
             it returns and takes, in folds over the places `at` which it is called, and `over` may have entries of its
             arguments.
-        at: these places, by name: "q1=0.3,q1_dot=1", numbers, arrays (S,), or a .csv file of columns over t; see
-            `symdyn.study.places`.
+        at: these places, entries of its arguments by name: "q1=0.3,q1_dot=1", numbers or formulas in parameters, or
+            arrays (S,); or a .csv file of columns over t. What is not given is where the scene starts, at rest.
         progress: called with the share that is done.
         say: called with lines for the user.
 
@@ -168,6 +168,7 @@ def made(
     Raises:
         SimulateError: the store is of another sweep or cannot be written, or workers fail.
     """
+    say = say or (lambda line: None)
     store, notes = store_of(job, path)
     if store.block != job.block:
         notes += (f"{path} has blocks of {store.block} runs, and goes on with them",) if fixed else ()
@@ -180,18 +181,18 @@ def made(
     if kind == "sobol" and count & (count - 1):
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
     for note in notes:
-        _tell(say, note)
+        say(note)
     began, seen = perf_counter(), set[str]()
     here = scheduler == HERE if isinstance(scheduler, str) else False
     job = replace(job, threads=workers if here else 1)
     try:
-        with executor(scheduler, None if here else workers, say or (lambda line: None)) as found_by:
+        with executor(scheduler, None if here else workers, say) as found_by:
             for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
                 for note in found.notes:
                     if (like := NUMBERS.sub("#", note)) not in seen:
                         seen.add(like)
                         notes += (note,)
-                        _tell(say, note)
+                        say(note)
                 store.put(job, k, found)
                 if progress is not None:
                     progress(1 - (len(left) - done) / job.blocks)
@@ -199,11 +200,6 @@ def made(
         runs = store.runs(notes, perf_counter() - began)
         how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
         told = f"{INTERRUPTED}: {len(runs) - runs.left} of {len(runs)} runs are there; {how}"
-        _tell(say, told)
+        say(told)
         return replace(runs, notes=(*notes, told))
     return store.runs(notes, perf_counter() - began)
-
-
-def _tell(say: Say | None, line: str) -> None:
-    if say is not None:
-        say(line)
