@@ -37,7 +37,7 @@ LOOKS = (SOLID, DASHED, DOTTED)
 
 
 @dataclass(frozen=True)
-class Runs:
+class ComparedRuns:
     """Motions from one start.
 
     Attributes:
@@ -100,7 +100,7 @@ def _clean(x: float, energy: float) -> float:
     return 0.0 if abs(x) < 1e-6 * (1e-3 + abs(energy)) else x
 
 
-def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tuple[str, ...]]) -> Runs | None:
+def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tuple[str, ...]]) -> ComparedRuns | None:
     """Return motions without drives from the state of the lesson, one for each set of kinds that is left out.
 
     None where they run away at once, or where time acts.
@@ -167,7 +167,7 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
     return None
 
 
-def _balanced(lesson: Lesson, chosen: Chosen, t: Array, y: Array) -> Runs:
+def _balanced(lesson: Lesson, chosen: Chosen, t: Array, y: Array) -> ComparedRuns:
     """Return runs with their energies looked at."""
     state, n = lesson.state, lesson.state.n
     energy = lesson.energy.K + lesson.energy.P
@@ -177,4 +177,4 @@ def _balanced(lesson: Lesson, chosen: Chosen, t: Array, y: Array) -> Runs:
         ends.append(np.broadcast_to(evaluate([energy], Batches(), values)[0], y.shape[1]))
     balance = ends[1] - ends[0] - y[2 * n, :, -1]
     assert math.isfinite(float(ends[0][0])), "the start has an energy"
-    return Runs(t, y[:n].transpose(1, 0, 2), np.asarray(balance), float(ends[0][0]))
+    return ComparedRuns(t, y[:n].transpose(1, 0, 2), np.asarray(balance), float(ends[0][0]))
