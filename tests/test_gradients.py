@@ -187,6 +187,26 @@ def test_a_stiff_system_is_integrated_implicitly_backward_too(by: str) -> None:
     assert found["x", "k"] == pytest.approx(slope[0, 0], rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("scene", "until", "method"), [(example("cart_pole"), 1.0, "dop853"), (read_text(STIFF), 2.0, "radau")]
+)
+def test_every_sample_of_the_variations_of_a_run_is_a_sensitivity_to_its_end(
+    scene: Scene, until: float, method: str
+) -> None:
+    """Samples lie inside of steps, but for the last one; error bars are made of them."""
+    start = {scene.coordinates[0]: 0.3}
+    whole = sensitivity(scene, until=until, start=start, rtol=1e-10)
+    names = dict.fromkeys(whole.columns, 0.01)
+
+    bars = symdyn.uncertainty(scene, names, until=until, start=start, every=until / 8, columns=whole.rows)
+
+    assert whole.method == method
+    assert bars.varied == whole.columns
+    for k in (1, 3, 8):
+        to_there = sensitivity(scene, until=float(bars.t[k]), start=start, rtol=1e-10).matrix
+        np.testing.assert_allclose(bars.slopes[k], to_there, atol=1e-7 * max(1.0, float(np.abs(to_there).max())))
+
+
 def test_what_is_asked_for_alone_is_the_same() -> None:
     scene = example("cart_pole")
     whole = sensitivity(scene, until=0.5, start={"theta": "0.3"})
