@@ -1,4 +1,4 @@
-"""One scene at many values of its parameters: designs, blocks that any executor runs, and what comes of them."""
+"""Many runs of one scene: as arrays or by designs, in lanes or in blocks that any executor runs, and what they give."""
 
 import lazy_loader
 
