@@ -468,7 +468,7 @@ def step_of(document: Document, key: str) -> Step:
 
 def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
     table, search = step_of(lesson("two_link"), "equilibria").blocks
-    assert "Newton's method looked from 60 starts" in str(search.parts[0])
+    assert "Newton's method looked from 200 starts" in str(search.parts[0])
     stable = [row for row in table.rows if "stable" in row[2].parts]
     assert len(table.rows) == 4
     assert [row[0].parts + row[1].parts for row in stable] == [(Number.ZERO, Number.ZERO)]

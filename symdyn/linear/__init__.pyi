@@ -2,12 +2,13 @@
 
 from .axis import Axis as Axis
 from .bode import Bode as Bode, bode as bode
-from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium, equilibria as equilibria
+from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .linearization import Linearization as Linearization, Point as Point
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
     linearize_at_rest as linearize_at_rest,
+    rests as rests,
 )
 from .locus import root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum

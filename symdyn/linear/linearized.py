@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
@@ -16,7 +18,7 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
-from symdyn.scene import SceneLike, SceneUnits, scene_of
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
 from symdyn.simulation import Forces, Start, Trajectory, read_start
 
 
@@ -121,22 +123,41 @@ def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     return tuple(found)
 
 
+def rests(scene: Scene, values: Mapping[str, float], start: Array | None = None, t: float = 0.0) -> Equilibria:
+    """Return where a mechanism rests without drives, what is next to each place, and how they were found.
+
+    Unlike `linearize_at_rest` it takes places at which a motion moves no mass, or coordinates are singular.
+
+    Args:
+        scene: the mechanism.
+        values: of parameters that have none in the scene, SI; whether bodies can have them is not looked at.
+        start: coordinates on which nothing depends stay as here, shape (nq,), in place of as the scene starts.
+        t: time, s, of what depends on it.
+
+    Raises:
+        LinearizeError, SimulateError, DerivationError: as of `linearize`.
+    """
+    given = {name: Quantity.number(Fraction(value)) for name, value in values.items()}
+    parameters = tuple(p if p.value is not None else replace(p, value=given.get(p.name)) for p in scene.parameters)
+    return equilibria(prepared(replace(scene, parameters=parameters)), t, start=start)
+
+
 MOST = 6
-"""Places where branches meet that are told one by one."""
+"""Places without a linear motion that are told one by one."""
 
 
 def told_of(places: Equilibria, requested: Prepared) -> list[str]:
     """Return what is said of how positions of rest were found."""
-    count, crossings = len(places.places), len(places.crossings)
+    count, others = len(places.places), [*places.crossings, *places.locked]
     starts = f"from {places.starts} seeded starts of Newton's method"
     if count:
         sure = complete(requested, places)
         there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
         lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
-    elif crossings:
+    elif others:
         lines = [
-            f"{crossings} position{'s' * (crossings > 1)} of rest found {starts}, none with one linear motion next to "
-            "it; there may be more"
+            f"{len(others)} position{'s' * (len(others) > 1)} of rest found {starts}, none with one linear motion next "
+            "to it; there may be more"
         ]
     else:
         lines = [f"no position of rest was found {starts}"]
@@ -150,9 +171,14 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
             f"{places.singular} of them led to where angles are singular, a wheel lies flat or loops lose rank and "
             "balance nothing, which are no equilibria"
         )
-    lines += [_crossing(requested, place, places.idle) for place in places.crossings[:MOST]]
-    if len(places.crossings) > MOST:
-        lines.append(f"and at {len(places.crossings) - MOST} places more where branches of loops meet")
+    for some, where in ((places.crossings, "branches of loops meet"), (places.locked, "coordinates are singular")):
+        lines += [_unmoved(requested, place, places.idle, where) for place in some[:MOST]]
+        if len(some) > MOST:
+            lines.append(f"and at {len(some) - MOST} places more where {where}")
+    if unseeded := sum(not place.found for place in (*places.places, *others)):
+        lines.append(
+            f"to {unseeded} of these positions no seed led: they are exact, or a force changes its sign next to them"
+        )
     if any(place.family for place in places.places):
         lines.append("where equilibria are not isolated, one of each family is told")
     if places.more:
@@ -160,13 +186,13 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
     return lines
 
 
-def _crossing(requested: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
-    """Return what is said of a place where it rests and branches of loops meet."""
+def _unmoved(requested: Prepared, place: Equilibrium, idle: Sequence[str], where: str) -> str:
+    """Return what is said of a place where it rests and has no linear motion."""
     units = SceneUnits(requested.scene).coordinates
     values = [
         f"{name} = {requested.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
         for name, x, unit in zip(requested.scene.coordinates, place.q, units, strict=True)
         if name not in idle
     ]
-    times = f"{place.found} start{'s' * (place.found > 1)}"
-    return f"it rests at {', '.join(values)} ({times}), where branches of loops meet: it has no one linear motion there"
+    times = f" ({place.found} start{'s' * (place.found > 1)})" if place.found else ""
+    return f"it rests at {', '.join(values)}{times}, where {where}: it has no one linear motion there"

@@ -111,6 +111,6 @@ def find_systems(
     systems = [at_rest(asked, place) for place in places.places]
     notes = told_of(places, asked)
     if not systems:
-        way = "" if places.crossings else "; give forces that hold it, as in --forces NAME=FORMULA"
+        way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
         raise LinearizeError([f"{scene.name}: {notes[0]}{way}", *notes[1:]])
     return [System(asked, one, symbolic(asked, one)) for one in systems], notes

@@ -5,7 +5,7 @@ What is found is what `symdyn linearize` finds: eigenvalues of the motion that l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from symdyn.algebra import Form, Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
 from symdyn.linear import Equilibria, Linearization, linearize_at_rest, steady_at_start
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.afterwards.equilibria import families
 from symdyn.teach.document import Block, Section, Step, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -47,10 +48,7 @@ def _rests(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibr
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
     if equilibria.idle:
         blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in equilibria.idle])))
-    if any(place.family for place in equilibria.places):
-        blocks.append(lesson.say("closed.family"))
-    if equilibria.more:
-        blocks.append(lesson.say("closed.more", count=str(equilibria.more)))
+    blocks += families(lesson, equilibria)
     reason = lesson.say(f"{of}.reason")
     return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
 
@@ -64,7 +62,7 @@ def _places(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilib
     rows: list[list[str | Form | Words]] = []
     for one in systems:
         place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
-        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), _values(lesson, one)])
+        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))])
     return lesson.table(heads, rows)
 
 
@@ -97,7 +95,7 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    told = lesson.say("closed.next", kind=verdict, values=_values(lesson, one))
+    told = lesson.say("closed.next", kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     return Step(
         "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
@@ -108,11 +106,15 @@ def _with_unit(lesson: Prose, x: float, unit: str) -> str:
     return lesson.written(x) if unit == "1" else lesson.scene.in_shown_unit(lesson.written(x), unit)
 
 
-def _values(lesson: Prose, one: Linearization) -> str:
-    """Return the eigenvalues that are not zero, a pair as one."""
+def eigenvalues(lesson: Prose, values: Iterable[complex]) -> str:
+    """Return eigenvalues in print, 1/s, of a pair the one above; "0" where there are none."""
     told = []
-    for mode in one.modes:
-        size = abs(mode.value)
-        real = "" if abs(mode.value.real) <= 1e-9 * size else lesson.written(mode.value.real)
-        told.append(f"{real} ± {lesson.written(mode.value.imag)} i".strip() if mode.oscillates else real)
+    for x in values:
+        real = lesson.written(x.real) if not x.imag or abs(x.real) > 1e-9 * abs(x) else ""
+        told.append(f"{real} ± {lesson.written(x.imag)} i".strip() if x.imag else real)
     return "; ".join(told) or "0"
+
+
+def _moving(one: Linearization) -> list[complex]:
+    """Return the eigenvalues that are not zero."""
+    return [mode.value for mode in one.modes if mode.value]
