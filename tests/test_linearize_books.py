@@ -19,7 +19,6 @@ from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_res
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.prepared import prepared
-from symdyn.linear.steady import at_rest
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.verdict import stability
 from symdyn.scene import bind
@@ -373,11 +372,11 @@ def test_all_positions_are_known_where_real_solutions_are_counted(tmp_path: Path
     asked = prepared(scene(tmp_path, TWO_MASSES))
     found = equilibria(asked)
     assert len(found.places) == 4
-    assert complete(asked, found)
-    assert not complete(asked, replace(found, places=found.places[:3]))
+    assert complete(found)
+    assert not complete(replace(found, places=found.places[:3]))
     spring = TWO_MASSES + 'drive = false\nforce = "-3*q2"\n'  # angle and sine: no polynomial
     other = prepared(scene(tmp_path, spring))
-    assert not complete(other, equilibria(other))
+    assert not complete(equilibria(other))
 
 
 @pytest.mark.parametrize("name", ["governor", "rolling_disc", "slider_crank", "heavy_top"])
@@ -404,14 +403,13 @@ def test_formulas_of_what_is_not_small_are_given_up_soon() -> None:
     """The third random tree took minutes."""
     tree = bind(TREES[3], {"m0": 1, "beta": 1})
     asked = prepared(tree)
-    place = equilibria(asked).places[0]
-    assert symbolic(asked, at_rest(asked, place)) is None
+    assert symbolic(asked, equilibria(asked).systems[0]) is None
 
 
 def test_a_loop_whose_rows_say_nothing_is_linearised_as_a_tree() -> None:
     door = symdyn.read(Path(__file__).parent / "data" / "door.toml")
     asked = prepared(door)
     assert asked.functions.multipliers == ()
-    systems = [at_rest(asked, place) for place in equilibria(asked).places]
+    systems = equilibria(asked).systems
     assert systems
     assert symbolic(asked, systems[0]) is not None

@@ -9,18 +9,21 @@ of loops meet, and those where coordinates are singular (`search`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from symdyn.algebra import Array, Form
 from symdyn.errors import LinearizeError
 from symdyn.linear.exact_rests import exact_rests
+from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.search import NEAR, SAME, Search
 from symdyn.linear.second_order import SecondOrder
+from symdyn.linear.steady import at_rest
 from symdyn.simulation import read_start
+from symdyn.unlocked import cached_property
 
 STARTS = 200
 """Seeded starts."""
@@ -71,6 +74,7 @@ class Equilibria:
             no others.
         more: how many of them led to further places with others next to them; FAMILY of those are told.
         scanned: how far to either side of zero changes of sign of a force were looked for, rad; 0 where they were not.
+        prepared: what was searched.
     """
 
     places: tuple[Equilibrium, ...]
@@ -78,11 +82,21 @@ class Equilibria:
     lost: int
     singular: int
     idle: tuple[str, ...]
-    crossings: tuple[Equilibrium, ...] = ()
-    locked: tuple[Equilibrium, ...] = ()
-    false: tuple[Equilibrium, ...] = ()
-    more: int = 0
-    scanned: float = 0.0
+    crossings: tuple[Equilibrium, ...]
+    locked: tuple[Equilibrium, ...]
+    false: tuple[Equilibrium, ...]
+    more: int
+    scanned: float
+    prepared: Prepared = field(repr=False, compare=False)
+
+    @cached_property
+    def systems(self) -> tuple[Linearization, ...]:
+        """The linear systems at the places, one each.
+
+        Raises:
+            LinearizeError: a motion moves no mass there, or a derivative has no finite value.
+        """
+        return tuple(at_rest(self.prepared, place.q) for place in self.places)
 
 
 def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: Array | None = None) -> Equilibria:
@@ -111,9 +125,9 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
     for k in np.flatnonzero(good):
         lists.add(search.wrapped(q[k]), int(k), bool(seeded[k]))
     return Equilibria(
-        _sorted(lists.places), starts, int(np.sum(seeded & ~good)), lists.singular,
+        _sorted(lists.places), starts, int(np.sum(np.logical_and(seeded, np.logical_not(good)))), lists.singular,
         tuple(name for name, idle in zip(scene.coordinates, search.idle, strict=True) if idle),
-        _sorted(lists.crossings), _sorted(lists.locked), _sorted(lists.false), lists.more, scanned,
+        _sorted(lists.crossings), _sorted(lists.locked), _sorted(lists.false), lists.more, scanned, prepared,
     )  # fmt: skip
 
 
@@ -172,18 +186,6 @@ class _Lists:
 
 def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
     return tuple(sorted(places, key=lambda place: [round(float(x), 6) + 0.0 for x in place.q]))
-
-
-def nearest(prepared: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
-    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere.
-
-    Whole turns are taken away, but for those who compare it with where it began.
-    """
-    search = Search(prepared, read_start(prepared.scene).q, t)
-    found, good = search.roots(q[None, :])
-    if not (good[0] and search.regular(found[0])):
-        return None
-    return search.wrapped(found[0]) if whole else found[0]
 
 
 def _alike(x: Complexes, y: Complexes) -> bool:

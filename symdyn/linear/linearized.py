@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from types import MappingProxyType
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.steady import at_rest, settled
+from symdyn.linear.steady import settled
 from symdyn.rounding import in_digits
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
 from symdyn.simulation import Forces, Start, Trajectory, read_start
@@ -86,9 +87,8 @@ def linearize_at_rest(
     """
     scene = scene_of(scene)
     scene = scene_of(scene, values)
-    asked = prepared(scene, forces, outputs, independent)
-    found = equilibria(asked)
-    return tuple(at_rest(asked, place) for place in found.places), found
+    found = equilibria(prepared(scene, forces, outputs, independent))
+    return found.systems, found
 
 
 def linearize_along(
@@ -123,7 +123,9 @@ def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     return tuple(found)
 
 
-def rests(scene: Scene, values: Mapping[str, float], start: Array | None = None, t: float = 0.0) -> Equilibria:
+def rests(
+    scene: Scene, values: Mapping[str, float] = MappingProxyType({}), start: Array | None = None, t: float = 0.0
+) -> Equilibria:
     """Return where a mechanism rests without drives, what is next to each place, and how they were found.
 
     Unlike `linearize_at_rest` it takes places at which a motion moves no mass, or coordinates are singular.
@@ -146,12 +148,12 @@ MOST = 6
 """Places without a linear motion that are told one by one."""
 
 
-def told_of(places: Equilibria, requested: Prepared) -> list[str]:
+def told_of(places: Equilibria) -> list[str]:
     """Return what is said of how positions of rest were found."""
     count, others = len(places.places), [*places.crossings, *places.locked]
     starts = f"from {places.starts} seeded starts of Newton's method"
     if count:
-        sure = complete(requested, places)
+        sure = complete(places)
         there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
         lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
     elif others:
@@ -172,7 +174,7 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
             "balance nothing, which are no equilibria"
         )
     for some, where in ((places.crossings, "branches of loops meet"), (places.locked, "coordinates are singular")):
-        lines += [_unmoved(requested, place, places.idle, where) for place in some[:MOST]]
+        lines += [_unmoved(places, place, where) for place in some[:MOST]]
         if len(some) > MOST:
             lines.append(f"and at {len(some) - MOST} places more where {where}")
     if unseeded := sum(not place.found for place in (*places.places, *others)):
@@ -186,13 +188,14 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
     return lines
 
 
-def _unmoved(requested: Prepared, place: Equilibrium, idle: Sequence[str], where: str) -> str:
+def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
     """Return what is said of a place where it rests and has no linear motion."""
-    units = SceneUnits(requested.scene).coordinates
+    scene = places.prepared.scene
+    units = SceneUnits(scene).coordinates
     values = [
-        f"{name} = {requested.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
-        for name, x, unit in zip(requested.scene.coordinates, place.q, units, strict=True)
-        if name not in idle
+        f"{name} = {scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
+        for name, x, unit in zip(scene.coordinates, place.q, units, strict=True)
+        if name not in places.idle
     ]
     times = f" ({place.found} start{'s' * (place.found > 1)})" if place.found else ""
     return f"it rests at {', '.join(values)}{times}, where {where}: it has no one linear motion there"

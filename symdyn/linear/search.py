@@ -29,7 +29,7 @@ from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.second_order import SecondOrder
 from symdyn.scene import SceneUnits
-from symdyn.simulation import opened
+from symdyn.simulation import opened, read_start
 from symdyn.unlocked import cached_property
 
 STEPS, SMALL = 60, 1e-11
@@ -231,8 +231,10 @@ class Search:
         return True
 
     def singular(self, q: Array) -> bool:
-        """Tell whether coordinates are singular at a place: angles, or what has an inertia elsewhere has none there."""
-        return bool(self.numbers.singular_angles(q)) or int(self._ranks(q[None, :])[0]) < self._rank
+        """Tell whether coordinates are singular at a place: angles, or what moves a mass elsewhere in a tree."""
+        if self.numbers.singular_angles(q):
+            return True
+        return not self.v.multipliers and int(self._ranks(q[None, :])[0]) < self._rank
 
     def _ranks(self, q: Array) -> Array:
         """Return how many motions have an inertia, however small, shape (N,)."""
@@ -259,7 +261,7 @@ class Search:
         """Return √(fᵀ M⁻¹ f), the size of accelerations, shape (N,)."""
         f = np.nan_to_num(self.at(q, np.zeros((len(q), 0)))["f"] * self.sizes)
         inverse = np.linalg.pinv(np.nan_to_num(self.inertia(q)), rcond=MASS / 10, hermitian=True)
-        return np.sqrt(np.abs(np.einsum("ni,nij,nj->n", f, inverse, f)))
+        return np.asarray(np.sqrt(np.abs(np.einsum("ni,nij,nj->n", f, inverse, f))))
 
     def crossing(self, q: Array) -> bool:
         """Tell whether rows of loops depend on each other at a place, and what is left of them balances the forces."""
@@ -314,3 +316,15 @@ class Search:
             return self.asked.at(q, np.zeros(self.v.w.state.n), self.t).eigenvalues
         except LinearizeError:
             return np.linalg.eigvals(self.near(q).K).astype(np.complex128)
+
+
+def nearest(prepared: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
+    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere.
+
+    Whole turns are taken away, but for those who compare it with where it began.
+    """
+    search = Search(prepared, read_start(prepared.scene).q, t)
+    found, good = search.roots(q[None, :])
+    if not (good[0] and search.regular(found[0])):
+        return None
+    return search.wrapped(found[0]) if whole else found[0]

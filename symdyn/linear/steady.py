@@ -16,10 +16,10 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
-from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
+from symdyn.linear.search import nearest
 from symdyn.linear.spinning import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
@@ -151,9 +151,9 @@ def _apart(one: Array, other: Array) -> float:
     return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
 
-def at_rest(requested: Prepared, place: Equilibrium) -> Linearization:
+def at_rest(requested: Prepared, q: Array) -> Linearization:
     """Return the system at a position of rest; errors as of `settled`."""
-    found = requested.at(place.q, np.zeros(len(requested.scene.velocities)))
+    found = requested.at(q, np.zeros(len(requested.scene.velocities)))
     if why := _passing(requested, found):
         raise LinearizeError(f"{requested.scene.name}: {why}")
     return with_families(requested, found)

@@ -22,7 +22,7 @@ from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
 from symdyn.linear.report import as_json, latex, text
 from symdyn.linear.run_files import read_run
 from symdyn.linear.sampled import Sampled, along_a_step, sampled
-from symdyn.linear.steady import at_rest, settled
+from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.weights import read_weights
 from symdyn.rounding import in_digits
@@ -108,9 +108,8 @@ def find_systems(
         found = settled(asked, asked.at(where.q, where.u, notes=where.notes), anywhere)
         return [System(asked, found, symbolic(asked, found))], ()
     places = equilibria(asked)
-    systems = [at_rest(asked, place) for place in places.places]
-    notes = told_of(places, asked)
-    if not systems:
+    notes = told_of(places)
+    if not places.systems:
         way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
         raise LinearizeError([f"{scene.name}: {notes[0]}{way}", *notes[1:]])
-    return [System(asked, one, symbolic(asked, one)) for one in systems], notes
+    return [System(asked, one, symbolic(asked, one)) for one in places.systems], notes

@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.algebra import Form, Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
-from symdyn.linear import Equilibria, Linearization, linearize_at_rest, steady_at_start
+from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.afterwards.equilibria import families
 from symdyn.teach.document import Block, Section, Step, Words
@@ -26,37 +26,38 @@ MOVES = 1e-9
 
 def closed_sections(lesson: Prose) -> list[Section]:
     """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
-    try:
-        systems, found = linearize_at_rest(lesson.scene)
-    except FAULTS:
-        rests, idle = None, frozenset[str]()
-    else:
-        rests, idle = _rests(lesson, systems, found), frozenset(found.idle)
-    steps = [step for step in (rests, _steady(lesson, idle)) if step is not None]
+    rest, idle = _rests(lesson)
+    steps = [step for step in (rest, _steady(lesson, idle)) if step is not None]
     return [lesson.section("after.rests", steps)] if steps else []
 
 
-def _rests(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Step | None:
-    """Return where it rests; None where that is everywhere."""
-    if len(equilibria.idle) == len(lesson.scene.coordinates):
-        return None
+def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
+    """Return where it rests, None where that is everywhere, and coordinates that do not matter."""
+    try:
+        found = rests(lesson.scene)
+        systems = found.systems
+    except FAULTS:
+        return None, ()
+    if len(found.idle) == len(lesson.scene.coordinates):
+        return None, found.idle
     of = "closed" if lesson.scene.is_closed else "open"
-    searched = lesson.say(f"{of}.search", starts=str(equilibria.starts))
-    blocks: list[Block] = [_places(lesson, systems, equilibria)] if systems else []
-    if equilibria.crossings:
-        blocks += [lesson.say("closed.crossings"), _crossings(lesson, equilibria)]
+    searched = lesson.say(f"{of}.search", starts=str(found.starts))
+    blocks: list[Block] = [_places(lesson, systems, found.idle)] if systems else []
+    if found.crossings:
+        blocks += [lesson.say("closed.crossings"), _crossings(lesson, found.crossings, found.idle)]
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
-    if equilibria.idle:
-        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in equilibria.idle])))
-    blocks += families(lesson, equilibria)
+    if found.idle:
+        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
+    blocks += families(lesson, found.places, found.more)
     reason = lesson.say(f"{of}.reason")
-    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+    step = Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+    return step, found.idle
 
 
-def _places(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Block:
+def _places(lesson: Prose, systems: Sequence[Linearization], idle: Sequence[str]) -> Block:
     """Return the table of places with what their eigenvalues say."""
     scene = lesson.scene
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
     units = SceneUnits(scene).coordinates
     rows: list[list[str | Form | Words]] = []
@@ -66,15 +67,15 @@ def _places(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilib
     return lesson.table(heads, rows)
 
 
-def _crossings(lesson: Prose, equilibria: Equilibria) -> Block:
+def _crossings(lesson: Prose, crossings: Sequence[Equilibrium], idle: Sequence[str]) -> Block:
     """Return the table of places where it rests and branches of loops meet."""
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
-    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in equilibria.crossings]
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
+    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in crossings]
     return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
 
 
-def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
+def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     """Return the steady motion next to the start, None where it starts at rest or there is none.
 
     Coordinates that do not matter, `idle`, are not listed.

@@ -17,7 +17,7 @@ import numpy as np
 from symdyn.algebra import Form, Number, Pi
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, gradient, reachable, substitute
-from symdyn.linear import Equilibria, Equilibrium, rests
+from symdyn.linear import Equilibrium, rests
 from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -29,14 +29,15 @@ QUARTERS = (0, 2, 1, -1)
 
 @dataclass(frozen=True)
 class Rests:
-    """All places of rest that were found, and what was no such place.
+    """All places of rest that were found.
 
     Attributes:
         lesson: what is told of.
         forces: k_G + k_E - Q at q̇ = 0, which vanish there.
         q: the coordinates on which they depend.
         places: the exact ones first.
-        found: how they were found; None where time decides.
+        searched: the sentences that say how places were looked for, and what was no such place.
+        families: the sentences that say that others rest next to some places.
         why: the key of the sentence that stands in place of a list; "" where there is one.
     """
 
@@ -44,7 +45,8 @@ class Rests:
     forces: Sequence[Expr]
     q: tuple[Expr, ...] = ()
     places: tuple[Equilibrium, ...] = ()
-    found: Equilibria | None = None
+    searched: tuple[Words, ...] = ()
+    families: tuple[Words, ...] = ()
     why: str = ""
 
     def shown(self, place: Equilibrium) -> list[str | Form]:
@@ -75,8 +77,15 @@ def places_of_rest(lesson: Lesson, chosen: Chosen) -> Rests:
     found = rests(lesson.scene, values, np.array(chosen.q), chosen.values.get(graph.symbol(TIME), 0.0))
     places, q = (*found.places, *found.locked), tuple(q for q in state.q if str(q.value) not in found.idle)
     if not q:
-        return Rests(lesson, forces, found=found, why="all" if places else "never")
-    return Rests(lesson, forces, q, _listed(lesson, q, places), replace(found, false=_listed(lesson, q, found.false)))
+        return Rests(lesson, forces, why="all" if places else "never")
+    listed = Rests(lesson, forces, q, _listed(lesson, q, places), families=families(lesson, found.places, found.more))
+    turns = round(found.scanned / math.pi)
+    search = lesson.say("equilibria.turn" if turns else "equilibria.newton", starts=str(found.starts))
+    if turns > 1:
+        least, most = (Form.product((Number(Fraction(k)), Pi())) for k in (-turns, turns))
+        search = lesson.say("equilibria.turns", q=named(q[0]), least=least, most=most)
+    false = _left_out(listed, _listed(lesson, q, found.false))
+    return replace(listed, searched=(search, *false))
 
 
 def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
@@ -88,18 +97,30 @@ def _listed(lesson: Lesson, q: Sequence[Expr], places: Sequence[Equilibrium]) ->
     return (*exact, *(place for place in places if place.exact is None))
 
 
+def _left_out(rests: Rests, places: Sequence[Equilibrium]) -> list[Words]:
+    """Return the sentence about places where coordinates are singular and the bodies are not at rest, if any are."""
+    parts: list[str | Form] = []
+    for place in places:
+        parts += [*(["; "] if parts else []), *rests.where(place)]
+    return [rests.lesson.say("equilibria.singular", places=Words(tuple(parts)))] if parts else []
+
+
+def families(lesson: Prose, places: Sequence[Equilibrium], more: int) -> tuple[Words, ...]:
+    """Return what is said where others rest next to places, and `more` starts led to further ones."""
+    said = [lesson.say("closed.family")] if any(place.family for place in places) else []
+    return (*said, *([lesson.say("closed.more", count=str(more))] if more else []))
+
+
 def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
     """Return the table of equilibria, or a sentence where every position is one, none is, or time decides."""
 
     def step(*blocks: Block) -> Step:
         return Step("equilibria", lesson.say("equilibria"), blocks, show=("weights", "forces"))
 
-    found = rests.found
-    if found is None or rests.why:
+    if rests.why:
         return step(lesson.say(f"equilibria.{rests.why}"))
-    search = [_searched(rests, found), *([_left_out(rests, found.false)] if found.false else [])]
     if not rests.places:
-        return step(lesson.say("equilibria.none"), *search)
+        return step(lesson.say("equilibria.none"), *rests.searched)
     rows = [
         (
             *rests.shown(place),
@@ -108,32 +129,8 @@ def equilibrium_step(lesson: Lesson, rests: Rests) -> Step:
         )
         for place in rests.places
     ]
-    blocks: list[Block] = [lesson.table((*map(named, rests.q), "equilibria.kind", "equilibria.how"), rows), *search]
+    table = lesson.table((*map(named, rests.q), "equilibria.kind", "equilibria.how"), rows)
     idle: list[Form] = [named(q) for q in lesson.state.q if q not in rests.q]
-    if idle:
-        blocks.append(lesson.say("equilibria.idle", names=together(idle)))
-    blocks += families(lesson, found)
+    apart = [lesson.say("equilibria.idle", names=together(idle))] if idle else []
+    blocks: list[Block] = [table, *rests.searched, *apart, *rests.families]
     return replace(step(*blocks), reason=lesson.say("equilibria.reason"))
-
-
-def families(lesson: Prose, found: Equilibria) -> list[Block]:
-    """Return what is said where others rest next to a place."""
-    said: list[Block] = [lesson.say("closed.family")] if any(place.family for place in found.places) else []
-    return [*said, *([lesson.say("closed.more", count=str(found.more))] if found.more else [])]
-
-
-def _searched(rests: Rests, found: Equilibria) -> Words:
-    """Return the sentence that says how places were looked for."""
-    turns = round(found.scanned / math.pi)
-    if turns > 1:
-        least, most = (Form.product((Number(Fraction(k)), Pi())) for k in (-turns, turns))
-        return rests.lesson.say("equilibria.turns", q=named(rests.q[0]), least=least, most=most)
-    return rests.lesson.say("equilibria.turn" if turns else "equilibria.newton", starts=str(found.starts))
-
-
-def _left_out(rests: Rests, places: Sequence[Equilibrium]) -> Words:
-    """Return the sentence about places where coordinates are singular and the bodies are not at rest."""
-    parts: list[str | Form] = []
-    for place in places:
-        parts += [*(["; "] if parts else []), *rests.where(place)]
-    return rests.lesson.say("equilibria.singular", places=Words(tuple(parts)))
