@@ -34,6 +34,8 @@ ALIKE = 1e-5
 FAMILY = 12
 """Places with other equilibria next to them that are told: more of them are one surface of rests, seen again."""
 
+Exact = Mapping[str, Form] | None
+
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -54,7 +56,7 @@ class Equilibrium:
     family: bool
     near: SecondOrder
     kind: str
-    exact: Mapping[str, Form] | None = None
+    exact: Exact = None
 
 
 @dataclass(frozen=True)
@@ -136,52 +138,40 @@ class _Lists:
 
     def __init__(self, search: Search, exact: Mapping[int, Mapping[str, Form]]) -> None:
         self.search, self.exact = search, exact
-        self.places, self.spectra = list[Equilibrium](), list[Complexes]()
-        self.crossings, self.locked, self.false = list[Equilibrium](), list[Equilibrium](), list[Equilibrium]()
+        self.places, self.crossings, self.locked, self.false = (list[Equilibrium]() for _ in range(4))
+        self.spectra = dict[int, Complexes]()
         self.singular = self.more = 0
 
     def add(self, q: Array, start: int, seeded: bool) -> None:
         """Add the place that a start led to."""
         search, exact = self.search, self.exact.get(start)
         if search.regular(q):
-            self._regular(q, exact, seeded)
+            self._add(self.places, q, exact, seeded, family=search.flat(q))
         elif search.crossing(q):
-            self._once(self.crossings, q, None, seeded, NEAR)
+            self._add(self.crossings, q, None, seeded, near=NEAR)
         else:
             rests = search.locked(q)
             self.singular += seeded and not rests
             if search.singular(q) and (exact is not None or not search.flat(q)):
-                self._once(self.locked if rests else self.false, q, exact, seeded, SAME)
+                self._add(self.locked if rests else self.false, q, exact, seeded)
 
-    def _once(
-        self, some: list[Equilibrium], q: Array, exact: Mapping[str, Form] | None, seeded: bool, near: float
+    def _add(
+        self, some: list[Equilibrium], q: Array, exact: Exact, seeded: bool, near: float = SAME, family: bool = False
     ) -> None:
-        known = next((k for k, other in enumerate(some) if self.search.same(q, other.q, near)), None)
-        if known is None:
-            some.append(self._found(q, seeded, False, exact))
-        else:
+        """Add a place to some, or count it where it is among them; of a family one of each set of eigenvalues."""
+        search, values = self.search, np.zeros(0, dtype=np.complex128)
+        known = next((k for k, other in enumerate(some) if search.same(q, other.q, near)), None)
+        if family and known is None:
+            values = search.eigenvalues(q)
+            known = next((k for k, other in self.spectra.items() if _alike(values, other)), None)
+        if known is not None:
             some[known] = replace(some[known], found=some[known].found + seeded)
-
-    def _found(self, q: Array, seeded: bool, family: bool, exact: Mapping[str, Form] | None) -> Equilibrium:
-        near = self.search.near(q)
-        return Equilibrium(q, int(seeded), family, near, self.search.kind(near), exact)
-
-    def _regular(self, q: Array, exact: Mapping[str, Form] | None, seeded: bool) -> None:
-        """Add a place with a linear motion; of a family one of each set of eigenvalues."""
-        search, places = self.search, self.places
-        family = search.flat(q)
-        known = next((k for k, other in enumerate(places) if search.same(q, other.q)), None)
-        values = search.eigenvalues(q) if family and known is None else np.zeros(0, dtype=np.complex128)
-        if known is None and family:
-            some = (k for k, other in enumerate(places) if other.family and _alike(values, self.spectra[k]))
-            known = next(some, None)
-        if known is None and family and sum(place.family for place in places) == FAMILY:
+        elif family and len(self.spectra) == FAMILY:
             self.more += seeded
-        elif known is None:
-            places.append(self._found(q, seeded, family, exact))
-            self.spectra.append(values)
         else:
-            places[known] = replace(places[known], found=places[known].found + seeded)
+            self.spectra |= {len(some): values} if family else {}
+            beside = search.near(q)
+            some.append(Equilibrium(q, int(seeded), family, beside, search.kind(beside), exact))
 
 
 def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:

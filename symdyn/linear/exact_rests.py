@@ -53,7 +53,7 @@ def exact_rests(prepared: Prepared, idle: Sequence[bool]) -> list[dict[str, Form
         except ZeroDivisionError:  # a spring of no length pulls nowhere
             continue
         if all(_vanishes(force, state.q) for force in left):
-            found.append({str(q.value): _form(at[q]) for q, _ in moving})
+            found.append({str(q.value): Ratios.form_of(at[q]) for q, _ in moving})
     return found
 
 
@@ -86,9 +86,3 @@ def _held(forces: Sequence[Expr], slides: Sequence[Expr], turned: Place) -> Plac
     except (ZeroDivisionError, OverflowError):
         return free
     return {q: field.form(x).express(graph) for q, (x,) in zip(slides, shifts, strict=True)}
-
-
-def _form(node: Expr) -> Form:
-    """Return a coordinate as a formula: parts of π, or a quotient of parameters."""
-    field = Ratios([node])
-    return field.form(evaluate([node], field, field.values())[0])

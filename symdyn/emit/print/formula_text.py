@@ -6,6 +6,7 @@ A printer yields text with break marks in front of every + and - at which a line
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -196,6 +197,15 @@ class Latex:
     def unbroken(self, form: Form) -> str:
         """Return LaTeX without break marks."""
         return self(form).replace(BREAK, "")
+
+    def underbraced(self, form: Form, name: str, widest: float = math.inf) -> tuple[str, str]:
+        r"""Return a sign and \underbrace{form}_{name} behind it, the name alone where the form is wider, pt."""
+        negative = all(term.split_sign()[0] < 0 for term in form.terms)
+        text = self.unbroken(form.negative if negative else form)
+        if latex_width(text) > widest:
+            return "+", name
+        text = f"({text})" if len(form.terms) > 1 else text
+        return ("-" if negative else "+"), rf"\underbrace{{{text}}}_{{{'-' if negative else ''}{name}}}"
 
     def bracketed(self, form: Form) -> str:
         """Return a factor: in brackets if it is a sum or has a sign."""

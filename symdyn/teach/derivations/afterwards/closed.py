@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
 from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import SceneUnits
@@ -42,9 +42,9 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
         return None, found.idle
     of = "closed" if lesson.scene.is_closed else "open"
     searched = lesson.say(f"{of}.search", starts=str(found.starts))
-    blocks: list[Block] = [_places(lesson, systems, found.idle)] if systems else []
+    blocks: list[Block] = [_places(lesson, found.places, found.idle, systems)] if systems else []
     if found.crossings:
-        blocks += [lesson.say("closed.crossings"), _crossings(lesson, found.crossings, found.idle)]
+        blocks += [lesson.say("closed.crossings"), _places(lesson, found.crossings, found.idle)]
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
     if found.idle:
         blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
@@ -54,25 +54,19 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
     return step, found.idle
 
 
-def _places(lesson: Prose, systems: Sequence[Linearization], idle: Sequence[str]) -> Block:
-    """Return the table of places with what their eigenvalues say."""
-    scene = lesson.scene
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
-    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
-    units = SceneUnits(scene).coordinates
-    rows: list[list[str | Form | Words]] = []
-    for one in systems:
-        place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
-        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))])
-    return lesson.table(heads, rows)
-
-
-def _crossings(lesson: Prose, crossings: Sequence[Equilibrium], idle: Sequence[str]) -> Block:
-    """Return the table of places where it rests and branches of loops meet."""
+def _places(
+    lesson: Prose, places: Sequence[Equilibrium], idle: Sequence[str], systems: Sequence[Linearization] = ()
+) -> Block:
+    """Return the table of places, without coordinates that do not matter, and what eigenvalues of systems there say."""
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
     shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
-    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in crossings]
-    return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
+    rows: list[list[str | Words]] = [
+        [_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown] for place in places
+    ]
+    for row, one in zip(rows, systems, strict=False):  # there may be none
+        row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
+    heads = ("equilibria.kind", "closed.values") if systems else ()
+    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *heads], rows)
 
 
 def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:

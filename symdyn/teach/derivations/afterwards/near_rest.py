@@ -10,15 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Ratios, Symbol
+from symdyn.draw import Stage, swing
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute
 from symdyn.linear import Equilibrium
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.afterwards.closed import eigenvalues
 from symdyn.teach.derivations.afterwards.equilibria import Rests
-from symdyn.teach.derivations.afterwards.mode_pictures import mode_picture
 from symdyn.teach.derivations.lagrange.velocities import length
-from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
+from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -27,6 +27,9 @@ MOST_FREEDOMS = 3
 
 LONGEST = 40
 """Terms and factors of a formula that is shown."""
+
+ANGLE, PART = 0.35, 0.15
+"""The largest displacement in a picture: of an angle, rad, and of a length over the extent of the mechanism."""
 
 TAGS = {"stable": "s", "unstable": "u"}
 
@@ -99,8 +102,7 @@ def _short(lesson: Lesson, node: Expr) -> Form:
     try:
         return lesson.short(node)
     except (DerivationError, KeyError):
-        field = Ratios([node])
-        return field.form(evaluate([node], field, field.values())[0])
+        return Ratios.form_of(node)
 
 
 def _frequencies(
@@ -125,11 +127,11 @@ def _frequencies(
         if monic[-1].is_zero or len(monic) > 3 or max(map(length, forms)) > LONGEST:
             continue
         if len(monic) == 2:
-            square = _negated(forms[0])
+            square = forms[0].negative
             lesson.name(key, "omega", *index, node=square.express(lesson.graph), power=2)
             shown[count] = [Formula(key, square)]
         else:
-            sum_, product = _negated(forms[0]), forms[1]
+            sum_, product = forms[0].negative, forms[1]
             omega = lesson.name(key, "omega", *index, node=None)
             b = lesson.name(f"{key}:b", "b", *index, node=sum_.express(lesson.graph))
             d = lesson.name(f"{key}:d", "d", *index, node=product.express(lesson.graph))
@@ -150,12 +152,6 @@ def _taken(left: dict[int, float], square: float) -> int:
     return count
 
 
-def _negated(form: Form) -> Form:
-    """Return -form, a minus in front of a term taken off."""
-    signed = (term.split_sign() for term in form.terms)
-    return Form.sum(Form.product((Number.MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
-
-
 # Numbers
 
 
@@ -173,10 +169,22 @@ def _modes(lesson: Lesson, place: Equilibrium, modes: Modes, chosen: Chosen) -> 
         return [lesson.say("near.one", told=str(rows[0][1]))]
     heads: list[str | Symbol] = ["near.mode", "near.mode.kind", *(named(lesson.state.q[k]) for k in moved)]
     blocks: list[Block] = [lesson.say("near.modes"), lesson.table(heads, rows)]
-    units = SceneUnits(lesson.scene).coordinates
     for k, (square, shape) in enumerate(modes, 1):
         if square > 0 and place.kind == "stable" and len(moved) <= MOST_FREEDOMS:
             whole = np.zeros(len(place.q))
             whole[list(moved)] = shape
-            blocks.append(mode_picture(lesson, chosen, place.q, whole, units, k))
+            blocks.append(_picture(lesson, chosen, place.q, whole, k))
     return blocks
+
+
+def _picture(lesson: Lesson, chosen: Chosen, rest: Array, shape: Array, number: int) -> Picture:
+    """Return the picture of one shape about a place of rest; q and shape have shape (nq,)."""
+    scene, values = lesson.scene, chosen.parameters
+    length = Stage(scene, rest[None], values).found.reach
+    units = SceneUnits(scene).coordinates
+    limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
+    away = shape / float((np.abs(shape) / limits).max())
+    title = lesson.text("near.shape.alt", number=str(number), scene=scene.name)
+    stage = Stage(scene, np.stack([rest + away, rest, rest - away]), values)
+    text = swing(stage, title, lesson.text("near.ghosts"), f"mode{number}-", lesson.titles)
+    return Picture(text, lesson.say("near.shape", number=str(number)), title, f"mode{number}")

@@ -21,6 +21,7 @@ from symdyn.teach.derivations.afterwards.charts import (
     Panel,
     chart,
     contours,
+    round_up,
 )
 from symdyn.teach.derivations.afterwards.equilibria import Rests
 from symdyn.teach.derivations.afterwards.reduced import GRID, Reduced
@@ -105,7 +106,7 @@ def landscape_step(lesson: Lesson, rests: Rests, chosen: Chosen) -> Step | None:
     if not len(good) or np.ptp(good) <= 1e-12 * (1 + np.abs(good).max()):
         return None
     low, high = float(good.min()), float(np.quantile(good, 0.97))
-    step = _round((high - low) / LEVELS)
+    step = round_up((high - low) / LEVELS)
     first = math.ceil(low / step + 1e-9)
     levels = [k * step for k in range(first, math.floor(high / step) + 1)]
     curves = [Curve(line, SOLID, size=1.4) for level in levels for line in contours(x, y, z, level)]
@@ -142,12 +143,6 @@ def _images(at: Array, turns: list[bool]) -> list[tuple[float, float]]:
     both = [turn and abs(x - math.pi) < 1e-9 for x, turn in zip(at, turns, strict=True)]
     ways = [(float(x), -math.pi) if two else (float(x),) for x, two in zip(at, both, strict=True)]
     return [(a, b) for a in ways[0] for b in ways[1]]
-
-
-def _round(size: float) -> float:
-    """Return the next round number."""
-    power = 10.0 ** math.floor(math.log10(size))
-    return float(next(one * power for one in (1, 2, 5, 10) if one * power >= size * (1 - 1e-9)))
 
 
 def _at(left: Reduced, place: float) -> float:
