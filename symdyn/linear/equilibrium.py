@@ -2,26 +2,35 @@
 
 Seeds are fixed, so that the same scene gives the same list. Other starts are positions that are known exactly, and,
 where one angle alone matters, those at which its force changes sign in steps of half a degree. Coordinates on which
-nothing depends stay where the scene starts. Places that have no one linear motion are told apart: those where branches
-of loops meet, and those where coordinates are singular (`search`).
+nothing depends stay where the scene starts.
+
+A position of a tree is exact if it is one for every value of the parameters: at quarter turns sines and cosines are 0,
+1 or -1, slides follow from what is left where that is linear in them, and forces are zero as formulas.
+
+Places that have no one linear motion are told apart: those where branches of loops meet, and those where coordinates
+are singular (`search`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Array, Form
-from symdyn.errors import LinearizeError
-from symdyn.linear.exact_rests import exact_rests
+from symdyn.algebra import Array, Form, Number, Ratios
+from symdyn.dynamics import formulas
+from symdyn.errors import DerivationError, LinearizeError
+from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.search import NEAR, SAME, Search
 from symdyn.linear.second_order import SecondOrder
 from symdyn.linear.steady import at_rest
+from symdyn.scene import SceneUnits
 from symdyn.simulation import read_start
 from symdyn.unlocked import cached_property
 
@@ -30,6 +39,9 @@ STARTS = 200
 
 ALIKE = 1e-5
 """Distance of eigenvalues, over the largest, that are one."""
+
+CANDIDATES = 256
+"""Positions at quarter turns of which it is decided whether they are exact."""
 
 FAMILY = 12
 """Places with other equilibria next to them that are told: more of them are one surface of rests, seen again."""
@@ -45,18 +57,28 @@ class Equilibrium:
         q: coordinates, shape (nq,).
         found: how many of the seeded starts led there; 0 where others did.
         family: whether others are next to it, along more than coordinates on which nothing depends.
-        near: inertia, damping and stiffness there.
-        kind: what the potential energy says of it, where no rows hold it: "stable", "unstable" or "undecided".
         exact: its coordinates, those on which something depends, as formulas of the parameters if they are so for all
             values of these; else None.
+        search: what led there.
     """
 
     q: Array
     found: int
     family: bool
-    near: SecondOrder
-    kind: str
-    exact: Exact = None
+    exact: Exact
+    search: Search = field(repr=False, compare=False)
+
+    @cached_property
+    def near(self) -> SecondOrder:
+        """Inertia, damping and stiffness there."""
+        return self.search.near(self.q)
+
+    @cached_property
+    def kind(self) -> str:
+        """What the potential energy says of it, where no rows hold it: "stable", "unstable" or "undecided"."""
+        v = self.search.v
+        tree = not v.multipliers and len(self.q) == v.w.state.n
+        return self.near.of(self.search.matter).kind if tree else "undecided"
 
 
 @dataclass(frozen=True)
@@ -118,14 +140,14 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
             "as in --at NAME=VALUE"
         )
     search = Search(prepared, read_start(scene).q if start is None else start, t)
-    exact = exact_rests(prepared, search.idle)
+    exact = _exact(prepared, search.idle)
     known, (scanned, changes) = search.placed(exact), search.scanned()
     q, good = search.roots(np.vstack([known, search.drawn(starts), changes]))
     seeded = np.arange(len(q)) - len(known) < starts
     seeded[: len(known)] = False
     lists = _Lists(search, dict(enumerate(exact)))
-    for k in np.flatnonzero(good):
-        lists.add(search.wrapped(q[k]), int(k), bool(seeded[k]))
+    for k, rank in zip(np.flatnonzero(good), search.ranks(q[good]), strict=True):
+        lists.add(search.wrapped(q[k]), int(rank), int(k), bool(seeded[k]))
     return Equilibria(
         _sorted(lists.places), starts, int(np.sum(np.logical_and(seeded, np.logical_not(good)))), lists.singular,
         tuple(name for name, idle in zip(scene.coordinates, search.idle, strict=True) if idle),
@@ -142,17 +164,17 @@ class _Lists:
         self.spectra = dict[int, Complexes]()
         self.singular = self.more = 0
 
-    def add(self, q: Array, start: int, seeded: bool) -> None:
+    def add(self, q: Array, rank: int, start: int, seeded: bool) -> None:
         """Add the place that a start led to."""
         search, exact = self.search, self.exact.get(start)
-        if search.regular(q):
+        if search.regular(q, rank):
             self._add(self.places, q, exact, seeded, family=search.flat(q))
         elif search.crossing(q):
             self._add(self.crossings, q, None, seeded, near=NEAR)
         else:
             rests = search.locked(q)
             self.singular += seeded and not rests
-            if search.singular(q) and (exact is not None or not search.flat(q)):
+            if search.singular(q, rank) and (exact is not None or not search.flat(q)):
                 self._add(self.locked if rests else self.false, q, exact, seeded)
 
     def _add(
@@ -170,8 +192,7 @@ class _Lists:
             self.more += seeded
         else:
             self.spectra |= {len(some): values} if family else {}
-            beside = search.near(q)
-            some.append(Equilibrium(q, int(seeded), family, beside, search.kind(beside), exact))
+            some.append(Equilibrium(q, int(seeded), family, exact, search))
 
 
 def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
@@ -184,3 +205,71 @@ def _alike(x: Complexes, y: Complexes) -> bool:
         return False
     apart, size = np.abs(x[:, None] - y[None, :]), max(float(np.abs(x).max(initial=0.0)), 1e-9)
     return bool(np.max([apart.min(axis=0), apart.min(axis=1)], initial=0.0) < ALIKE * size)
+
+
+# Exactly
+
+
+def _exact(prepared: Prepared, idle: Sequence[bool]) -> list[dict[str, Form]]:
+    """Return the positions, each as formulas of the parameters by coordinate, `idle` ones left out; of a tree alone.
+
+    Slides are where linear springs hold them, at zero where nothing linear does.
+    """
+    v, scene = prepared.functions, prepared.scene
+    state, graph = v.w.state, v.w.graph
+    bound = any(p.value is not None for p in v.w.scene.parameters)  # one decides the form of the equations
+    if bound or v.multipliers or v.inputs or prepared.forces.tables or len(state.q) != state.n:
+        return []
+    forces = substitute(v.statics.parts["f"][1], dict.fromkeys(state.tau, graph.zero))
+    moving = [
+        (q, unit) for q, unit, still in zip(state.q, SceneUnits(scene).coordinates, idle, strict=True) if not still
+    ]
+    for choice in ((0, 2, 1, -1), (0, 2)):
+        candidates = list(product(*(choice if unit == "rad" else (0,) for _, unit in moving)))
+        if len(candidates) <= CANDIDATES:
+            break
+    else:
+        return []
+    found = []
+    for one in candidates:
+        turned = {q: graph.pi * Fraction(k, 2) for (q, unit), k in zip(moving, one, strict=True) if unit == "rad"}
+        slides = [q for q, unit in moving if unit != "rad"]
+        try:
+            at = {**turned, **_held([forces[state.q.index(q)] for q in slides], slides, turned)}
+            left = substitute(forces, at)
+        except ZeroDivisionError:  # a spring of no length pulls nowhere
+            continue
+        if all(_vanishes(force, state.q) for force in left):
+            found.append({str(q.value): Ratios.form_of(at[q]) for q, _ in moving})
+    return found
+
+
+def _vanishes(force: Expr, q: Sequence[Expr]) -> bool:
+    """Tell whether a force is zero for every value of the parameters, wherever the mechanism is."""
+    if force.is_zero or set(reachable([force])).intersection(q):
+        return force.is_zero
+    try:
+        return formulas([force], 1) == [Number.ZERO]
+    except DerivationError:
+        return False
+
+
+def _held(forces: Sequence[Expr], slides: Sequence[Expr], turned: Mapping[Expr, Expr]) -> Mapping[Expr, Expr]:
+    """Return where linear forces hold the slides, angles being given; zeros where they are not linear."""
+    if not slides:
+        return {}
+    graph = slides[0].graph
+    free = dict.fromkeys(slides, graph.zero)
+    forces = substitute(forces, turned)
+    slopes = [x for force in forces for x in gradient(force, slides)]
+    if set(reachable(slopes)).intersection(slides):
+        return free
+    still = substitute(forces, free)
+    quotients = Ratios([*slopes, *still])
+    known, n = evaluate([*slopes, *still], quotients, quotients.values()), len(slides)
+    stiffness = [known[k : k + n] for k in range(0, n * n, n)]
+    try:
+        shifts = quotients.solved(stiffness, [[quotients.neg(x)] for x in known[n * n :]])
+    except (ZeroDivisionError, OverflowError):
+        return free
+    return {q: quotients.form(x).express(graph) for q, (x,) in zip(slides, shifts, strict=True)}

@@ -191,7 +191,7 @@ def latex(system: Linearization, formulas: Symbolic | None = None) -> str:
         size = float(np.abs(matrix).max(initial=0.0))
         if rows is not None:
             return [[write.unbroken(entry) for entry in row] for row in rows]
-        return [[_latex_number(number(x, size)) for x in row] for row in matrix.tolist()]
+        return [[write.scientific(number(x, size)) for x in row] for row in matrix.tolist()]
 
     def column(axis: Axis) -> str:
         return str(BMatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names]))
@@ -207,11 +207,6 @@ def latex(system: Linearization, formulas: Symbolic | None = None) -> str:
     for name, form in formulas.defined if formulas is not None else ():
         rows.append(rf"{write.unbroken(Symbol(name))} &= {write.unbroken(form)}")
     return "\n".join([r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"])
-
-
-def _latex_number(text: str) -> str:
-    mantissa, _, exponent = text.partition("e")
-    return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
 
 def _escaped(name: str) -> str:

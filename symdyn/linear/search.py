@@ -106,7 +106,7 @@ class Search:
 
     def scanned(self) -> tuple[float, Array]:
         """Return how far changes of sign were looked for, rad, and where they are; where one angle alone matters."""
-        matter = self._matter
+        matter = self.matter
         if len(matter) != 1 or self.v.multipliers or self.units[matter[0]] != "rad":
             return 0.0, np.zeros((0, len(self.start)))
         (one,) = matter
@@ -118,7 +118,7 @@ class Search:
         return np.pi * around, grid[1:][((f[:-1] * f[1:] < 0) | (f[1:] == 0)).any(axis=1)]
 
     @property
-    def _matter(self) -> tuple[int, ...]:
+    def matter(self) -> tuple[int, ...]:
         """Coordinates on which something depends."""
         return tuple(k for k, idle in enumerate(self.idle) if not idle)
 
@@ -219,9 +219,12 @@ class Search:
                 found[part] *= -1
         return found
 
-    def regular(self, q: Array) -> bool:
-        """Tell whether a place is none where coordinates are singular, a wheel lies flat or branches of loops meet."""
-        if self.singular(q) or self.numbers.lying_flat(q):
+    def regular(self, q: Array, rank: int | None = None) -> bool:
+        """Tell whether a place is none where coordinates are singular, a wheel lies flat or branches of loops meet.
+
+        `rank` is that of `ranks`, where it is known.
+        """
+        if self.singular(q, int(self.ranks(q[None, :])[0]) if rank is None else rank) or self.numbers.lying_flat(q):
             return False
         if self.v.multipliers:
             try:
@@ -230,14 +233,14 @@ class Search:
                 return False
         return True
 
-    def singular(self, q: Array) -> bool:
+    def singular(self, q: Array, rank: int) -> bool:
         """Tell whether coordinates are singular at a place: angles, or what moves a mass elsewhere in a tree."""
-        if self.numbers.singular_angles(q):
-            return True
-        return not self.v.multipliers and int(self._ranks(q[None, :])[0]) < self._rank
+        return rank < self._rank or bool(self.numbers.singular_angles(q))
 
-    def _ranks(self, q: Array) -> Array:
-        """Return how many motions have an inertia, however small, shape (N,)."""
+    def ranks(self, q: Array) -> Array:
+        """Return how many motions of a tree have an inertia, however small, shape (N,); with rows that is not asked."""
+        if self.v.multipliers or not len(q):
+            return np.full(len(q), self.v.w.state.n)
         M = np.nan_to_num(self.inertia(q))
         diagonal = np.abs(np.diagonal(M, axis1=1, axis2=2))
         d = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -247,7 +250,7 @@ class Search:
     @cached_property
     def _rank(self) -> int:
         """How many motions have an inertia at most places."""
-        return int(self._ranks(self.drawn(PUSHED)).max(initial=0))
+        return int(self.ranks(self.drawn(PUSHED)).max(initial=0))
 
     def locked(self, q: Array) -> bool:
         """Tell whether forces do no work at a singular place on anything that the bodies can do; of a tree alone."""
@@ -304,11 +307,6 @@ class Search:
         values = {**self.values, **still, **dict(zip(state.q, q.tolist(), strict=True))}
         M, e = self.v.motion.over(values, 1)["M"][0], self.v.slopes.over(values, 1)["e"][0]
         return SecondOrder(M, e[:, n : 2 * n], self.at(q[None, :], self._multipliers(q))["K"][0])
-
-    def kind(self, near: SecondOrder) -> str:
-        """Return what the potential energy says of a place of a tree; undecided elsewhere."""
-        tree = not self.v.multipliers and len(self.start) == self.v.w.state.n
-        return near.of(self._matter).kind if tree else "undecided"
 
     def eigenvalues(self, q: Array) -> Complexes:
         """Return the eigenvalues of the motion next to a place, of the stiffness where not all of it has an inertia."""

@@ -191,8 +191,13 @@ class Latex:
         if self.digits is None:
             text = spell(value)
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}" if "/" in text else text
-        mantissa, _, exponent = significant(value, self.digits).partition("e")
-        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
+        return self.scientific(significant(value, self.digits))
+
+    @staticmethod
+    def scientific(text: str) -> str:
+        r"""Return 1.5e-07 as 1.5 \cdot 10^{-7}."""
+        mantissa, _, exponent = text.partition("e")
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
     def unbroken(self, form: Form) -> str:
         """Return LaTeX without break marks."""

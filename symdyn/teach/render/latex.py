@@ -14,7 +14,7 @@ from pathlib import Path
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import BMatrix, Line, latex_width
+from symdyn.emit.print import BMatrix, Latex, Line, latex_width
 from symdyn.errors import EmitError
 from symdyn.teach.document import (
     Blank,
@@ -117,8 +117,7 @@ class _Page:
         for block, lines in zip(formulas, Line(tagged).aligned(pairs), strict=True):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             rows.append(" \\\\\n  ".join(lines) + tag)
-        inside = " \\\\\n  ".join(rows)
-        return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
+        return Line.display(rows)
 
     def _matrix(self, block: Matrix, room: float) -> str:
         """Return a matrix; one that is too wide with its entries by name, which are written out below it."""
@@ -134,8 +133,8 @@ class _Page:
         written = Line(room).aligned(pairs)
         if (named := BMatrix(rows)).width + aside <= room:
             written.insert(0, [f"{left} &= {named}"])
-        inside = " \\\\\n  ".join(line for paragraph in written for line in paragraph)
-        return f"\\begin{{align*}}\n  {inside}{tag}\n\\end{{align*}}"
+        *lines, last = (line for paragraph in written for line in paragraph)
+        return Line.display([*lines, f"{last}{tag}"])
 
     def block(self, block: Block, room: float) -> Iterator[str]:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
@@ -187,8 +186,7 @@ class _Page:
         return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
 
     def _value(self, value: float) -> str:
-        mantissa, _, exponent = self.spell.written(value).replace("−", "-").replace(",", "{,}").partition(" · 10^")
-        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
+        return Latex.scientific(self.spell.written(value).replace("−", "-").replace(",", "{,}").replace(" · 10^", "e"))
 
 
 def _pdf_text(text: str) -> str:
