@@ -32,7 +32,7 @@ from symdyn.dynamics.outputs.closed_slopes import (
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, COLUMNS, derivatives
 from symdyn.dynamics.outputs.kinks import kinks
 from symdyn.dynamics.outputs.named_functions import MULTIPLIERS
-from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Unasked, by_lagrange
+from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, by_lagrange
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.size import Size
@@ -132,11 +132,10 @@ class Derivative:
             f"d{self.result}",
             (self.rows, lambda w: tuple(label for name in along for label in axes[name](w))),
             f"{self.units}, per unit of what moves",
-            "same",
+            "only",
             formulations,
-            loops_only=True,
-            unasked=Unasked.NEVER,
-            lacks="told",
+            default_in="request",
+            may_fail="reported",
             depends=self.depends,
             prefer=partial(_cheaper, formulations) if "implicit" in formulations else None,
             size=Size((0, 45), 1.5).times(len(along)),
@@ -255,11 +254,10 @@ MOTION_RESIDUAL = Output(
     "residual",
     (lambda w: (*w.scene.velocities, *labels.kept_rows(w)),),
     f"{FORCES}, then m/s^2 or 1/s^2",
-    "same",
+    "only",
     {"rnea": Formulation(equations), "lagrange": by_lagrange(lagrange_equations)},
-    loops_only=True,
-    unasked=Unasked.NEVER,
-    lacks="told",
+    default_in="request",
+    may_fail="reported",
     depends=("alpha", "beta"),
 )
 """The equations that closed scenes solve, unsolved."""
@@ -279,7 +277,7 @@ CLOSED_DERIVATIVES: dict[str, Output] = {
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },
     **{
-        f"{name}_by_{argument}": replace(derivatives("", OUTPUTS[name].where_closed, argument), loops_only=True)
+        f"{name}_by_{argument}": replace(derivatives("", OUTPUTS[name].constrained, argument), when_constrained="only")
         for argument in BESIDE
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },

@@ -14,7 +14,7 @@ from symdyn.dynamics.loops.manifold import Seeds
 from symdyn.dynamics.outputs import parameter_outputs as parameters
 from symdyn.dynamics.outputs.closed_derivatives import ALONG_MANIFOLD, Derivative
 from symdyn.dynamics.outputs.closed_slopes import by_row, manifold_of
-from symdyn.dynamics.outputs.output import Formulation, Output, Unasked, by_lagrange
+from symdyn.dynamics.outputs.output import Formulation, Output, by_lagrange
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 
@@ -45,16 +45,15 @@ def by_parameters(of: str, only: str = "") -> Output:
         f"d{one.result}",
         (one.rows, lambda w: parameters.names(w, only)),
         f"{one.units}, per unit of the parameter",
-        "same",
+        "only",
         {
             formulation: (by_lagrange if formulation == "lagrange" else Formulation)(
                 partial(_slopes, one, formulation, only)
             )
             for formulation in one.solved
         },
-        loops_only=True,
-        unasked=Unasked.NEVER,
-        lacks="told",
+        default_in="request",
+        may_fail="reported",
         depends=one.depends,
         remark=lambda w: one.remark(w) + parameters.left_out(w, only),
     )

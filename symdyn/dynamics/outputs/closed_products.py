@@ -16,7 +16,7 @@ from functools import partial
 from symdyn.dynamics.outputs.closed_derivatives import ALONG, ALONG_MANIFOLD, Derivative
 from symdyn.dynamics.outputs.closed_slopes import carried_forces, driven, equations, manifold_of, solution
 from symdyn.dynamics.outputs.named_functions import ALONG_MANIFOLD as NAMES, WEIGHTS, direction, multiplier_symbols
-from symdyn.dynamics.outputs.output import Formulation, Output, Unasked, by_lagrange
+from symdyn.dynamics.outputs.output import Formulation, Output, by_lagrange
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 
@@ -85,13 +85,12 @@ Entries = Callable[[Workspace], Sequence[Expr]]
 def _row(one: Derivative, text: str, formulations: dict[str, Entries], **more: object) -> Output:
     return Output(
         f"{text} along the manifold, dependent positions and velocities moving along, of {one.text}",
-        in_loops="same",
+        when_constrained="only",
         formulations={
             name: (by_lagrange if name == "lagrange" else Formulation)(derive) for name, derive in formulations.items()
         },
-        loops_only=True,
-        unasked=Unasked.NEVER,
-        lacks="told",
+        default_in="request",
+        may_fail="reported",
         depends=one.depends,
         remark=one.remark,
         **more,  # type: ignore[arg-type]

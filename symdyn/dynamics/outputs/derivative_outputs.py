@@ -23,7 +23,7 @@ from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.outputs import parameter_outputs as parameters, recursive_derivatives, result_labels as labels
 from symdyn.dynamics.outputs.kinks import kinks
 from symdyn.dynamics.outputs.named_functions import MULTIPLIERS, independent_symbols, multiplier_symbols
-from symdyn.dynamics.outputs.output import Formulation, Output, Unasked
+from symdyn.dynamics.outputs.output import Constrained, Formulation, Output
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.size import Size
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -108,7 +108,7 @@ SWEEPS = {"forward": forward, "reverse": reverse}
 
 def entries_of(w: Workspace, row: Output, *place: str) -> Sequence[Expr]:
     """Return the entries of an output by the formulation that its row prefers."""
-    row = row.where_closed if w.scene.is_closed else row
+    row = row.constrained if w.scene.is_closed else row
     found: Sequence[Expr] = w.once(row.formulations[row.preferred(w)].derive, *place)
     return found
 
@@ -171,9 +171,8 @@ def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
 
     common = replace(
         row,
-        in_loops="refuse" if row.own else row.in_loops,
-        own=None,
-        unasked=Unasked.NEVER,
+        when_constrained="refuse" if isinstance(row.when_constrained, Constrained) else row.when_constrained,
+        default_in="request",
         prefer=None,
         compared=None,
         unique=None,

@@ -22,7 +22,7 @@ from symdyn.dynamics.loops.manifold import Seeds
 from symdyn.dynamics.outputs.closed_derivatives import CLOSED_DERIVATIVES, independent_positions, independent_velocities
 from symdyn.dynamics.outputs.closed_slopes import manifold_of
 from symdyn.dynamics.outputs.derivative_outputs import COLUMNS, derivatives
-from symdyn.dynamics.outputs.output import Output, Unasked
+from symdyn.dynamics.outputs.output import Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr
@@ -97,8 +97,8 @@ def state_matrices(closed: bool) -> Output:
             name: replace(formulation, derive=partial(along, name, formulation.derive))
             for name, formulation in row.formulations.items()
         },
-        unasked=Unasked.NEVER,
-        lacks="told",
+        default_in="request",
+        may_fail="reported",
         depends=row.depends,
         prefer=row.prefer,
         remark=row.remark,
