@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.outputs.closed_operators import CLOSED, MANY, of_closed, words
-from symdyn.dynamics.outputs.operators import WORDS, of_another
+from symdyn.dynamics.outputs.closed_derivatives import CLOSED
+from symdyn.dynamics.outputs.operators import MANY, WORDS, of_another, of_closed, words
 from symdyn.dynamics.outputs.output import TREE_NAME, DefaultIn, Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.state_matrices import STATE_MATRICES, state_matrices
