@@ -19,6 +19,7 @@ from symdyn.dynamics.loops.manifold import Manifold
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.outputs import closed_outputs as closed, implicit, parameter_outputs as parameters
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, derivatives, jacobian_row, parameter_row
+from symdyn.dynamics.outputs.directional_formulations import along_one, pulled_back
 from symdyn.dynamics.outputs.directional_outputs import jvp_row, vjp_row
 from symdyn.dynamics.outputs.kinks import kinks
 from symdyn.dynamics.outputs.named_functions import MULTIPLIERS, WEIGHTS, direction
@@ -38,7 +39,7 @@ from symdyn.dynamics.outputs.tangent_space import (
     independent_velocities,
 )
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Expr, substitute
 
 COUNTED = 8
 """Velocities up to which formulations are counted; beyond, the recursion is cheaper, then unsolved equations."""
@@ -113,8 +114,8 @@ class Derivative:
             if self.equations[0] is implicit.motion:  # symmetric
                 back["adjoint"] = Formulation(partial(implicit.vjp, *self.equations, self.space, along))
         for name, of in self.solved.items():
-            ahead[name] = _named(name, partial(_tangent, of, name, self.space, along))
-            back[name] = _named(name, partial(_pulled, of, name, self.space, along))
+            ahead[name] = _named(name, partial(_along_one, of, name, self.space, along))
+            back[name] = _named(name, partial(_pulled_back, of, name, self.space, along))
         rows = {"_jvp": (jvp_row, ahead), "_vjp": (vjp_row, back)}
         return {word: row(self.row, self.space, ALONG, ways, remark=self.remark) for word, (row, ways) in rows.items()}
 
@@ -157,16 +158,13 @@ def _slopes(of: Entries, formulation: str, space: TangentSpace, along: Sequence[
     return forward(w.once(of), space.seeds(w, formulation, along))
 
 
-def _tangent(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
-    seeds = space.direction(w, formulation, along)
-    return tangents(w.once(of), seeds)
+def _along_one(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
+    return along_one(w, w.once(of), space, formulation, along)
 
 
-def _pulled(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
+def _pulled_back(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
     entries: Sequence[Expr] = w.once(of)
-    weights = direction(w.graph, WEIGHTS, len(entries))
-    phi = w.graph.total(a * x for a, x in zip(weights, entries, strict=True))
-    return space.pulled(w, formulation, along, phi)
+    return pulled_back(w, entries, direction(w.graph, WEIGHTS, len(entries)), space, formulation, along)
 
 
 def _by_parameters(of: Entries, formulation: str, space: TangentSpace, only: str, w: Workspace) -> list[Expr]:

@@ -25,7 +25,7 @@ from itertools import chain
 from symdyn.dynamics.outputs.derivative_outputs import entries_of
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Output
-from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, cheaper, forward, reverse
+from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Slopes, tangents
@@ -50,16 +50,35 @@ def weights(w: Workspace, count: int, row: Output) -> tuple[Expr, ...]:
 def weighted(w: Workspace, row: Output, *place: str) -> Expr:
     """Return φ."""
     entries = entries_of(w, row, *place)
-    return w.graph.total(a * f for a, f in zip(weights(w, len(entries), row), entries, strict=True))
+    return _sum(w, weights(w, len(entries), row), entries)
+
+
+def _sum(w: Workspace, weights: Sequence[Expr], entries: Sequence[Expr]) -> Expr:
+    return w.graph.total(a * f for a, f in zip(weights, entries, strict=True))
 
 
 # J d and wᵀ J
 
 
+def along_one(w: Workspace, entries: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways) -> list[Expr]:
+    """Return J d of entries by one sweep forward; Lagrange's equations prove the others, and read no turns."""
+    seeds = space.direction(w, formulation, along)
+    sweep = partial(tangents, entries, seeds)
+    return sweep() if formulation == "lagrange" else cheaper(w, entries, sweep)
+
+
+def pulled_back(
+    w: Workspace, entries: Sequence[Expr], weights: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways
+) -> list[Expr]:
+    """Return wᵀ J of entries by one sweep backwards, likewise."""
+    phi = _sum(w, weights, entries)
+    sweep = partial(space.pulled, w, formulation, along, phi)
+    return sweep() if formulation == "lagrange" else cheaper(w, [phi], sweep)
+
+
 def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d by one sweep forward."""
-    entries = entries_of(w, row, *place)
-    return cheaper(w, entries, partial(tangents, entries, FREE.direction(w, "", along)))
+    return along_one(w, entries_of(w, row, *place), FREE, "", along)
 
 
 def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -70,17 +89,15 @@ def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Exp
 
 def vjp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return wᵀ J by one sweep backwards."""
-    phi = [weighted(w, row, *place)]
-    return cheaper(w, phi, partial(reverse, phi, FREE.seeds(w, "", along)))
+    entries = entries_of(w, row, *place)
+    return pulled_back(w, entries, weights(w, len(entries), row), FREE, "", along)
 
 
 def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return wᵀ J from J."""
     entries = entries_of(w, row, *place)
     columns = (tangents(entries, one) for one in FREE.seeds(w, "", along))
-    return [
-        w.graph.total(a * x for a, x in zip(weights(w, len(entries), row), column, strict=True)) for column in columns
-    ]
+    return [_sum(w, weights(w, len(entries), row), column) for column in columns]
 
 
 # Second order

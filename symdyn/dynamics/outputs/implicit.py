@@ -56,15 +56,6 @@ class Implicit:
         """Return -δR at y, from δR at symbols for it."""
         return [-x for x in substitute(moved, dict(zip(self.symbols, self.values(), strict=True)))]
 
-    def adjoint(self, weights: Sequence[Expr], pulled: Callable[[Expr], list[Expr]]) -> list[Expr]:
-        """Return wᵀ J; `pulled` finds the slopes of one number."""
-        graph = self.residual[0].graph
-        mu = self.solve(weights)
-        fixed = [graph.symbol(f"mu[{k}]") for k in range(len(mu))]
-        phi = graph.total(-a * x for a, x in zip(fixed, self.residual, strict=True))
-        known = dict(zip((*self.symbols, *fixed), (*self.values(), *mu), strict=True))
-        return substitute(pulled(phi), known)
-
 
 Equations = Callable[[Workspace, TangentSpace], Implicit]
 
@@ -174,7 +165,11 @@ def vjp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w:
     known: Implicit = w.once(of, space)
     weights = [w.graph.zero] * len(known.symbols)
     weights[part(w)] = direction(w.graph, WEIGHTS, len(weights[part(w)]))
-    return known.adjoint(weights, lambda phi: cheaper(w, [phi], partial(space.pulled, w, "", along, phi)))
+    mu = known.solve(weights)
+    fixed = direction(w.graph, "mu", len(mu))
+    phi = w.graph.total(-a * x for a, x in zip(fixed, known.residual, strict=True))
+    slopes = cheaper(w, [phi], partial(space.pulled, w, "", along, phi))
+    return substitute(slopes, dict(zip((*known.symbols, *fixed), (*known.values(), *mu), strict=True)))
 
 
 # J, column by column, of closed scenes: that of a tree has the factors of M that its own recursion finds
