@@ -8,8 +8,9 @@
     J d      = -K⁻¹ δR          δR is how R moves along d at fixed y
     wᵀ J     = -μᵀ ∂R/∂x        K μ = w; one sweep backwards at fixed y and μ
 
-x moves along a `TangentSpace`. Drives of closed scenes follow by the same rule: y is λ, R what the tree carries at it,
-f - Gᵀ λ, and what is left of R at the drives, once G_dᵀ takes it at the others, is their change.
+x moves along a `TangentSpace`. Where a motion is prescribed its row decides a drive, and K⁻¹ is zero there. Drives of
+closed scenes follow by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ decides at passive velocities, and then τ
+at the others, of which alone something is returned.
 
 All other formulations differentiate what is solved, each its own. All of it is proved off the manifold too, where
 M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold as well.
@@ -119,8 +120,8 @@ def lagrange_equations(w: Workspace) -> list[Expr]:
 def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[Expr]:
     loops, state = w.loops, w.state
     carried = loops.constraint_forces(multiplier_symbols(w), rows)
-    motion = [f - x - tau for f, x, tau in zip(forces, carried, state.tau, strict=True)]
-    return [*motion, *loops.gains(rows, loops.gamma(rows))]
+    left = [f - x - tau for f, x, tau in zip(forces, carried, state.tau, strict=True)]
+    return [*left, *loops.gains(rows, loops.gamma(rows))]
 
 
 def drives(w: Workspace, _: TangentSpace) -> Implicit:
