@@ -159,7 +159,7 @@ def _slopes(of: Entries, formulation: str, space: TangentSpace, along: Sequence[
 
 
 def _along_one(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
-    return along_one(w, w.once(of), space, formulation, along)
+    return along_one(w, space.direction(w, formulation, along), w.once(of), formulation)
 
 
 def _pulled_back(of: Entries, formulation: str, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:

@@ -22,6 +22,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 
+from symdyn.dynamics.loops.manifold import Seeds
 from symdyn.dynamics.outputs.derivative_outputs import entries_of
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Output
@@ -60,9 +61,8 @@ def _sum(w: Workspace, weights: Sequence[Expr], entries: Sequence[Expr]) -> Expr
 # J d and wᵀ J
 
 
-def along_one(w: Workspace, entries: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways) -> list[Expr]:
+def along_one(w: Workspace, seeds: Seeds, entries: Sequence[Expr], formulation: str = "") -> list[Expr]:
     """Return J d of entries by one sweep forward; Lagrange's equations prove the others, and read no turns."""
-    seeds = space.direction(w, formulation, along)
     sweep = partial(tangents, entries, seeds)
     return sweep() if formulation == "lagrange" else cheaper(w, entries, sweep)
 
@@ -78,7 +78,8 @@ def pulled_back(
 
 def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d by one sweep forward."""
-    return along_one(w, entries_of(w, row, *place), FREE, "", along)
+    entries = entries_of(w, row, *place)
+    return along_one(w, FREE.direction(w, "", along), entries)
 
 
 def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:

@@ -34,7 +34,7 @@ from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multipli
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.aba import aba
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Expr, Slopes, substitute, tangents
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class Implicit:
 
     Attributes:
         symbols: y as R has it.
-        residual: R.
+        residual: returns R.
         values: returns y in terms of x.
         solve: returns K⁻¹ r for r of the shape of R.
     """
 
     symbols: tuple[Expr, ...]
-    residual: Sequence[Expr]
+    residual: Callable[[], Sequence[Expr]]
     values: Callable[[], Sequence[Expr]]
     solve: Callable[[Sequence[Expr]], list[Expr]]
 
@@ -66,20 +66,25 @@ Equations = Callable[[Workspace, TangentSpace], Implicit]
 def motion(w: Workspace, space: TangentSpace) -> Implicit:
     """Return the equations of motion, and accelerations, then multipliers."""
     if not w.scene.is_closed:
-        residual = [force - tau for force, tau in zip(w.forces(list(w.state.qdd)), w.state.tau, strict=True)]
-        return Implicit(w.state.qdd, residual, lambda: tree_formulations.forward(w), partial(_accelerated, w))
-    n, residual, together = w.state.n, w.once(equations), _together(w, space)
+        return Implicit(
+            w.state.qdd, partial(_unbalanced, w), lambda: tree_formulations.forward(w), partial(_accelerated, w)
+        )
+    n, together = w.state.n, _together(w, space)
+
+    def residual() -> list[Expr]:
+        found = w.once(equations)
+        return [*found[:n], *(-x for x in found[n:])]
 
     def solved(sides: Sequence[Expr]) -> list[Expr]:
         x, found = w.loops.solved(sides[:n], sides[n:], together=together)
         return [*x, *found]
 
-    return Implicit(
-        (*w.state.qdd, *multiplier_symbols(w)),
-        [*residual[:n], *(-x for x in residual[n:])],
-        partial(w.once, _solution, space),
-        solved,
-    )
+    return Implicit((*w.state.qdd, *multiplier_symbols(w)), residual, partial(w.once, _solution, space), solved)
+
+
+def _unbalanced(w: Workspace) -> list[Expr]:
+    """Return M u̇ + h - τ of a tree."""
+    return [force - tau for force, tau in zip(w.forces(list(w.state.qdd)), w.state.tau, strict=True)]
 
 
 def _solution(w: Workspace, space: TangentSpace) -> list[Expr]:
@@ -127,13 +132,15 @@ def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[
 def drives(w: Workspace, _: TangentSpace) -> Implicit:
     """Return what the tree of a closed scene carries, and multipliers as inverse dynamics finds them."""
     symbols, loops = multiplier_symbols(w), w.loops
-    forces = w.forces(list(w.state.qdd))
-    carried = [f - x for f, x in zip(forces, loops.constraint_forces(symbols), strict=True)]
+
+    def residual() -> list[Expr]:
+        forces = w.forces(list(w.state.qdd))
+        return [f - x for f, x in zip(forces, loops.constraint_forces(symbols), strict=True)]
 
     def solved(sides: Sequence[Expr]) -> list[Expr]:
         return loops.drives_of([-x for x in sides])
 
-    return Implicit(symbols, carried, partial(w.once, closed.carried), solved)
+    return Implicit(symbols, residual, partial(w.once, closed.carried), solved)
 
 
 # Rows of y
@@ -157,8 +164,12 @@ Part = Callable[[Workspace], slice]
 def jvp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
     """Return J d."""
     known: Implicit = w.once(of, space)
-    moved = cheaper(w, known.residual, partial(tangents, known.residual, space.direction(w, "", along)))
-    return known.solve(known.at_solution(moved))[part(w)]
+    seeds, residual = space.direction(w, "", along), known.residual()
+
+    def changes(slopes: Slopes) -> list[Expr]:
+        return known.solve(known.at_solution(tangents(residual, seeds, slopes)))[part(w)]
+
+    return cheaper(w, residual, changes)
 
 
 def vjp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w: Workspace) -> list[Expr]:
@@ -168,9 +179,9 @@ def vjp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w:
     weights[part(w)] = direction(w.graph, WEIGHTS, len(weights[part(w)]))
     mu = known.solve(weights)
     fixed = direction(w.graph, "mu", len(mu))
-    phi = w.graph.total(-a * x for a, x in zip(fixed, known.residual, strict=True))
-    slopes = cheaper(w, [phi], partial(space.pulled, w, "", along, phi))
-    return substitute(slopes, dict(zip((*known.symbols, *fixed), (*known.values(), *mu), strict=True)))
+    phi = w.graph.total(-a * x for a, x in zip(fixed, known.residual(), strict=True))
+    values = dict(zip((*known.symbols, *fixed), (*known.values(), *mu), strict=True))
+    return cheaper(w, [phi], lambda slopes: substitute(space.pulled(w, "", along, phi, slopes), values))
 
 
 # J, column by column, of closed scenes: that of a tree has the factors of M that its own recursion finds
@@ -180,8 +191,8 @@ Columns = list[list[Expr]]
 
 def _by_sweeps(w: Workspace, of: Equations, space: TangentSpace, along: Sequence[str]) -> Columns:
     """Return δR, a column each, by sweeps forward."""
-    known: Implicit = w.once(of, space)
-    return [tangents(known.residual, one) for one in space.seeds(w, "", along)]
+    residual = w.once(of, space).residual()
+    return [tangents(residual, one) for one in space.seeds(w, "", along)]
 
 
 def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Sequence[str]) -> Columns:
@@ -190,7 +201,7 @@ def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Seque
     by_tree = recursive_derivatives.inverse_derivatives(w, ("q", "qd"))
     known: Implicit = w.once(of, space)
     carried = w.loops.constraint_forces(multiplier_symbols(w))
-    rest = [*(-x - force for x, force in zip(carried, tau, strict=True)), *known.residual[n:]]
+    rest = [*(-x - force for x, force in zip(carried, tau, strict=True)), *known.residual()[n:]]
     found = []
     for seeds, step in zip(space.seeds(w, "", along), _steps(w, space, along), strict=True):
         moved = tangents(rest, seeds)
