@@ -50,15 +50,15 @@ def main() -> int:
         for function in found.functions:
             table = measured_table(found, function)
             best = replace(table, columns=table.columns[:-1], rows=[row[:-1] for row in table.rows if row[-1]])
-            lines += [f"Best choices of `{function}`:", "", best.markdown(), ""]
+            lines += [f"Best choices of `{function}`:", "", best.markdown(str), ""]
         if found.motion is not None:
             lines += [f"{line}\n" for line in told(found.motion)]
             for table in curve_tables(found.motion):
-                lines += [replace(table, rows=[row for row in table.rows if row[1] in TOLD]).markdown(), ""]
+                lines += [replace(table, rows=[row for row in table.rows if row[1] in TOLD]).markdown(str), ""]
         lines += [f"Note: {note}\n" for note in found.notes]
     hard = stress(progress=print)
     lines += ["## Hard cases", "", "    symdyn stress -o stress", ""]
-    lines += [replace(hard.table, title="").markdown()]
+    lines += [replace(hard.table, title="").markdown(str)]
     PAGE.write_text(HEAD.format(about=about) + "\n" + "\n".join(lines).rstrip("\n") + "\n", "utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)}")
     return int(not hard.passed)
