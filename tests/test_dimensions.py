@@ -177,7 +177,7 @@ EXAMPLES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("docs/gallery/*.tom
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_no_number_of_an_example_has_to_carry_a_dimension_unseen(path: Path) -> None:
     """All letters of our scenes have a unit, and numbers beside them are plain, or are those that are known here."""
-    from symdyn.cli.unit_tables import unit_facts
+    from symdyn.cli.info import unit_facts
 
     facts = unit_facts(read(path))
 

@@ -470,7 +470,7 @@ def test_a_system_without_inputs_has_no_responses_and_no_gains():
 
 
 def test_a_table_of_responses_has_a_column_for_what_follows():
-    head, first, *_ = bode(system("cart_pole"), [1.0]).table().splitlines()
+    head, first, *_ = bode(system("cart_pole"), [1.0]).table().csv().splitlines()
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5

@@ -97,5 +97,5 @@ def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
         split(options.independent) or (), options.anywhere,
     )  # fmt: skip
     title = f"{scene.name}: eigenvalues over {found.name}"
-    lines = found.lines() + written(options.locus or [], found.table, lambda kind: found.plot(title, kind))
+    lines = found.lines() + written(options.locus or [], found.table().csv, lambda kind: found.plot(title, kind))
     return lines, found.as_json()

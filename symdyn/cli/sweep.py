@@ -15,6 +15,7 @@ from symdyn.cli.trajectory_options import flattened, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.study import DESIGNS, FORMS, SUFFIX, Study, sweep
+from symdyn.table import Table
 
 CTRL_C = 130
 
@@ -187,7 +188,8 @@ def tell(study: Study, options: argparse.Namespace, outcome: Callable[[], dict[s
             for name, one in told["measures"].items()
         ]
         title = f"{study.scene}: {len(study)} runs over {', '.join(study.names)} ({study.about['design']})"
-        print_table(title, ("measure", "unit", "mean ", "sd ", "least ", "5 % ", "median ", "95 % ", "most "), rows)
+        heads = ("measure", "unit", "mean", "sd", "least", "5 %", "median", "95 %", "most")
+        print_table(Table(heads, rows, range(2, 9), title))
     for count, what in ((study.failed, "failed, and have no measures"), (study.stopped, "ended before their time")):
         if count:
             say(f"{count} of {len(study)} runs {what}")

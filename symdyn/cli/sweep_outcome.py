@@ -11,6 +11,7 @@ from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.study import PLOTS, Study, beside, check_study_plot
+from symdyn.table import Table
 
 DIGITS = 4
 
@@ -76,7 +77,8 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
             )
             rows.append((measure, name, *shown))
     if rows and not quiet:
-        print_table("Sobol's indices, with 95 % intervals", ("measure", "name", "first order ", "total "), rows)
+        heads = ("measure", "name", "first order", "total")
+        print_table(Table(heads, rows, (2, 3), "Sobol's indices, with 95 % intervals"))
     return told
 
 
@@ -94,7 +96,8 @@ def _first_order(study: Study, scene: Scene, options: argparse.Namespace, reques
                 f"{len(study)} runs: it is not linear over what varies; trust the runs"
             )
     if not options.json:
-        print_table("standard deviations", ("measure", "unit", "first order ", "runs ", "variance is due to"), rows)
+        heads = ("measure", "unit", "first order", "runs", "variance is due to")
+        print_table(Table(heads, rows, (2, 3), "standard deviations"))
     return {
         one.measure: {"first_order": one.first_order, "runs": one.runs, "shares": dict(one.shares), "near": one.near}
         for one in found

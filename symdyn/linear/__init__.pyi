@@ -17,7 +17,6 @@ from .over_values import locus_over as locus_over, systems as systems
 from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
 from .record import SystemsFile as SystemsFile
 from .regulator import Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
-from .report import number as number
 from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, find_systems as find_systems

@@ -17,6 +17,7 @@ from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -169,9 +170,8 @@ class Study(Shown):
         """
         check_arguments(Study.to_csv, locals(), EmitError)
         rows = zip(np.hstack([self.values, *(one[:, None] for one in self.measures.values())]), self.codes, strict=True)
-        lines = [",".join(map(_cell, (*self.columns, "ended")))]
-        lines += [",".join([*map(repr, row.tolist()), WORDS[int(code)]]) for row, code in rows]
-        text = "\n".join(lines) + "\n"
+        cells = [(*row.tolist(), WORDS[int(code)]) for row, code in rows]
+        text = Table((*self.columns, "ended"), cells).csv()
         if file is not None:
             write_file(file, text)
         return text
@@ -237,8 +237,3 @@ class Study(Shown):
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
         found.attrs |= {"units": dict(self.units), "scene": self.scene, **self.about}
         return found
-
-
-def _cell(text: str) -> str:
-    """Return a cell of CSV."""
-    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\n') else text
