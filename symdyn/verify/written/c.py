@@ -18,17 +18,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from symdyn.verify.written.c_family import CFile, CReader, blanked, declared_name, takes
 from symdyn.verify.written.c_rows import copy_part, run_steps
-from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_tables import read_table
-from symdyn.verify.written.c_values import File
 from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
 from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.straight_line import finished, opened
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -61,19 +60,9 @@ LOOP = re.compile(r"for\(size_tk=0;k<([0-9]+);k\+\+\)")
 """The head of a loop, without its spaces."""
 
 
-def plain(source: bytes) -> bytes:
-    """Return a file as the grammar takes it: spaces in place of what it does not know, directives aside."""
-
-    def blank(match: re.Match[bytes]) -> bytes:
-        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
-        return match[0] if line.startswith(b"#") else b" " * len(match[0])
-
-    return UNKNOWN.sub(blank, source)
-
-
 def read(text: Text) -> TextReading:
     """Return what the functions of a C file compute."""
-    file = File(text, definitions(text.root), GRAMMAR)
+    file = CFile(text, definitions(text.root), grammar=GRAMMAR)
     functions: list[Read] = []
     for wanted in text.wanted:
         if wanted.loop:
@@ -89,14 +78,7 @@ def read_columns(text: Text) -> TextReading:
     """Return what the functions of a C file compute whose results are written column by column."""
     found = read(text)
     shapes = {wanted.name: wanted.shape for wanted in text.wanted}
-    return replace(found, functions=tuple(_by_rows(one, shapes[one.function]) for one in found.functions))
-
-
-def _by_rows(read: Read, shape: tuple[int, ...]) -> Read:
-    """Return a result row by row."""
-    places = np.arange(len(read.entries)).reshape(shape[::-1]).T.ravel().tolist()
-    entries, lines = tuple(read.entries[place] for place in places), tuple(read.lines[place] for place in places)
-    return replace(read, entries=entries, lines=lines)
+    return replace(found, functions=tuple(one.by_rows(shapes[one.function]) for one in found.functions))
 
 
 def definitions(root: Node) -> dict[str, Node]:
@@ -125,23 +107,26 @@ def outside(root: Node) -> Iterator[Node]:
 INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "linkage_specification", "declaration_list")
 
 
-def _function(file: File, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
+def _function(file: CFile, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
     """Return what a function computes, for one state, or for state k of a block: there, and where it is copied to."""
     takes(file, name, [*(["stride", "reach"] if columns else []), *expected.arguments, "out"])
     given = opened(expected, columns, apart=columns, reaching=columns)
     if columns:
         given.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
-    CStatements(file, expected, given.names).run(name)
+    CStatements(file, expected, given.names).body(name)
     places = _places(file, f"{expected.name}_places") if columns else None
     if places is None:
-        return [finished(file, name, expected, given.result)]
+        return [finished(file.functions[name], name, expected, given.result)]
     copied = _copied(file, name, expected, given.result, places)
     if None in given.result.entries:  # it is written nowhere but in rows
         return [copied]
-    return [finished(file, name, expected, given.result), replace(copied, name=f"{expected.name}_places")]
+    return [
+        finished(file.functions[name], name, expected, given.result),
+        replace(copied, name=f"{expected.name}_places"),
+    ]
 
 
-def _copied(file: File, name: str, expected: ExpectedFunction, result: Result, places: list[int]) -> Read:
+def _copied(file: CFile, name: str, expected: ExpectedFunction, result: Result, places: list[int]) -> Read:
     """Return a result whose entries are those of a block's result at some places."""
     try:
         entries, lines = result.first()
@@ -154,7 +139,7 @@ def _copied(file: File, name: str, expected: ExpectedFunction, result: Result, p
     return Read(expected.name, name, *chosen)
 
 
-def _places(file: File, name: str) -> list[int] | None:
+def _places(file: CFile, name: str) -> list[int] | None:
     """Return the numbers of a table of a file, None if there is no such table."""
     declared = [one for one in outside(file.text.root) if one.type == "declaration"]
     found = [one for one in declared if _declares(one, name) or _declares(one, file.prefix + name)]
@@ -175,8 +160,7 @@ def _declares(node: Node, name: str) -> bool:
     return any(one.type == "array_declarator" and said(one.children[0]) == name for one in declarators)
 
 
-@dataclass
-class CStatements(Statements):
+class CStatements(CReader):
     """What only C says: blocks of states, loops over them, parts."""
 
     def statement(self, node: Node) -> None:
@@ -186,35 +170,27 @@ class CStatements(Statements):
         elif not (node.type == "preproc_call" and said(node).split() == ["#pragma", "omp", "simd"]):
             super().statement(node)
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read one that sets or copies a whole array, takes sines, or is a part or a loop of this function.
 
         These are `memset(r, 0, sizeof r)`, `memcpy(out, r, sizeof r)`, `sincos_row(…)` and `sincos_rows(…)`.
         """
-        name, own, within = said(node.children[0]), self.file.own, self.file.within
+        (callee, given), own, within = self.call(node), self.file.own, self.file.within
+        name = said(callee)
         if name == COPY:
-            self._copy(node, self.arguments(node))
+            self._copy(node, given)
         elif name == CLEAR:
-            self._clear(node, self.arguments(node))
+            self._clear(node, given)
         elif name == own(f"{self.wanted.name}_solved") and name in self.file.functions:
-            self._solved(node, self.arguments(node))
+            self._solved(node, given)
         elif name == own(SINES) and name in self.file.functions:
-            self._sines(node, self.arguments(node))
+            self._sines(node, given)
         elif name == own(ROWS) and name in self.file.functions:
-            self._rows_of_sines(node, self.arguments(node))
+            self._rows_of_sines(node, given)
         elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", within(name)):
-            self._piece(node, name)
+            self.piece(node, name)
         else:
-            super().call(node)
-
-    def _piece(self, node: Node, name: str) -> None:
-        inner, arguments = parameters(self.file.functions[name]), self.arguments(node)
-        if len(inner) != len(arguments) or len(set(inner)) != len(inner):
-            raise unread(node, f"does not give {name} what it takes")
-        values = {one: self.value(argument) for one, argument in zip(inner, arguments, strict=True)}
-        piece = CStatements(self.file, self.wanted, values, lanes=self.lanes)
-        piece.run(name)
-        self.lanes = piece.lanes
+            super().perform(node)
 
     def _loop(self, node: Node) -> None:
         """Read a loop for state k; what has been set before is common to all."""
@@ -292,5 +268,5 @@ class CStatements(Statements):
             raise unread(node, str(fault)) from None
 
 
-C = ReadLanguage("C", GRAMMAR, frozenset({"comment"}), read, plain)
+C = ReadLanguage("C", GRAMMAR, frozenset({"comment"}), read, partial(blanked, unknown=UNKNOWN))
 C_BY_COLUMNS = replace(C, read=read_columns)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import RowSolve
-from symdyn.verify.written.c_values import Value
 from symdyn.verify.written.memory import Index, Pointer, Work
+from symdyn.verify.written.straight_line import Value
 from symdyn.verify.written.syntax import line_of, unread
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr
-from symdyn.verify.written.c_values import File
+from symdyn.verify.written.c_family import CFile
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read
 from symdyn.verify.written.syntax import line_of, said, unread
 
@@ -25,7 +25,7 @@ TABLES = ("ground", "joints", "matrices")
 """Names behind that of the function."""
 
 
-def read_table(file: File, expected: ExpectedFunction) -> Read:
+def read_table(file: CFile, expected: ExpectedFunction) -> Read:
     """Return the numbers of all tables of a function, in the order of the text."""
     entries: list[Expr] = []
     lines: list[int] = []
@@ -42,7 +42,7 @@ def read_table(file: File, expected: ExpectedFunction) -> Read:
     return Read(expected.name, expected.name, tuple(entries), tuple(lines))
 
 
-def _rows(file: File, name: str) -> Iterator[Node]:
+def _rows(file: CFile, name: str) -> Iterator[Node]:
     """Yield the rows of a table, or the list that is all of it."""
     stack = [file.text.root]
     while stack:
@@ -63,7 +63,7 @@ def _rows(file: File, name: str) -> Iterator[Node]:
         yield from inner or [table]
 
 
-def _numbers(file: File, node: Node) -> Iterator[Expr]:
+def _numbers(file: CFile, node: Node) -> Iterator[Expr]:
     """Yield the numbers of a cell, or of a list of them."""
     if node.type == "initializer_list":
         for one in node.named_children:
@@ -76,7 +76,7 @@ def _numbers(file: File, node: Node) -> Iterator[Expr]:
         raise unread(node, "is no number")
 
 
-def _number(file: File, decimal: str, node: Node) -> Expr:
+def _number(file: CFile, decimal: str, node: Node) -> Expr:
     """Return the number of a literal with its sign."""
     size = decimal.removeprefix("-")
     value = file.text.number(size.removesuffix("f") if file.text.real == "float" else size, line_of(node))

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.c import definitions
-from symdyn.verify.written.c_statements import Statements, finished, opened, takes
-from symdyn.verify.written.c_values import MATH, File, Value
+from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, takes
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
+from symdyn.verify.written.straight_line import Value, finished, opened
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -58,14 +58,9 @@ PARTS = {
 """Every part is computed by one row of blocks, however many rows there are."""
 
 
-def plain(source: bytes) -> bytes:
-    """Return kernels of OpenCL as a grammar of C takes them: spaces in place of what it does not know."""
-    return UNKNOWN.sub(lambda found: b" " * len(found[0]), source)
-
-
 def read(text: Text, grammar: str) -> TextReading:
     """Return what the kernels of a file compute."""
-    file = File(text, definitions(text.root), grammar)
+    file = CFile(text, definitions(text.root), grammar=grammar)
     functions = []
     for wanted in text.wanted:
         name = f"{text.stem}_{wanted.name}"
@@ -74,11 +69,11 @@ def read(text: Text, grammar: str) -> TextReading:
             given = opened(wanted, columns=True, apart=True)
             given.names["n"] = Index(0, 0, 1)
             body = KernelStatements(file, wanted, given.names)
-            body.run(name)
+            body.body(name)
             if body.begun != len(BEGINNING):
                 raise unread(file.functions[name], "does not begin with the number of its state")
             body.bounded(file.functions[name])
-            functions.append(finished(file, name, wanted, given.result))
+            functions.append(finished(file.functions[name], name, wanted, given.result))
     return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
@@ -86,7 +81,7 @@ BEGINNING = ("declaration", "if_statement")
 
 
 @dataclass
-class KernelStatements(Statements):
+class KernelStatements(CReader):
     """What only kernels say: which state is theirs, and both sines of an angle at once."""
 
     begun: int = 0
@@ -175,12 +170,12 @@ class KernelStatements(Statements):
         self.waiting.remove(said(operand))
         return self.names[said(operand)]
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read `sincos(q_1, &s1, &c1)` of CUDA."""
         name = "sincosf" if self.file.text.real == "float" else "sincos"
-        given = self.arguments(node)
-        if self.file.grammar != CUDA_GRAMMAR or said(node.children[0]) != name or len(given) != 3:
-            super().call(node)
+        callee, given = self.call(node)
+        if self.file.grammar != CUDA_GRAMMAR or said(callee) != name or len(given) != 3:
+            super().perform(node)
             return
         angle, sine, cosine = self.real(given[0]), self.value(given[1]), self.value(given[2])
         self._sine(node, angle, sine, cosine)
@@ -194,11 +189,10 @@ class KernelStatements(Statements):
     def called(self, node: Node) -> Value:
         """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, symdyn_again(n) is n."""
         if said(node.children[0]) == "symdyn_again" and "symdyn_again" in self.file.functions:
-            (same,) = self.arguments(node)
-            return self.value(same)
+            return self.value(*self.call(node)[1])
         if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":
             return super().called(node)
-        given = self.arguments(node)
+        _, given = self.call(node)
         if len(given) != 2:
             raise unread(node, "has another number of arguments")
         angle, cosine = self.real(given[0]), self.value(given[1])
@@ -224,4 +218,4 @@ class Places(Work):
 
 
 CUDA = ReadLanguage("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))
-OPENCL = ReadLanguage("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), plain)
+OPENCL = ReadLanguage("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), partial(blanked, unknown=UNKNOWN))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from symdyn.graph import Expr, Graph
 from symdyn.verify.written.nearest import nearest
@@ -15,7 +17,7 @@ from symdyn.verify.written.nearest import nearest
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,4})?")
+DECIMAL = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*)?([eE][+-]?[0-9]{1,4})?")
 
 
 class Unread(Exception):  # noqa: N818  a verdict, not an error
@@ -118,6 +120,12 @@ class Read:
     name: str
     entries: tuple[Expr, ...]
     lines: tuple[int, ...]
+
+    def by_rows(self, shape: tuple[int, ...]) -> Read:
+        """Return a result of some shape row by row, whose entries stand column by column."""
+        places = np.arange(len(self.entries)).reshape(shape[::-1]).T.ravel().tolist()
+        entries, lines = tuple(self.entries[place] for place in places), tuple(self.lines[place] for place in places)
+        return replace(self, entries=entries, lines=lines)
 
 
 @dataclass(frozen=True)

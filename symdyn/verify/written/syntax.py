@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -89,6 +89,11 @@ def nodes(node: Node) -> Iterator[Node]:
         while not cursor.goto_next_sibling():
             if not cursor.goto_parent():
                 return
+
+
+def kinds(nodes: Iterable[Node]) -> list[str]:
+    """Return what the grammar calls some nodes."""
+    return [node.type for node in nodes]
 
 
 def line_of(node: Node) -> int:

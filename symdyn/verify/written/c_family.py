@@ -1,19 +1,38 @@
-"""What statements of C, C++, CUDA and OpenCL do, one after the other: names are set once, entries of arrays written."""
+"""What C, C++, CUDA and OpenCL say alike: real and whole numbers, places in arrays, declarations, parts of a function.
+
+Names are set once, by `const`; entries of local arrays are written again and again, those of the result once.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from symdyn.verify.written.c_values import File, TakenForCast, Value, Values
-from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Unread
-from symdyn.verify.written.syntax import line_of, nodes, parse, said, unread
+from symdyn.graph import Expr, Op
+from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Rows, Work
+from symdyn.verify.written.reading import Cut, Unread
+from symdyn.verify.written.straight_line import FUNCTIONS, WHOLE, File, Reader, Syntax, Value
+from symdyn.verify.written.syntax import kinds, line_of, nodes, parse, said, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
+
+SYNTAX = Syntax(number="number_literal")
+
+MATH = {**FUNCTIONS, "fabs": Op.ABS, "atan2": Op.ATAN2}
+"""Of <math.h>."""
+
+OURS = {
+    "exp_of": Op.EXP,
+    "sign_of": Op.SIGN,
+    "symdyn_sign_of_double": Op.SIGN,
+    "symdyn_sign_of_float": Op.SIGN,
+}
+"""Fixed text of the file."""
+
+TRIGRAPH = re.compile(rb"\?\?[=/'()!<>-]")
 
 PRODUCT = re.compile(rb"\((?=[A-Za-z_][A-Za-z_0-9]* \*)")
 """A parenthesis after which a product may be read as a pointer type of a cast; a plus sign tells them apart."""
@@ -27,17 +46,69 @@ LARGEST = 1 << 16
 UNUSED = ["(", "type_descriptor", ")", "identifier"]
 
 
+WHOLE_OPERATIONS: Mapping[str, Callable[[Index, Index], Index]] = {"+": Index.__add__, "*": Index.__mul__}
+
+
+class TakenForCast(Exception):  # noqa: N818  a signal
+    """The grammar takes a product in parentheses for a type."""
+
+
 @dataclass
-class Statements(Values):
-    """The statements of one function.
+class CFile(File):
+    """A file of C, C++, CUDA or OpenCL; `grammar` is that of the language."""
+
+    grammar: str = ""
+
+    @property
+    def prefix(self) -> str:
+        """How names begin of what a header has for itself."""
+        return f"{self.text.stem}_own_"
+
+    def own(self, name: str) -> str:
+        """Return what a function of the file's own is called in it."""
+        return self.prefix + name if self.prefix + name in self.functions else name
+
+    def within(self, name: str) -> str:
+        """Return the name that something of a header's own would have in a source file."""
+        return name.removeprefix(self.prefix)
+
+    def __post_init__(self) -> None:
+        """Refuse trigraphs: `??/` ends a line that goes on, for some compilers."""
+        found = TRIGRAPH.search(self.text.source)
+        if found is not None:
+            raise Unread(self.text.source.count(b"\n", 0, found.start()) + 1, f"{found[0].decode()} is a trigraph")
+
+
+def blanked(source: bytes, unknown: re.Pattern[bytes]) -> bytes:
+    """Return a file as the grammar takes it: spaces in place of what it does not know, directives aside."""
+
+    def blank(match: re.Match[bytes]) -> bytes:
+        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
+        return match[0] if line.startswith(b"#") else b" " * len(match[0])
+
+    return unknown.sub(blank, source)
+
+
+@dataclass
+class CReader(Reader):
+    """What these languages say alike.
 
     Attributes:
+        again: whether a statement is read a second time, with casts told apart.
         arrays: local arrays, whose size the language knows, with their declarations.
         lanes: states of a block, 0 until it is said.
     """
 
+    syntax = SYNTAX
+    file: CFile
+    again: bool = False
     arrays: dict[str, str] = field(default_factory=dict)
     lanes: int = 0
+
+    def __post_init__(self) -> None:
+        """Add what only these languages have."""
+        super().__post_init__()
+        self.meanings |= {"pointer_expression": self.address, "cast_expression": self.cast}
 
     @property
     def real_word(self) -> str:
@@ -49,7 +120,7 @@ class Statements(Values):
         """Whether the function is about the states of a block."""
         return "stride" in self.names
 
-    def run(self, name: str) -> None:
+    def body(self, name: str) -> None:
         """Read the body of a function of the file, whose parameters are bound."""
         node = self.file.functions[name]
         if name in self.file.cuts:
@@ -67,43 +138,55 @@ class Statements(Values):
 
     def block(self, body: Node) -> None:
         """Read all statements of a body."""
-        children = body.children
+        children = SYNTAX.meant(body)
         if len(children) < 2 or children[0].type != "{" or children[-1].type != "}":
             raise unread(body, "is no block")
-        for statement in children[1:-1]:
+        self.run(children[1:-1])
+
+    def run(self, statements: Iterable[Node]) -> None:
+        """Read statements, one after the other, some of them again where a product was taken for a cast."""
+        for node in statements:
             try:
-                self.statement(statement)
+                super().run([node])
             except TakenForCast:
                 self.again = True
-                self.statement(self._again(statement))
+                super().run([self._again(node)])
                 self.again = False
-            except Fault as fault:
-                raise unread(statement, str(fault)) from None
 
     def statement(self, node: Node) -> None:
         """Read one statement; languages add theirs."""
         if node.type == "declaration":
             self.declare(node)
-        elif node.type == "expression_statement" and len(node.children) == 2 and node.children[1].type == ";":
+        elif node.type == "expression_statement" and kinds(node.children)[1:] == [";"]:
             self._act(node.children[0])
-        elif node.type != "comment":
-            raise unread(node, "is no statement that is read here")
+        else:
+            super().statement(node)
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read a call whose value nobody takes; languages say which have a meaning."""
         raise unread(node, "is no call that is read here")
 
+    def piece(self, node: Node, name: str) -> None:
+        """Read a part of this function, where it is called."""
+        inner, given = parameters(self.file.functions[name]), self.call(node)[1]
+        if len(inner) != len(given) or len(set(inner)) != len(inner):
+            raise unread(node, f"does not give {name} what it takes")
+        values = {one: self.value(argument) for one, argument in zip(inner, given, strict=True)}
+        piece = type(self)(self.file, self.wanted, values, lanes=self.lanes)
+        piece.body(name)
+        self.lanes = piece.lanes
+
     def declare(self, node: Node) -> None:
         """Read `const double x = …;`, `const double a[8] = {…};` or `double w[4], r[4][64];`."""
-        kinds = [child.type for child in node.children]
-        if kinds[0] == "type_qualifier" and kinds[2:] == ["init_declarator", ";"]:
+        found = kinds(node.children)
+        if found[0] == "type_qualifier" and found[2:] == ["init_declarator", ";"]:
             qualifier, real, declarator, _ = node.children
             self._is_real(real)
             if said(qualifier) != "const":
                 raise unread(qualifier, "is not const")
             self._define(declarator)
             return
-        if kinds[-1] != ";" or kinds[2:-1:2] != [","] * len(kinds[2:-1:2]):
+        if found[-1] != ";" or {*found[2:-1:2]} - {","}:
             raise unread(node, "is no declaration that is read here")
         self._is_real(node.children[0])
         for declarator in node.children[1:-1:2]:
@@ -118,33 +201,18 @@ class Statements(Values):
             return
         name, rows = self._array(inner)
         self.of_lanes(node, size)
-        self.set(name, Rows(tuple(Work(size, row=True) for _ in range(rows))))
+        self.set(name, Rows(tuple(Pointer(Work(size, row=True)) for _ in range(rows))))
         self.arrays[said(name)] = said(node)
 
-    def set(self, node: Node, value: Value) -> None:
-        """Let a new name stand for a value."""
-        if node.type != "identifier":
-            raise unread(node, "is no name")
-        name = said(node)
-        if name in self.names:
-            raise unread(node, "has a value already")
-        if self.function_of(name) is not None or name in self.file.functions:
-            raise unread(node, "hides a function")
-        self.names[name] = value
+    def hides(self, name: str) -> bool:
+        """Tell whether a name is one of something else."""
+        return self.function_of(name) is not None or name in self.file.functions
 
     def of_lanes(self, node: Node, lanes: int) -> None:
         """Look whether a number is that of the states of a block."""
         if not self.laned or self.lanes not in (0, lanes):
             raise unread(node, "is not of as many states as the block")
         self.lanes = lanes
-
-    def copy(self, to: Value, source: Value, node: Node) -> None:
-        """Copy a local array, all of it."""
-        if not (isinstance(to, Pointer) and isinstance(source, Pointer) and isinstance(source.memory, Work)):
-            raise unread(node, "is no copy of a local array")
-        values = [source.load(Index(place)) for place in range(source.memory.size)]
-        for place, value in enumerate(values):
-            to.store(Index(place), value, line_of(node))
 
     def sines(self, node: Node, values: Iterable[Value], places: Iterable[Index]) -> None:
         """Take sines and cosines of angles, at some places of three arrays."""
@@ -184,7 +252,7 @@ class Statements(Values):
         name, size = self._array(declarator)
         memory = Work(size)
         values = [self.real(one) for one in listed.children[1:-1:2]]
-        if len(values) != size or any(one.type != "," for one in listed.children[2:-1:2]):
+        if len(values) != size or {*kinds(listed.children[2:-1:2])} - {","}:
             raise unread(listed, f"is not a list of {size}")
         for place, value in enumerate(values):
             memory.store(Index(place), value, line_of(listed))
@@ -193,7 +261,7 @@ class Statements(Values):
 
     def _array(self, node: Node) -> tuple[Node, int]:
         """Return what is declared an array, and its length."""
-        if [child.type for child in node.children[1:]] != ["[", "number_literal", "]"]:
+        if kinds(node.children)[1:] != ["[", "number_literal", "]"]:
             raise unread(node, "is no array of a known length")
         size = self.whole(node.children[2])
         if size > LARGEST:
@@ -204,8 +272,8 @@ class Statements(Values):
         if node.type == "assignment_expression":
             self._assign(node)
         elif node.type == "call_expression":
-            self.call(node)
-        elif node.type == "cast_expression" and [one.type for one in node.children] == UNUSED:
+            self.perform(node)
+        elif node.type == "cast_expression" and kinds(node.children) == UNUSED:
             if said(node.children[1]) != "void" or said(node.children[3]) not in self.names:
                 raise unread(node, "is no word of something unused")
         else:
@@ -213,48 +281,83 @@ class Statements(Values):
 
     def _assign(self, node: Node) -> None:
         left, operator, right = node.children
-        if operator.type != "=" or left.type != "subscript_expression":
+        if operator.type != "=" or left.type != SYNTAX.entry:
             raise unread(node, "is no assignment to an entry of an array")
-        base, index = self.subscript(left)
-        if not isinstance(base, Pointer):
-            raise unread(left, "is no entry of an array")
-        base.store(index, self.real(right), line_of(node))
+        self.store(left, self.real(right))
 
+    # Expressions
 
-@dataclass(frozen=True)
-class Opened:
-    """The arguments of a function that is about to be read: its names, and where its result goes."""
+    def whole(self, node: Node) -> int:
+        """Return the whole number that an expression is."""
+        value = self.value(node)
+        if not (isinstance(value, Index) and value.plain):
+            raise unread(node, "is no whole number")
+        return value.units
 
-    names: dict[str, Value]
-    result: Result
+    def function_of(self, name: str) -> Op | None:
+        """Return which operation a function is, None if none."""
+        if name in self.file.functions:  # nothing of the C library then
+            return OURS.get(self.file.within(name))
+        if self.file.text.real == "float":
+            return MATH.get(name[:-1]) if name.endswith("f") else None
+        return MATH.get(name)
 
+    def combined(self, node: Node, operator: str, a: Value, b: Value) -> Value:
+        """Return what an operator makes of two values, be they whole numbers, or a place and how much further on."""
+        if isinstance(a, Index) and isinstance(b, Index):
+            if operator in WHOLE_OPERATIONS:
+                return WHOLE_OPERATIONS[operator](a, b)
+            raise unread(node, "is no sum or product of whole numbers")
+        if isinstance(a, Pointer) and isinstance(b, Index) and operator == "+":
+            return a.plus(b)
+        return super().combined(node, operator, a, b)
 
-def opened(expected: ExpectedFunction, columns: bool, apart: bool, reaching: bool = False) -> Opened:
-    """Return the arguments of a function by name, entries of one state or of state k among columns.
+    def function(self, node: Node) -> Op | None:
+        """Return which operation is called, None if none that is known."""
+        return self.function_of(said(node)) if node.type in ("identifier", "qualified_identifier") else None
 
-    Args:
-        expected: which function.
-        columns: whether its arguments are columns of states.
-        apart: whether the result is another array than the arguments.
-        reaching: whether columns of the result are `reach` apart, not as those of arguments.
-    """
-    common = common_of(expected) if columns else ""
-    given = {one: MemoryInputs(one, expected.arguments[one], columns and one != common) for one in expected.arguments}
-    result = Result(expected.size, columns, () if apart else tuple(given.values()), reaching)
-    names: dict[str, Value] = {
-        one: memory.entries[0] if one in expected.scalars and not columns else Pointer(memory)
-        for one, memory in given.items()
-    }
-    return Opened({**names, "out": Pointer(result)}, result)
+    def index(self, node: Node) -> Index:
+        """Return which entry of an array an expression is."""
+        index = self.value(node)
+        if not isinstance(index, Index):
+            raise unread(node, "is no index")
+        return index
 
+    def decimal(self, node: Node, digits: str) -> Expr:
+        """Return the number that a literal is, without its sign."""
+        if self.file.text.real == "float":
+            if not digits.endswith("f"):
+                raise unread(node, "is no float")
+            digits = digits[:-1]
+        return self.exactly(node, digits)
 
-def finished(file: File, name: str, expected: ExpectedFunction, result: Result) -> Read:
-    """Return what a function computes, when its body has been read."""
-    try:
-        entries, lines = result.whole()
-    except Fault as fault:
-        raise Unread(line_of(file.functions[name]), f"{name} {fault}") from None
-    return Read(expected.name, name, entries, lines)
+    def exactly(self, node: Node, digits: str) -> Expr:
+        """Return the number of the type that digits with a point or an exponent are read as."""
+        if digits.isdigit():
+            raise unread(node, "is no decimal number")
+        return self.file.text.number(digits, line_of(node))
+
+    def number(self, node: Node) -> Value:
+        """Return a literal: a whole number, or a real one."""
+        digits = said(node)
+        if WHOLE.fullmatch(digits):
+            return Index(int(digits))
+        size = self.decimal(node, digits.lstrip("-+"))  # the grammar takes a sign along
+        return self.file.text.negative(size, line_of(node)) if digits[0] == "-" else size
+
+    def address(self, node: Node) -> Value:
+        """Return the address of a number."""
+        operator, operand = node.children
+        value = self.value(operand)
+        if operator.type != "&" or not isinstance(value, Expr) or operand.type != "identifier":
+            raise unread(node, "is not the address of a number")
+        return Pointer(MemoryInputs(said(operand), (value,)))
+
+    def cast(self, node: Node) -> Value:
+        """Refuse a cast, unless it may be a product."""
+        if not self.again:
+            raise TakenForCast
+        raise unread(node, "is no expression that is read here")
 
 
 def takes(file: File, name: str, expected: list[str]) -> None:
@@ -290,9 +393,3 @@ def _parameter(node: Node) -> str:
     if len(names) != 1:
         raise unread(node, "is no plain parameter")
     return names[0]
-
-
-def common_of(expected: ExpectedFunction) -> str:
-    """Return which argument all states of a batch have in common; "" if each state has its own."""
-    given = expected.arguments
-    return next((name for name in given if name in ("params", "prepared") and len(given) > 1), "")
