@@ -91,7 +91,7 @@ def altered(program: Program, target: str, old: str, new: str) -> Written:
         ("        x5,\n    )", "        *q\n    )", "is no expression that is read here"),
         ("qd, qdd, params):\n    q_1", "qdd, qd, params):\n    q_1", "takes "),
         ("qdd, params):\n    q_1", "qdd, params=None):\n    q_1", "takes "),
-        ("def _inverse_dynamics(", "async def _inverse_dynamics(", "takes "),
+        ("def _inverse_dynamics(", "async def _inverse_dynamics(", "is no plain function"),
         ("def _inverse_dynamics(", "@abs\ndef _inverse_dynamics(", "is not the one plain function"),
         ("def _inverse_dynamics(", "def _inverse_dynamic(", "fixed text"),
         ("def _inverse_dynamics(", "_inverse_dynamics = 3\n\ndef _inverse_dynamics(", "is not the one plain"),

@@ -53,7 +53,11 @@ def altered(program: Program, old: str, new: str, option: str = "") -> Written:
         ("out[0] = ", "out[1] = ", "writes entry 1 of the result again"),
         ("out[1] = x5;", "", "never writes entry 1 of the result"),
         ("out[1] = x5;", "out[1] = x5; out[0]", "is no statement that is read here"),
-        ("q: &[f64; 2], qd: &[f64; 2], qdd", "qd: &[f64; 2], q: &[f64; 2], qdd", "is not (q, qd, qdd, params, out)"),
+        (
+            "q: &[f64; 2], qd: &[f64; 2], qdd",
+            "qd: &[f64; 2], q: &[f64; 2], qdd",
+            "takes qd, q, qdd, params, out, not q, qd, ",
+        ),
         ("q: &[f64; 2]", "q: &[f64; 3]", "has no q of 2 entries"),
         ("out: &mut [f64; 2]", "out: &mut [f64; 3]", "has no out of 2 entries"),
         ("pub fn kinetic_energy", "pub fn kinetic", ""),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Rows, Work
-from symdyn.verify.written.reading import Cut, Unread
+from symdyn.verify.written.reading import Unread
 from symdyn.verify.written.straight_line import FUNCTIONS, WHOLE, File, Reader, Syntax, Value
 from symdyn.verify.written.syntax import kinds, line_of, nodes, parse, said, unread
 
@@ -121,7 +121,7 @@ class CReader(Reader):
         return "stride" in self.names
 
     def body(self, name: str) -> None:
-        """Read the body of a function of the file, whose parameters are bound."""
+        """Read the body of a function of the file, whose parameters stand for something."""
         node = self.file.functions[name]
         if name in self.file.cuts:
             raise unread(node, "is called twice")
@@ -130,11 +130,11 @@ class CReader(Reader):
             raise unread(node, "has no body")
         if MACRO.search(self.file.text.source, body.start_byte, body.end_byte):
             raise unread(node, "holds a macro of fixed text")
-        self.file.cuts[name] = Cut(body.start_byte, body.end_byte, name)
+        self.file.cut(name, body)
         self.block(body)
         lanes = [f"{self.lanes} states"] if self.lanes else []
         about = ", ".join([name, *lanes, *self.arrays.values()])  # sizes that code around relies on, or the stack
-        self.file.cuts[name] = Cut(body.start_byte, body.end_byte, about)
+        self.file.cut(name, body, about=about)
 
     def block(self, body: Node) -> None:
         """Read all statements of a body."""
@@ -358,13 +358,6 @@ class CReader(Reader):
         if not self.again:
             raise TakenForCast
         raise unread(node, "is no expression that is read here")
-
-
-def takes(file: File, name: str, expected: list[str]) -> None:
-    """Look whether a function has these parameters."""
-    found = parameters(file.functions[name])
-    if found != expected:
-        raise unread(file.functions[name], f"takes {', '.join(found)}, not {', '.join(expected)}")
 
 
 def declared_name(node: Node) -> str:

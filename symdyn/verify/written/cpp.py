@@ -15,10 +15,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.c_family import MATH, OURS, CFile, CReader, blanked, declared_name, takes
+from symdyn.verify.written.c_family import MATH, OURS, CFile, CReader, blanked, declared_name, parameters
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
-from symdyn.verify.written.straight_line import Value, finished, opened
+from symdyn.verify.written.straight_line import Value, takes
 from symdyn.verify.written.syntax import said, unread
 
 if TYPE_CHECKING:
@@ -44,10 +44,11 @@ def read(text: Text) -> TextReading:
     for wanted in text.wanted:
         name = f"raw::{wanted.name}"
         if name in file.functions:
-            takes(file, name, [*wanted.arguments, "out"])
-            given = opened(wanted)
-            CppStatements(file, wanted, given.names).body(name)
-            functions.append(finished(file.functions[name], name, wanted, given.result))
+            node, reader = file.functions[name], CppStatements(file, wanted)
+            takes(node, parameters(node), [*wanted.arguments, "out"])
+            result = reader.open()
+            reader.body(name)
+            functions.append(reader.finished(name, node, result))
     return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Op
 from symdyn.verify.written.memory import Index
-from symdyn.verify.written.reading import Cut, Read, ReadLanguage, Text, TextReading, Unread
-from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, finished, opened
+from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
 from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -87,10 +87,8 @@ class JavaScriptReader(Reader):
         taken = [*self.wanted.arguments]
         if self.wanted.shape:
             taken.append(f"{RESULT} = new Float64Array({self.wanted.size})")
-        if [said(one) for one in SYNTAX.listed(parameters, why)] != taken:
-            raise unread(parameters, f"is not ({', '.join(taken)})")
-        given = opened(self.wanted)
-        self.names = given.names
+        takes(parameters, [said(one) for one in SYNTAX.listed(parameters, why)], taken)
+        result = self.open()
         if not self.wanted.shape:
             del self.names[RESULT]
         lines = SYNTAX.meant(body)[1:-1]
@@ -103,12 +101,11 @@ class JavaScriptReader(Reader):
             raise unread(lines[-1], "does not return a result")
         value = returned[1]
         if not self.wanted.shape:
-            given.result.store(Index(0), self.real(value), line_of(value))
+            result.store(Index(0), self.real(value), line_of(value))
         elif said(value) != RESULT:
             raise unread(lines[-1], f"does not return {RESULT}")
-        name = self.wanted.name
-        self.file.cuts[name] = Cut(lines[first].start_byte, lines[-1].end_byte, name)
-        return finished(lines[-1], name, self.wanted, given.result)
+        self.file.cut(self.wanted.name, lines[first], lines[-1])
+        return self.finished(self.wanted.name, lines[-1], result)
 
     def _checks(self, node: Node) -> bool:
         """Tell whether a statement does nothing but check an argument."""

@@ -22,7 +22,7 @@ import numpy as np
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
-from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, finished, opened
+from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
 from symdyn.verify.written.syntax import kinds, line_of, said, unread
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def _room(node: Node | None, requested: ExpectedFunction, module: Node) -> None:
     """Look whether a function makes room for its result and has it filled."""
     if node is None:
         raise unread(SYNTAX.meant(module)[1], f"has no function {requested.name}")
-    _takes(node, [*requested.arguments])
+    takes(node, _parameters(node), [*requested.arguments])
     room = f"Array{{T}}(undef, {', '.join(map(str, requested.shape))})"
     expected = [f"T = {_type(requested)}", f"return {requested.name}!({', '.join([room, *requested.arguments])})"]
     for one, words in zip_longest(_body(node), expected):
@@ -81,11 +81,8 @@ def _type(expected: ExpectedFunction) -> str:
     return f"float(promote_type({', '.join(types)}))" if types else "Float64"
 
 
-def _takes(node: Node, expected: Sequence[str]) -> None:
-    """Look whether a function has the parameters that it must have."""
-    listed = [said(one) for one in SYNTAX.meant(SYNTAX.meant(_signature(node))[1])[1:-1:2]]
-    if listed != [*expected]:
-        raise unread(node, f"takes {', '.join(listed)}, not {', '.join(expected)}")
+def _parameters(node: Node) -> list[str]:
+    return [said(one) for one in SYNTAX.listed(SYNTAX.meant(_signature(node))[1], "is no plain function")]
 
 
 def _body(node: Node) -> list[Node]:
@@ -131,13 +128,12 @@ class JuliaReader(Reader):
     def read(self, name: str) -> Read:
         """Return what the function computes."""
         node, wanted = self.file.functions[name], self.wanted
-        _takes(node, [*(["out"] if wanted.shape else []), *wanted.arguments])
+        takes(node, _parameters(node), [*(["out"] if wanted.shape else []), *wanted.arguments])
         body = _body(node)
         begun = self._checked(body)
         ended = body[-1] if len(body) > begun else node
         statements = body[begun : -1 if wanted.shape else None]
-        given = opened(wanted, numbers=False, spelled=self._spelled)
-        self.names = given.names
+        result = self.open(numbers=False, spelled=self._spelled)
         if wanted.shape:
             if plain(ended) != "return out":
                 raise unread(ended, "does not return out")
@@ -147,10 +143,10 @@ class JuliaReader(Reader):
             self.run(statements[:-1])
             if ended.type != "return_statement" or len(SYNTAX.meant(ended)) != 2:
                 raise unread(ended, "does not return a number")
-            given.result.store(Index(0), self.real(SYNTAX.meant(ended)[1]), line_of(ended))
+            result.store(Index(0), self.real(SYNTAX.meant(ended)[1]), line_of(ended))
         last = (statements or body)[-1].end_byte
         self.file.cuts[name] = Cut(statements[0].start_byte if statements else last, last, name)
-        return finished(node, name, wanted, given.result)
+        return self.finished(name, node, result)
 
     def _spelled(self, place: int) -> str:
         return ", ".join(str(1 + one) for one in np.unravel_index(place, self.wanted.shape or (1,)))

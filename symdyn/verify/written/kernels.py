@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.c import definitions
-from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, takes
+from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, parameters
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
-from symdyn.verify.written.straight_line import Value, finished, opened
+from symdyn.verify.written.straight_line import Value, takes
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -65,15 +65,15 @@ def read(text: Text, grammar: str) -> TextReading:
     for wanted in text.wanted:
         name = f"{text.stem}_{wanted.name}"
         if name in file.functions:
-            takes(file, name, ["n", *wanted.arguments, "out"])
-            given = opened(wanted, columns=True, apart=True)
-            given.names["n"] = Index(0, 0, 1)
-            body = KernelStatements(file, wanted, given.names)
-            body.body(name)
-            if body.begun != len(BEGINNING):
-                raise unread(file.functions[name], "does not begin with the number of its state")
-            body.bounded(file.functions[name])
-            functions.append(finished(file.functions[name], name, wanted, given.result))
+            node, reader = file.functions[name], KernelStatements(file, wanted)
+            takes(node, parameters(node), ["n", *wanted.arguments, "out"])
+            result = reader.open(columns=True, apart=True)
+            reader.names["n"] = Index(0, 0, 1)
+            reader.body(name)
+            if reader.begun != len(BEGINNING):
+                raise unread(node, "does not begin with the number of its state")
+            reader.bounded(node)
+            functions.append(reader.finished(name, node, result))
     return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, Pointer
 from symdyn.verify.written.reading import Cut, ReadLanguage, Text, TextReading, Unread
-from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, finished, opened
+from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
 from symdyn.verify.written.syntax import kinds, line_of, said, unread
 
 if TYPE_CHECKING:
@@ -86,8 +86,7 @@ class MatlabReader(Reader):
     def read(self, node: Node) -> TextReading:
         """Return what it computes, and which parts of the file that is: those between its fixed text."""
         self._head(node)
-        given = opened(self.wanted, apart=True, numbers=False, spelled=lambda place: str(place + 1))
-        self.names = given.names
+        result = self.open(apart=True, numbers=False, spelled=lambda place: str(place + 1))
         (body,) = (one for one in node.children if one.type == "block")
         parts: list[tuple[int, int]] = []
         going = begun = False
@@ -110,7 +109,7 @@ class MatlabReader(Reader):
             parts.append((first, ended.end_byte))
             going = True
         cuts = (Cut(*part, f"{self.wanted.name} {number}") for number, part in enumerate(parts, 1))
-        found = finished(node, self.wanted.name, self.wanted, given.result).by_rows(self.wanted.shape)
+        found = self.finished(self.wanted.name, node, result).by_rows(self.wanted.shape)
         if not self.made or (len(self.wanted.shape) > 1 and not self.shaped):
             raise Unread(line_of(node), f"{self.wanted.name} returns no result of shape {self.wanted.shape}")
         return TextReading((found,), tuple(cuts))
@@ -121,9 +120,8 @@ class MatlabReader(Reader):
         given = [one for one in node.children if one.type == "function_arguments"]
         if len(outputs) != 1 or [said(one) for one in SYNTAX.meant(outputs[0])] != ["out", "="]:
             raise unread(node, "does not return out")
-        listed = [said(one) for one in SYNTAX.meant(given[0])[1:-1:2]] if given else []
-        if listed != [*self.wanted.arguments]:
-            raise unread(node, f"takes {', '.join(listed)}, not {', '.join(self.wanted.arguments)}")
+        listed = [said(one) for one in SYNTAX.listed(given[0], "is no plain function")] if given else []
+        takes(node, listed, [*self.wanted.arguments])
 
     def _counts(self, node: Node) -> bool:
         """Tell whether a statement is one of those that count states, which are fixed text."""

@@ -21,8 +21,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Op
-from symdyn.verify.written.reading import Cut, Read, ReadLanguage, Text, TextReading, Unread
-from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, opened
+from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
 from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -122,14 +122,12 @@ class PythonReader(Reader):
         node, handed = self.file.functions[name], self.dialect.handed
         taken = [*([handed] if handed else []), *self.wanted.arguments]
         listed = node.child_by_field_name("parameters")
-        found = [said(one) for one in listed.children[1:-1:2]] if listed is not None else []
-        if found != taken or kinds(SYNTAX.meant(node)) != ["def", "identifier", "parameters", ":", "block"]:
-            raise unread(node, f"takes {', '.join(found)}, not {', '.join(taken)}")
-        self.names = opened(self.wanted, numbers=False).names
+        takes(node, [said(one) for one in listed.children[1:-1:2]] if listed is not None else [], taken)
+        SYNTAX.shaped(node, "is no plain function", "def", "identifier", "parameters", ":", "block")
+        self.open(numbers=False)
         del self.names["out"]
-        body = node.children[-1]
-        self.file.cuts[name] = Cut(body.start_byte, body.end_byte, name)
-        *statements, last = SYNTAX.meant(body)
+        self.file.cut(name, node.children[-1])
+        *statements, last = SYNTAX.meant(node.children[-1])
         self.run(statements)
         return self._result(last, name)
 

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
-from symdyn.verify.written.straight_line import File, Reader, Syntax, Value, finished
+from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading
+from symdyn.verify.written.straight_line import File, Reader, Syntax, Value, takes
 from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 
 if TYPE_CHECKING:
@@ -77,48 +77,26 @@ def read(text: Text) -> TextReading:
 def _read(file: File, wanted: ExpectedFunction, name: str, laned: bool) -> Read:
     """Return what a function computes, of one state or of a block."""
     parameters, body = _parts(file, name, file.functions[name])
-    real = REALS[file.text.real]
     types = dict(said(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
-    names: dict[str, Value] = {}
-    counted: set[int] = set()
-    for argument, symbols in wanted.arguments.items():
-        kind, size = types.get(argument, ""), len(symbols)
-        rows = re.fullmatch(rf"&\[\[{real}; ([0-9]+)\]; {size}\]", kind)
-        row = re.fullmatch(rf"&\[{real}; ([0-9]+)\]", kind) if argument in wanted.scalars else None
-        if laned and (rows or row):
-            memory = MemoryInputs(argument, symbols, columns=True)
-            names[argument] = _rows(memory, size) if rows else Pointer(memory)
-            counted.add(int((rows or row)[1]))  # type: ignore[index]
-        elif kind == real and argument in wanted.scalars and not laned:
-            names[argument] = symbols[0]
-        elif kind == f"&[{real}; {size}]":
-            names[argument] = Pointer(MemoryInputs(argument, symbols))
-        else:
-            raise unread(parameters, f"has no {argument} of {size} entries")
-    result = Result(wanted.size, columns=laned)
-    if wanted.shape or laned:
-        kind = types.get("out", "")
-        many = re.fullmatch(rf"&mut \[\[{real}; ([0-9]+)\]; {wanted.size}\]", kind) if laned else None
-        if not many and (laned or kind != f"&mut [{real}; {wanted.size}]"):
-            raise unread(parameters, f"has no out of {wanted.size} entries")
-        counted |= {int(many[1])} if many else set()
-        names["out"] = _rows(result, wanted.size) if laned else Pointer(result)
-    expected = [*wanted.arguments, *(["out"] if "out" in names else [])]
-    if [*types] != expected or len(counted) > 1:
-        raise unread(parameters, f"is not ({', '.join(expected)})")
-    reader = RustReader(file, wanted, names, lanes=max(counted, default=0))
+    rows = re.fullmatch(r"&mut \[\[\w+; ([0-9]+)\]; [0-9]+\]", types.get("out", ""))
+    reader = RustReader(file, wanted, lanes=int(rows[1]) if laned and rows else 0)
+    result = reader.open(columns=laned, apart=True)
+    if not (wanted.shape or laned):
+        del reader.names["out"]
+    for one, value in [*reader.names.items()]:
+        size = wanted.size if one == "out" else len(wanted.arguments[one])
+        if types.get(one) != reader.kind(value, one in wanted.scalars):
+            raise unread(parameters, f"has no {one} of {size} entries")
+        if isinstance(value, Pointer) and "[[" in types[one]:
+            reader.names[one] = Rows(tuple(Pointer(value.memory, Index(0, 0, row)) for row in range(size)))
+    takes(parameters, [*types], [*reader.names])
     *statements, last = SYNTAX.meant(body)[1:-1]
-    if "out" not in names:
+    if "out" in reader.names:
+        reader.run([*statements, last])
+    else:
         reader.run(statements)
         result.store(Index(0), reader.real(last), line_of(body))
-    else:
-        reader.run([*statements, last])
-    return finished(body, name, wanted, result)
-
-
-def _rows(memory: MemoryInputs | Result, size: int) -> Rows:
-    """Return the rows of an array of a block, one an entry."""
-    return Rows(tuple(Pointer(memory, Index(0, 0, row)) for row in range(size)))
+    return reader.finished(name, body, result)
 
 
 def _parts(file: File, name: str, at: Node) -> tuple[Node, Node]:
@@ -131,7 +109,7 @@ def _parts(file: File, name: str, at: Node) -> tuple[Node, Node]:
         raise unread(node, "is no whole function")
     if node.child_by_field_name("type_parameters") is not None:
         raise unread(node, "has parameters of types")
-    file.cuts[name] = Cut(body.start_byte, body.end_byte, name)
+    file.cut(name, body)
     return parameters, body
 
 
@@ -224,7 +202,7 @@ class RustReader(Reader):
         """Read `*out = *r`."""
         to, source = self.names.get(said(left)[1:]), self.names.get(said(right)[1:])
         stars = said(left)[0] == said(right)[0] == "*" and right.type == SYNTAX.signed
-        if to is None or source is None or not stars or self._kind(to) != self._kind(source):
+        if to is None or source is None or not stars or self.kind(to) != self.kind(source):
             raise unread(left, "is no copy of an array")
         self.copy(to, source, left)
 
@@ -253,21 +231,21 @@ class RustReader(Reader):
         for parameter, one in zip(found, given, strict=True):
             name, kind = said(parameter).split(": ", 1)
             value = self.names.get(said(one))
-            if value is None or kind != self._kind(value):
+            if value is None or kind != self.kind(value):
                 raise unread(one, f"is no {kind}")
             names[name] = value
         RustReader(self.file, self.wanted, names).run(SYNTAX.meant(body)[1:-1])
 
-    def _kind(self, value: Value) -> str:
-        """Return the type that a number or an array of one state is handed on as, "" for anything else."""
+    def kind(self, value: Value, scalar: bool = False) -> str:
+        """Return the type that a number or an array is handed on as, "" for what is not; `scalar` is one a state."""
         real = REALS[self.file.text.real]
         memory = value.memory if isinstance(value, Pointer) else None
-        if isinstance(memory, MemoryInputs) and not memory.columns:
-            return f"&[{real}; {len(memory.entries)}]"
-        if isinstance(memory, Result) and not memory.columns:
-            return f"&mut [{real}; {len(memory.entries)}]"
-        if isinstance(memory, Work) and not memory.row:
-            return f"&mut [{real}; {memory.size}]"
+        if isinstance(memory, Work):
+            return "" if memory.row else f"&mut [{real}; {memory.size}]"
+        if isinstance(memory, MemoryInputs | Result):
+            entry = f"[{real}; {self.lanes}]" if memory.columns else real
+            array = entry if memory.columns and scalar else f"[{entry}; {len(memory.entries)}]"
+            return f"&{array}" if isinstance(memory, MemoryInputs) else f"&mut {array}"
         return real if isinstance(value, Expr) else ""
 
     def _sincos(self, node: Node) -> tuple[Pointer, Pointer]:

@@ -8,7 +8,7 @@ statements, what it calls its functions, how it spells an entry of an array.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Union
 
@@ -112,6 +112,10 @@ class File:
     functions: Mapping[str, Node]
     cuts: dict[str, Cut] = field(default_factory=dict)
 
+    def cut(self, name: str, first: Node, last: Node | None = None, about: str = "") -> None:
+        """Say that what stands from one node to another has been read, the function `name`, or `about` it."""
+        self.cuts[name] = Cut(first.start_byte, (last or first).end_byte, about or name)
+
 
 @dataclass
 class Reader:
@@ -140,6 +144,44 @@ class Reader:
             self.syntax.entry: self.entry,
             self.syntax.called: self.called,
         }
+
+    def open(
+        self,
+        columns: bool = False,
+        apart: bool = False,
+        reaching: bool = False,
+        numbers: bool = True,
+        spelled: Spelled = str,
+    ) -> Result:
+        """Let names stand for arguments, entries of one state or of state k among columns; return the result, `out`.
+
+        Args:
+            columns: whether its arguments are columns of states.
+            apart: whether the result is another array than the arguments.
+            reaching: whether columns of the result are `reach` apart, not as those of arguments.
+            numbers: whether arguments that are one number are given as such, and not as arrays.
+            spelled: how the language counts entries of the result.
+        """
+        wanted, common = self.wanted, common_of(self.wanted) if columns else ""
+        given = {one: MemoryInputs(one, wanted.arguments[one], columns and one != common) for one in wanted.arguments}
+        result = Result(wanted.size, columns, () if apart else tuple(given.values()), reaching, spelled)
+        by_value = wanted.scalars if numbers and not columns else ()
+        for name, memory in given.items():
+            self.names[name] = memory.entries[0] if name in by_value else Pointer(memory)
+        self.names["out"] = Pointer(result)
+        return result
+
+    def finished(self, name: str, node: Node, result: Result) -> Read:
+        """Return what a function computes, when its body has been read.
+
+        Raises:
+            Unread: an entry of its result was never written.
+        """
+        try:
+            entries, lines = result.whole()
+        except Fault as fault:
+            raise Unread(line_of(node), f"{name} {fault}") from None
+        return Read(self.wanted.name, name, entries, lines)
 
     def run(self, statements: Iterable[Node]) -> None:
         """Read statements, one after the other."""
@@ -257,11 +299,12 @@ class Reader:
 
     def subscript(self, node: Node) -> tuple[Value, Index]:
         """Return the array and the index of `x[i]`."""
-        base, *rest = self.syntax.meant(node)
-        rest = self.syntax.meant(rest[0]) if len(rest) == 1 else rest
-        if len(rest) != 3 or (rest[0].type, rest[2].type) != ("[", "]"):
+        parts = self.syntax.meant(node)
+        if len(parts) == 2:
+            parts = [parts[0], *self.syntax.meant(parts[1])]  # a list of its own in C++
+        if len(parts) != 4 or (parts[1].type, parts[3].type) != ("[", "]"):
             raise unread(node, "is no entry of an array")
-        return self.value(base), self.index(rest[1])
+        return self.value(parts[0]), self.index(parts[2])
 
     def index(self, node: Node) -> Index:
         """Return which entry of an array a whole number is."""
@@ -301,56 +344,17 @@ class Reader:
         return None if other else self.syntax.functions.get(said(node))
 
 
-@dataclass(frozen=True)
-class Opened:
-    """The arguments of a function that is about to be read: its names, and where its result goes."""
+def takes(node: Node, found: Sequence[str], expected: Sequence[str]) -> None:
+    """Look whether a function has the parameters that it must have.
 
-    names: dict[str, Value]
-    result: Result
-
-
-def opened(
-    expected: ExpectedFunction,
-    columns: bool = False,
-    apart: bool = False,
-    reaching: bool = False,
-    numbers: bool = True,
-    spelled: Spelled = str,
-) -> Opened:
-    """Return the arguments of a function by name, entries of one state or of state k among columns.
-
-    Args:
-        expected: which function.
-        columns: whether its arguments are columns of states.
-        apart: whether the result is another array than the arguments.
-        reaching: whether columns of the result are `reach` apart, not as those of arguments.
-        numbers: whether arguments that are one number are given as such, and not as arrays.
-        spelled: how the language counts entries of the result.
+    Raises:
+        Unread: it has not.
     """
-    common = common_of(expected) if columns else ""
-    given = {one: MemoryInputs(one, expected.arguments[one], columns and one != common) for one in expected.arguments}
-    result = Result(expected.size, columns, () if apart else tuple(given.values()), reaching, spelled)
-    names: dict[str, Value] = {
-        one: memory.entries[0] if numbers and one in expected.scalars and not columns else Pointer(memory)
-        for one, memory in given.items()
-    }
-    return Opened({**names, "out": Pointer(result)}, result)
+    if [*found] != [*expected]:
+        raise unread(node, f"takes {', '.join(found)}, not {', '.join(expected)}")
 
 
 def common_of(expected: ExpectedFunction) -> str:
     """Return which argument all states of a batch have in common; "" if each state has its own."""
     given = expected.arguments
     return next((name for name in given if name in ("params", "prepared") and len(given) > 1), "")
-
-
-def finished(node: Node, name: str, expected: ExpectedFunction, result: Result) -> Read:
-    """Return what a function computes, when its body has been read.
-
-    Raises:
-        Unread: an entry of its result was never written.
-    """
-    try:
-        entries, lines = result.whole()
-    except Fault as fault:
-        raise Unread(line_of(node), f"{name} {fault}") from None
-    return Read(expected.name, name, entries, lines)
