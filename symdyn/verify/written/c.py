@@ -346,5 +346,5 @@ class CStatements(CReader):
             raise unread(node, str(fault)) from None
 
 
-C = ReadLanguage("C", GRAMMAR, frozenset({"comment"}), read, partial(blanked, unknown=UNKNOWN))
+C = ReadLanguage("C", GRAMMAR, read, partial(blanked, unknown=UNKNOWN))
 C_BY_COLUMNS = replace(C, read=read_columns)

@@ -345,6 +345,11 @@ class CReader(Reader):
         size = self.decimal(node, digits.lstrip("-+"))  # the grammar takes a sign along
         return self.file.text.negative(size, line_of(node)) if digits[0] == "-" else size
 
+    def signed(self, node: Node) -> Value:
+        """Return what a sign makes of a number; a plus sign is what tells a product from a cast."""
+        operator, operand = node.children
+        return self.real(operand) if operator.type == "+" else super().signed(node)
+
     def address(self, node: Node) -> Value:
         """Return the address of a number."""
         operator, operand = node.children

@@ -159,4 +159,4 @@ class CppStatements(CReader):
         self.copy(self.names[to], values, node)
 
 
-CPP = ReadLanguage("C++", GRAMMAR, frozenset({"comment"}), read, partial(blanked, unknown=UNKNOWN))
+CPP = ReadLanguage("C++", GRAMMAR, read, partial(blanked, unknown=UNKNOWN))

@@ -144,4 +144,4 @@ class JavaScriptReader(Reader):
         return SYNTAX.functions.get(said(parts[2])) if held else None
 
 
-JAVASCRIPT = ReadLanguage("JavaScript", "tree_sitter_javascript", frozenset({"comment"}), read)
+JAVASCRIPT = ReadLanguage("JavaScript", "tree_sitter_javascript", read)

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, said, spaced, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -71,7 +71,7 @@ def _room(node: Node | None, requested: ExpectedFunction, module: Node) -> None:
     room = f"Array{{T}}(undef, {', '.join(map(str, requested.shape))})"
     expected = [f"T = {_type(requested)}", f"return {requested.name}!({', '.join([room, *requested.arguments])})"]
     for one, words in zip_longest(_body(node), expected):
-        if one is None or words is None or plain(one) != words:
+        if one is None or words is None or spaced(one) != words:
             raise unread(one or node, f"is not {words}")
 
 
@@ -87,11 +87,6 @@ def _parameters(node: Node) -> list[str]:
 
 def _body(node: Node) -> list[Node]:
     return [one for one in SYNTAX.meant(node) if one.type not in ("function", "signature", "end", ";")]
-
-
-def plain(node: Node) -> str:
-    """Return text with single spaces."""
-    return " ".join(said(node).split())
 
 
 def _definitions(module: Node) -> dict[str, Node]:
@@ -135,7 +130,7 @@ class JuliaReader(Reader):
         statements = body[begun : -1 if wanted.shape else None]
         result = self.open(numbers=False, spelled=self._spelled)
         if wanted.shape:
-            if plain(ended) != "return out":
+            if spaced(ended) != "return out":
                 raise unread(ended, "does not return out")
             self.run(statements)
         else:
@@ -164,7 +159,7 @@ class JuliaReader(Reader):
             checks.append(f"Base.require_one_based_indexing({', '.join(one_based)})")
         checks.append(f"T = {_type(wanted)}")
         for place, expected in enumerate(checks):
-            if place >= len(body) or not plain(body[place]).startswith(expected):
+            if place >= len(body) or not spaced(body[place]).startswith(expected):
                 raise unread(body[min(place, len(body) - 1)], f"is not {expected}")
         return len(checks)
 
@@ -246,4 +241,4 @@ class JuliaReader(Reader):
         return super().entry(self._unchecked(node) if node.type == "macrocall_expression" else node)
 
 
-JULIA = ReadLanguage("Julia", "tree_sitter_julia", COMMENTS, read)
+JULIA = ReadLanguage("Julia", "tree_sitter_julia", read, comments=COMMENTS)

@@ -215,4 +215,4 @@ class MatlabReader(Reader):
         return callee, given[::2]
 
 
-MATLAB = ReadLanguage("MATLAB", "tree_sitter_matlab", frozenset({"comment"}), read)
+MATLAB = ReadLanguage("MATLAB", "tree_sitter_matlab", read)

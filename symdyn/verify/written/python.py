@@ -174,7 +174,7 @@ class PythonReader(Reader):
 
 
 def _language(title: str, dialect: Dialect) -> ReadLanguage:
-    return ReadLanguage(title, "tree_sitter_python", frozenset({"comment"}), partial(read, dialect))
+    return ReadLanguage(title, "tree_sitter_python", partial(read, dialect))
 
 
 NUMPY = _language("Python with NumPy", OF_NUMPY)

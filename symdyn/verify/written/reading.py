@@ -152,13 +152,13 @@ class ReadLanguage:
     Attributes:
         title: what reports call it.
         grammar: module of its grammar.
-        comments: node types of comments.
         read: its meaning.
         plain: a file as the grammar takes it, each byte at its place: blanks where there is a macro, say.
+        comments: node types of comments.
     """
 
     title: str
     grammar: str
-    comments: frozenset[str]
     read: Callable[[Text], TextReading]
     plain: Callable[[bytes], bytes] = bytes
+    comments: frozenset[str] = frozenset({"comment"})

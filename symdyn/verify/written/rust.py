@@ -26,12 +26,14 @@ from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 if TYPE_CHECKING:
     from tree_sitter import Node
 
+COMMENTS = frozenset({"line_comment", "block_comment"})
+
 SYNTAX = Syntax(
     number="float_literal",
     entry="index_expression",
     arguments="arguments",
     place="integer_literal",
-    silent=frozenset({"line_comment", "block_comment"}),
+    silent=COMMENTS,
     functions={
         "sine_of": Op.SIN,
         "cosine_of": Op.COS,
@@ -288,4 +290,4 @@ class RustReader(Reader):
         return SYNTAX.functions.get(said(node)) if said(node) in self.file.functions else None
 
 
-RUST = ReadLanguage("Rust", "tree_sitter_rust", frozenset({"line_comment", "block_comment"}), read)
+RUST = ReadLanguage("Rust", "tree_sitter_rust", read, comments=COMMENTS)

@@ -276,10 +276,9 @@ class Reader:
         operator, operand = self.syntax.meant(node)
         why = "is no sign of a number"
         given = self.syntax.listed(operand, why) if operand.type == self.syntax.arguments else [operand]  # of a call
-        if said(operator) not in ("+", "-") or len(given) != 1:
+        if said(operator) != "-" or len(given) != 1:
             raise unread(node, why)
-        value = self.real(given[0])
-        return self.file.text.negative(value, line_of(node)) if said(operator) == "-" else value
+        return self.file.text.negative(self.real(given[0]), line_of(node))
 
     def binary(self, node: Node) -> Value:
         """Return what an operator makes of two operands."""

@@ -106,9 +106,14 @@ def said(node: Node) -> str:
     return (node.text or b"").decode("utf-8", "replace")
 
 
+def spaced(node: Node) -> str:
+    """Return the text of a node with single spaces."""
+    return " ".join(said(node).split())
+
+
 def words(node: Node) -> str:
     """Return the text of a node as an error quotes it."""
-    text = " ".join(said(node).split())
+    text = spaced(node)
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
