@@ -155,12 +155,19 @@ class CReader(Reader):
 
     def statement(self, node: Node) -> None:
         """Read one statement; languages add theirs."""
+        inner = node.children[0] if kinds(node.children)[1:] == [";"] else node
         if node.type == "declaration":
             self.declare(node)
-        elif node.type == "expression_statement" and kinds(node.children)[1:] == [";"]:
-            self._act(node.children[0])
-        else:
+        elif node.type != "expression_statement":
             super().statement(node)
+        elif inner.type == "assignment_expression":
+            self._assign(inner)
+        elif inner.type == "call_expression":
+            self.perform(inner)
+        elif inner.type != "cast_expression" or kinds(inner.children) != UNUSED:
+            super().statement(node)
+        elif said(inner.children[1]) != "void" or said(inner.children[3]) not in self.names:
+            raise unread(node, "is no word of something unused")
 
     def perform(self, node: Node) -> None:
         """Read a call whose value nobody takes; languages say which have a meaning."""
@@ -268,17 +275,6 @@ class CReader(Reader):
             raise unread(node, f"has more than {LARGEST} entries")
         return node.children[0], size
 
-    def _act(self, node: Node) -> None:
-        if node.type == "assignment_expression":
-            self._assign(node)
-        elif node.type == "call_expression":
-            self.perform(node)
-        elif node.type == "cast_expression" and kinds(node.children) == UNUSED:
-            if said(node.children[1]) != "void" or said(node.children[3]) not in self.names:
-                raise unread(node, "is no word of something unused")
-        else:
-            raise unread(node, "is no statement that is read here")
-
     def _assign(self, node: Node) -> None:
         left, operator, right = node.children
         if operator.type != "=" or left.type != SYNTAX.entry:
@@ -323,27 +319,20 @@ class CReader(Reader):
             raise unread(node, "is no index")
         return index
 
-    def decimal(self, node: Node, digits: str) -> Expr:
-        """Return the number that a literal is, without its sign."""
-        if self.file.text.real == "float":
-            if not digits.endswith("f"):
-                raise unread(node, "is no float")
-            digits = digits[:-1]
-        return self.exactly(node, digits)
-
-    def exactly(self, node: Node, digits: str) -> Expr:
-        """Return the number of the type that digits with a point or an exponent are read as."""
-        if digits.isdigit():
-            raise unread(node, "is no decimal number")
-        return self.file.text.number(digits, line_of(node))
-
     def number(self, node: Node) -> Value:
         """Return a literal: a whole number, or a real one."""
         digits = said(node)
         if WHOLE.fullmatch(digits):
             return Index(int(digits))
-        size = self.decimal(node, digits.lstrip("-+"))  # the grammar takes a sign along
-        return self.file.text.negative(size, line_of(node)) if digits[0] == "-" else size
+        size = digits.lstrip("-+")  # the grammar takes a sign along
+        if self.file.text.real == "float":
+            if not size.endswith("f"):
+                raise unread(node, "is no float")
+            size = size[:-1]
+        if size.isdigit():
+            raise unread(node, "is no decimal number")
+        value = self.file.text.number(size, line_of(node))
+        return self.file.text.negative(value, line_of(node)) if digits[0] == "-" else value
 
     def signed(self, node: Node) -> Value:
         """Return what a sign makes of a number; a plus sign is what tells a product from a cast."""

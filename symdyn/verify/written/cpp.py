@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from symdyn.graph import Expr, Op
+from symdyn.graph import Op
 from symdyn.verify.written.c_family import MATH, OURS, CFile, CReader, blanked, declared_name, parameters
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
@@ -121,18 +121,14 @@ class CppStatements(CReader):
         _, given = self.call(node)
         if len(given) != 1 or given[0].type != "number_literal":
             raise unread(node, "is no constant")
-        self.literal = True
-        value = self.number(given[0])
-        self.literal = False
-        return self.converted(node, value) if isinstance(value, Index) else value
+        return self.converted(node, super().number(given[0]))
 
-    literal: bool = False
-
-    def decimal(self, node: Node, digits: str) -> Expr:
-        """Return the double that T is made of."""
-        if not self.literal:
+    def number(self, node: Node) -> Value:
+        """Return a whole number; a double is none by itself, but what a T is made of."""
+        value = super().number(node)
+        if not isinstance(value, Index):
             raise unread(node, "is a double, and no T")
-        return self.exactly(node, digits)
+        return value
 
     def perform(self, node: Node) -> None:
         """Read `own::sincos_row<n>(…)`, or a part of this function."""
