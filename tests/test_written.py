@@ -87,7 +87,7 @@ def test_a_function_that_is_not_there_is_missed(programs: dict[str, Program], na
     [
         ("p_m9 {} p_h2", "has no value yet"),
         ("p_m2 {} other(p_h2)", "is no function that is read here"),
-        ("p_m2 {} [p_h2]", "is no expression that is read here"),
+        ('p_m2 {} "p_h2"', "is no expression that is read here"),
     ],
 )
 def test_what_has_no_meaning_is_told_alike(
