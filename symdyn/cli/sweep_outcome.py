@@ -9,7 +9,7 @@ from typing import Any
 from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene
+from symdyn.simulation import Problem, Run
 from symdyn.study import PLOTS, Study, beside, check_study_plot
 from symdyn.table import Table
 
@@ -38,13 +38,13 @@ def check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
 
 
-def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def tell_outcome(study: Study, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
     if study.has_indices:
         told["indices"] = _indices(study, options.json)
     if options.first_order:
-        told["first_order"] = _first_order(study, scene, options, requested)
+        told["first_order"] = _first_order(study, problem, run, options)
     if options.plot is not None:
         study.save_plot(options.plot, kind=options.plot_kind)
         wrote(options.plot)
@@ -82,9 +82,9 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
     return told
 
 
-def _first_order(study: Study, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def _first_order(study: Study, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
     """Return standard deviations both ways, and print them."""
-    found = beside(study, scene, options.over, options.measure, **requested)
+    found = beside(study, problem, run, options.over, options.measure)
     rows = []
     for one in found:
         shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())

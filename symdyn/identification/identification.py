@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
@@ -116,7 +116,7 @@ class Identification(Shown):
             IdentifyError: a level that is not between 0 and 1.
         """
         check_arguments(Identification.interval, locals(), IdentifyError)
-        (level,) = doubles(level)
+        (level,) = native(float, level)
         if not 0 < level < 1:
             raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
         from scipy.stats import t

@@ -31,7 +31,7 @@ from symdyn.linear.search import NEAR, SAME, Search
 from symdyn.linear.second_order import SecondOrder
 from symdyn.linear.steady import at_rest
 from symdyn.scene import SceneUnits
-from symdyn.simulation import read_start
+from symdyn.simulation import Problem
 from symdyn.unlocked import cached_property
 
 STARTS = 200
@@ -132,14 +132,14 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
         LinearizeError: a prescribed motion does not rest.
     """
     scene, moved = prepared.scene, prepared.functions.w.prescribed.place
-    rates = read_start(scene).u if moved else ()
+    rates = Problem(scene).initial.u if moved else ()
     led = ", ".join(f"{scene.velocities[k]} = {rates[k]:g}" for k in moved if rates[k])
     if led:
         raise LinearizeError(
             f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
             "as in --at NAME=VALUE"
         )
-    search = Search(prepared, read_start(scene).q if start is None else start, t)
+    search = Search(prepared, Problem(scene).initial.q if start is None else start, t)
     exact = _exact(prepared, search.idle)
     known, (scanned, changes) = search.placed(exact), search.scanned()
     q, good = search.roots(np.vstack([known, search.drawn(starts), changes]))

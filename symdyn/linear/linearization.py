@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import walked, wholes
+from symdyn.arguments import native, walked
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.axis import Axis
@@ -120,7 +120,7 @@ class Linearization(Shown):
         """
         given = ("positions",) if moving is None else ("positions", "moving")
         positions, *told = (
-            wholes(*one) for one in walked(Linearization.without, locals(), *given, error=LinearizeError)
+            native(int, *one) for one in walked(Linearization.without, locals(), *given, error=LinearizeError)
         )
         if strange := [k for k in positions if not 0 <= k < self.positions]:
             raise LinearizeError(f"positions: there is no {strange[0]}; give some of 0 to {self.positions - 1}")

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
+from typing import Unpack
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
@@ -19,20 +20,20 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import settled
 from symdyn.rounding import in_digits
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
-from symdyn.simulation import Forces, Start, Trajectory, read_start
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
+from symdyn.simulation import Forces, Problem, Trajectory
+from symdyn.simulation.prescribed import Entries
 
 
+@with_fields(Problem)
 def linearize(
-    scene: SceneLike,
-    at: Mapping[str, str] | Start | None = None,
-    rates: Mapping[str, str] | None = None,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    scene: SceneLike | Problem,
+    *,
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
     t: float = 0.0,
-    values: Mapping[str, object] | None = None,
     anywhere: bool = False,
+    **fields: Unpack[Problem.Fields],
 ) -> Linearization:
     """Return how a mechanism moves next to a point, to first order.
 
@@ -47,16 +48,13 @@ def linearize(
     ((4, 4), (4, 1))
 
     Args:
-        scene: the mechanism, its parameters bound.
-        at: formulas by coordinate, in place of what the scene says of its start; or a whole state.
-        rates: formulas by velocity.
-        forces: driving forces and inputs at the point, from `read_forces`, or what that takes; deviations from them are
-            the inputs of the system.
+        scene: the mechanism, its parameters bound; or a `Problem`. Its start is the point, and deviations from its
+            forces are the inputs of the system.
+        **fields: of `Problem`.
         outputs: formulas in what outputs of scenes may name, and in outputs, one by one or as "x,theta"; without, the
             outputs of the scene, or else all coordinates.
         independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
         t: time, s, of what depends on it.
-        values: of parameters, in place of those that the scene gives.
         anywhere: take points too that are neither of rest nor of a steady motion.
 
     Raises:
@@ -64,19 +62,17 @@ def linearize(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: loops cannot be closed, or friction is ideal.
     """
-    check_arguments(linearize, locals(), SimulateError)
-    (t,), scene = doubles(t), scene_of(scene)
+    (problem, _), (t,) = Problem.requested(linearize, locals()), native(float, t)
     if not math.isfinite(t):
         raise SimulateError(f"t = {t}: give a finite time, s")
-    scene = scene_of(scene, values)
-    asked = prepared(scene, forces, outputs, independent)
-    start = read_start(scene, at, rates)
+    asked, start = prepared(problem, outputs, independent), problem.initial
     return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
 
 
 def linearize_at_rest(
-    scene: SceneLike,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    scene: SceneLike | Problem,
+    *,
+    forces: Forces | Entries = (),
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
     values: Mapping[str, object] | None = None,
@@ -85,16 +81,16 @@ def linearize_at_rest(
 
     Arguments and errors as of `linearize`.
     """
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
-    found = equilibria(prepared(scene, forces, outputs, independent))
+    problem = Problem.requested(linearize_at_rest, locals())[0].refused("rest is looked for", "start", "start_rates")
+    found = equilibria(prepared(problem, outputs, independent))
     return found.systems, found
 
 
 def linearize_along(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     run: Trajectory,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    *,
+    forces: Forces | Entries = (),
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
 ) -> tuple[Linearization, ...]:
@@ -103,8 +99,8 @@ def linearize_along(
     Independent positions and velocities are those of the first sample.
     Arguments and errors as of `linearize`; where `forces` give a drive a formula, that feeds back.
     """
-    scene = scene_of(scene)
-    return along(prepared(scene, forces, outputs, independent), run)
+    problem = Problem.requested(linearize_along, locals())[0].refused("points are a run's", "start", "start_rates")
+    return along(prepared(problem, outputs, independent), run)
 
 
 def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
@@ -141,7 +137,7 @@ def rests(
     """
     given = {name: Quantity.number(Fraction(value)) for name, value in values.items()}
     parameters = tuple(p if p.value is not None else replace(p, value=given.get(p.name)) for p in scene.parameters)
-    return equilibria(prepared(replace(scene, parameters=parameters)), t, start=start)
+    return equilibria(prepared(Problem(replace(scene, parameters=parameters))), t, start=start)
 
 
 MOST = 6

@@ -29,7 +29,7 @@ from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.second_order import SecondOrder
 from symdyn.scene import SceneUnits
-from symdyn.simulation import opened, read_start
+from symdyn.simulation import Problem, opened
 from symdyn.unlocked import cached_property
 
 STEPS, SMALL = 60, 1e-11
@@ -321,7 +321,7 @@ def nearest(prepared: Prepared, q: Array, t: float = 0.0, whole: bool = True) ->
 
     Whole turns are taken away, but for those who compare it with where it began.
     """
-    search = Search(prepared, read_start(prepared.scene).q, t)
+    search = Search(prepared, Problem(prepared.scene).initial.q, t)
     found, good = search.roots(q[None, :])
     if not (good[0] and search.regular(found[0])):
         return None

@@ -23,7 +23,7 @@ from symdyn.linear.search import nearest
 from symdyn.linear.spinning import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
-from symdyn.simulation import opened, read_start
+from symdyn.simulation import Problem, opened
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
@@ -372,7 +372,8 @@ def steady_at_start(scene: Scene) -> tuple[Linearization, Array] | None:
 
     None where it starts at rest, or there is none; errors as of `linearize`.
     """
-    asked, start = prepared(scene), read_start(scene)
+    problem = Problem(scene)
+    asked, start = prepared(problem), problem.initial
     if np.abs(start.u).max(initial=0.0) <= MOVES:
         return None
     near = steady_next_to(asked, asked.at(start.q, start.u))

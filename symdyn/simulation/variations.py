@@ -29,7 +29,7 @@ from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.run import Run
+from symdyn.simulation.run import Integration
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.trajectory_builder import trajectory_of
 
@@ -101,7 +101,7 @@ class Variations:
         if moved:
             scene = bind(system.scene, moved)
             system = system.at(scene, system.forces)
-        found = Run(run.t, x, (), END, 0, 0, 0.0, 0.0)
+        found = Integration(run.t, x, (), END, 0, 0, 0.0, 0.0)
         return trajectory_of(system, found, (), (), False)
 
 
@@ -146,8 +146,7 @@ def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
     for name in names:
         if name not in every:
             faults.add(scene.name, f"{name} is no parameter, and no position or velocity; {suggestion(name, every)}")
-    for one in forces.functions:
-        faults.add(one.where, "a function has no derivatives; write a formula")
+    forces.check_differentiable(faults)
     faults.close(SimulateError)
 
 

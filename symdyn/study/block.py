@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,15 +72,13 @@ def _possible(job: Job, values: Array, rows: Rows, reported: dict[int, str]) -> 
 def _together(job: Job, values: Array) -> Ensemble:
     """Return runs at these values."""
     asked, columns = job.asked, dict(zip(job.design.names, values.T, strict=True))
-    parts = {
+    parts: dict[str, Any] = {
         part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
     }
     formulas = [one.formula for one in job.measures]
     return ensemble(
-        job.scene, asked["forces"], asked["until"], parts["start"], parts["start_rates"], parts["values"], formulas,
-        asked["every"], method=asked["method"], rtol=asked["rtol"], atol=asked["atol"], workers=job.threads,
-        ignore_limits=asked["ignore_limits"],
-    )  # fmt: skip
+        job.scene, forces=asked["forces"], **parts, measures=formulas, workers=job.threads, **vars(asked["run"])
+    )
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
-from symdyn.simulation import measure_slopes
+from symdyn.simulation import Problem, Run, measure_slopes
 from symdyn.study.covariances import read_spread
 from symdyn.study.study import Study
 
@@ -40,35 +39,23 @@ class Beside:
 
 
 def beside(
-    study: Study,
-    scene: SceneLike,
-    over: Mapping[str, Any] | Iterable[str] | str,
-    measures: Sequence[str],
-    *,
-    forces: Any = (),
-    until: float = 10.0,
-    start: Any = None,
-    start_rates: Any = None,
-    every: float | None = None,
+    study: Study, problem: Problem, run: Run, over: Mapping[str, Any] | Iterable[str] | str, measures: Sequence[str]
 ) -> tuple[Beside, ...]:
-    """Return the standard deviations of measures to first order beside those of a study; arguments as of `sweep`.
+    """Return the standard deviations of measures to first order beside those of a study of that problem and run.
+
+    Other arguments are as of `sweep`; of the run only `until` and `every` are looked at.
 
     Raises:
         SimulateError: with every fault; or a measure without a value at the means.
     """
-    scene, faults = scene_of(scene), Faults("")
-    spread = None
-    with faults.noted():
-        spread = read_spread(scene, over, None, faults)
+    scene, faults = problem.scene, Faults("")
+    spread = faults.taken(lambda: read_spread(scene, over, None, faults), None)
     faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
-    parameters, places, rates = spread.moved(scene)
-    scene = bind(scene, parameters) if parameters else scene
     named = [text.partition("=") for text in measures]
     names = [name.strip() for name, _, _ in named]
     formulas = [formula.strip() if equals else name for name, equals, formula in named]
-    places, rates = {**(start or {}), **places}, {**(start_rates or {}), **rates}
-    slopes = measure_slopes(scene, formulas, spread.names, forces, until, places, rates, every)
+    slopes = measure_slopes(problem.moved(*spread.moved(scene)), run, formulas, spread.names)
     lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
     if lacking:
         raise SimulateError(f"{scene.name}: to first order there is no value of {', '.join(lacking)}")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
@@ -92,7 +92,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
         UnknownNameError: there is no such measure.
     """
     check_arguments(indices, locals(), SimulateError)
-    (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
+    (level,), (resamples, seed) = native(float, level), native(int, resamples, seed)
     if not study.has_indices:
         raise SimulateError(
             f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "

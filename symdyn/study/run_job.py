@@ -15,9 +15,9 @@ import numpy as np
 
 from symdyn.errors import SimulateError, spoken
 from symdyn.scene import Scene, bind
-from symdyn.scene.values import Faults, Parameter, split_commas
-from symdyn.simulation import Forces, Measure, Values, check_run, read_forces, read_start
-from symdyn.simulation.prescribed import Entries, words
+from symdyn.scene.values import Faults, Parameter
+from symdyn.simulation import Forces, Measure, Problem, Run
+from symdyn.simulation.prescribed import Entries
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.varied import Over, read_over
@@ -30,18 +30,10 @@ PARTS = 16
 
 
 def prepared(
-    scene: Scene,
+    problem: Problem,
+    run: Run,
     over: Over,
     measure: str | Sequence[str],
-    until: float,
-    forces: Entries,
-    start: Values | None,
-    start_rates: Values | None,
-    every: float | None,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    ignore_limits: bool,
     design: str | None,
     count: int | None,
     seed: int,
@@ -53,6 +45,10 @@ def prepared(
     Raises:
         SimulateError: with every fault, those that there are already among them.
     """
+    scene, forces = problem.scene, problem.forces
+    if isinstance(forces, Forces):
+        faults.add("forces", "those that are read say no text for a store; give them as formulas, tables or files")
+        forces = ()
     said = [forces] if isinstance(forces, str) else forces
     letters = _letters(said)
     varied = read_over(scene, over, letters, faults)
@@ -74,31 +70,23 @@ def prepared(
         "start": [name for name in names if name in scene.coordinates],
         "start_rates": [name for name in names if name in scene.velocities],
     }
-    given = {"start": _given(start, "start", faults), "start_rates": _given(start_rates, "start rates", faults)}
+    start, rates = faults.taken(lambda: problem.by_name, ({}, {}))
+    given = {"start": start, "start_rates": rates}
     for part, table in given.items():
         for name in set(table) & set(parts[part]):
             faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
     measures = tuple(_checked(scene, one, faults) for one in read_measured(measure, faults))
     check_names(measures, names, faults)
-    read = Forces()
+    problem, read = replace(problem, scene=scene, forces=forces), Forces()
     if not scene.free_parameters or not faults.lines:
-        with faults.noted():
-            check_run(scene, until, every, rtol, atol, (), method)
-        with faults.noted():
-            read = read_forces(scene, forces)
-        with faults.noted():
-            read_start(scene, given["start"], given["start_rates"])
+        read, _, _, _ = problem.posed(run, faults)
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     assert planned is not None, "what is missing is a fault"
-    asked = {
-        "until": until, **given, "forces": read, "every": every, "method": method, "rtol": rtol, "atol": atol,
-        "ignore_limits": ignore_limits,
-    }  # fmt: skip
-    plain = asked | {"forces": _said(forces)}
+    plain = {"until": run.until, **given, "forces": _said(forces), **vars(run)}
     told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
     size = block or usual_block(planned.count)
-    return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
+    return Job("runs", scene, planned, measures, {**given, "forces": read, "run": run, "varied": parts}, told, size)
 
 
 def usual_block(count: int) -> int:
@@ -146,7 +134,3 @@ def _text(one: Any) -> str:
     with suppress(TypeError, ValueError):
         return sha256(np.asarray(one, dtype=np.float64).tobytes()).hexdigest()
     return getattr(one, "__qualname__", type(one).__qualname__)
-
-
-def _given(values: Values | None, what: str, faults: Faults) -> dict[str, Any]:
-    return words(split_commas(values), what, faults) if isinstance(values, str) else dict(values or {})

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles, walked
+from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
@@ -125,7 +125,7 @@ class Study(Shown):
             SimulateError: a quantile that is not from 0 to 1.
         """
         (at,) = walked(Study.quantiles, locals(), "at", error=SimulateError)
-        at = doubles(*at)
+        at = native(float, *at)
         if not all(0 <= one <= 1 for one in at):
             raise SimulateError(f"at = {quoted(list(at))}: quantiles are from 0 to 1, such as [0.05, 0.5, 0.95]")
         known = self.known(name)

@@ -17,8 +17,10 @@ from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, spell, split_commas, suggestion, velocity_name
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula, words
+from symdyn.scene.values import Faults, spell, suggestion, velocity_name
+from symdyn.simulation.initial import by_name
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula
+from symdyn.simulation.problem import Problem
 
 OFF = 1 + 1 / 17
 """Equations are made at values so much off those of a run, lest a zero or an equality there decide their form."""
@@ -91,17 +93,22 @@ class Lanes:
         return values, start, rates
 
 
-def read_lanes(scene: Scene, start: object, rates: object, values: object, faults: Faults) -> Lanes:
+def read_lanes(problem: Problem, start: object, rates: object, values: object, faults: Faults) -> Lanes:
     """Return the runs of an ensemble; whatever is wrong is among the faults.
 
     Args:
-        scene: the mechanism.
+        problem: the mechanism, and where runs start of which nothing else is given.
         start: numbers, formulas or arrays by coordinate, or formulas as "q1=0.3,q2=pi/2".
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
         values: likewise by parameter, without symbols.
         faults: takes what is wrong.
     """
-    given = {what: _by_name(said, what, faults) for what, said in _said(start, rates, values)}
+    scene, (usual, usual_rates) = problem.scene, problem.by_name
+    given = {
+        "start": {**usual, **by_name(start, "start", faults)},
+        "start rates": {**usual_rates, **by_name(rates, "start rates", faults)},
+        "values": by_name(values, "values", faults),
+    }
     lengths: dict[str, int] = {}
     read: dict[str, dict[str, Any]] = {what: {} for what in given}
     known = {
@@ -146,21 +153,6 @@ def read_lanes(scene: Scene, start: object, rates: object, values: object, fault
                     unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
                     read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
     return Lanes(bound, count, read["start"], read["start rates"], arrays)
-
-
-def _said(start: object, rates: object, values: object) -> tuple[tuple[str, object], ...]:
-    return ("start", start), ("start rates", rates), ("values", values)
-
-
-def _by_name(specified: object, what: str, faults: Faults) -> Mapping[str, Any]:
-    if specified is None:
-        return {}
-    if isinstance(specified, str):
-        return words(split_commas(specified), what, faults)
-    if isinstance(specified, Mapping):
-        return specified
-    faults.add(what, f"a {type(specified).__name__} names nothing; give values by name, such as {{'q1': array}}")
-    return {}
 
 
 def _array(raw: object, where: str, faults: Faults) -> Array | None:

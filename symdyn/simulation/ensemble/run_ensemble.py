@@ -9,24 +9,24 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from typing import Any
+from dataclasses import replace
+from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
-from symdyn.arguments import check_arguments, doubles, flags
+from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, scene_of
+from symdyn.scene import SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation.ensemble import lockstep, one_by_one, taylor_lockstep
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.ensemble.lanes import read_lanes
 from symdyn.simulation.ensemble.measures import Measure, read_measures
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, joined, nothing
-from symdyn.simulation.forward import check_run
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, held, read_forces
+from symdyn.simulation.prescribed.forces import Forces, held
+from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import END
 
 RTOL = 1e-9
@@ -40,24 +40,20 @@ WAYS: Mapping[str, RunMode] = {
 """By name, in the order in which they are tried; the last one takes everything."""
 
 
+@with_fields(Run)
 def ensemble(
-    scene: SceneLike,
-    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
-    until: float = 10.0,
+    scene: SceneLike | Problem,
+    *,
+    forces: Forces | Entries = (),
     start: Mapping[str, Any] | str | None = None,
     start_rates: Mapping[str, Any] | str | None = None,
     values: Mapping[str, Any] | str | None = None,
     measures: str | Measure | Sequence[str | Measure] = (),
-    every: float | None = None,
     samples: bool = False,
-    method: str | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    stops: str | Sequence[str] = (),
     workers: int | None = None,
-    ignore_limits: bool = False,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    **fields: Unpack[Run.Fields],
 ) -> Ensemble:
     """Return many runs of a scene from t = 0 on, each as `simulate` would run it.
 
@@ -73,59 +69,45 @@ def ensemble(
     Interrupted (Ctrl-C), it returns what was done; the other runs are NaN.
 
     Args:
-        scene: the mechanism; parameters that vary need no value of their own.
+        scene: the mechanism; parameters that vary need no value of their own. Of a `Problem`, what the runs start from
+            goes before its start, name by name.
+        **fields: of `Run`.
         forces: driving forces of all runs, as for `simulate`.
-        until: time of the end, s.
         start: by coordinate, numbers, formulas in parameters, or arrays of shape (N,).
         start_rates: likewise by velocity.
         values: likewise by parameter, without symbols.
         measures: formulas of folds over a run, such as "max(abs(q1)) - end(q2)", see `FOLDS`; they see samples alone.
-        every: seconds between samples; None for 200 samples.
         samples: whether to keep the states at the samples.
-        method: an integrator, a key of `symdyn.simulation.METHODS`; None takes the fastest that applies.
-        rtol: relative tolerance of a step; None is 1e-9, of `gauss` what it takes itself.
-            Below 1e-16 runs have 31 digits (`gauss`), one by one; what is returned are doubles.
-        atol: absolute tolerance of a step; None takes rtol.
-        stops: formulas; where one crosses zero a run ends.
         workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
-        ignore_limits: go on where a joint reaches a limit of its position.
         progress: called with the share that is done.
         say: called with lines for the user.
+        rtol: relative tolerance of a step; None is 1e-9, of `gauss` what it takes itself.
+            Below 1e-16 runs have 31 digits (`gauss`), one by one; what is returned are doubles.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
         SceneError: a value that the scene cannot have.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    check_arguments(ensemble, locals(), SimulateError)
-    (until, every, rtol, atol), (samples, ignore_limits) = (
-        doubles(until, every, rtol, atol),
-        flags(samples, ignore_limits),
-    )
-    begin = time.perf_counter()
-    stops = (stops,) if isinstance(stops, str) else tuple(stops)
+    problem, run = Problem.requested(ensemble, locals(), "start", "start_rates", "values")
+    (samples,), begin = native(bool, samples), time.perf_counter()
     texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)
-    faults, given = Faults(""), Forces()
-    lanes = read_lanes(scene_of(scene), start, start_rates, values, faults)
-    times: npt.NDArray[np.float64] = np.zeros(1)
-    read: tuple[Measure, ...] = ()
-    with faults.noted():
-        given = forces if isinstance(forces, Forces) else read_forces(lanes.scene, forces)
-    with faults.noted():
-        read = read_measures(lanes.scene, texts, faults)
-    with faults.noted():
-        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method)
+    faults = Faults("")
+    lanes = read_lanes(problem, start, start_rates, values, faults)
+    given = faults.taken(lambda: replace(problem, scene=lanes.scene).driving, Forces())
+    read = faults.taken(lambda: read_measures(lanes.scene, texts, faults), ())
+    _, times = faults.taken(lambda: run.checked(lanes.scene), ((), np.zeros(1)))
     if workers is not None and workers < 1:
         faults.add("", f"workers = {workers} is no number of threads; give 1 or more, or none")
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
-    asked = METHODS.get((method or "").lower())
+    asked = METHODS.get((run.method or "").lower())
     usual = asked.rtol if asked is not None and asked.beyond_doubles else RTOL
-    relative = usual if rtol is None else rtol
-    absolute = relative if atol is None else atol
+    relative = usual if run.rtol is None else run.rtol
+    absolute = relative if run.atol is None else run.atol
     task = Task(
-        lanes, given, times, every, read, stops, relative, absolute, None if method is None else method.lower(),
-        samples, ignore_limits,
+        lanes, given, times, run.every, read, tuple(run.stops), relative, absolute,
+        None if run.method is None else run.method.lower(), samples, run.ignore_limits,
     )  # fmt: skip
     name, way, why = choose(task)
     tolerance = f"tolerance {relative:g}" if relative == absolute else f"tolerances {relative:g}, {absolute:g}"
@@ -135,22 +117,21 @@ def ensemble(
             line
             for one in way.methods
             if not METHODS[one].absolute
-            for line in METHODS[one].tolerances(one, rtol, atol)[2]
+            for line in METHODS[one].tolerances(one, run.rtol, run.atol)[2]
         ),
-        *held(lanes.scene, given, until),
+        *held(lanes.scene, given, run.until),
     ]
+    tell = say or (lambda line: None)
     for note in notes:
-        if say is not None:
-            say(note)
+        tell(note)
     runner = way.ready(task)
     ready = time.perf_counter()
     found = joined(task, [*_run(task, way, runner, workers or _cores(), progress)])
     words = (END, *dict.fromkeys(one for one in found.stopped if one != END))
     place = {one: k for k, one in enumerate(words)}
     known = lanes.parameters()
-    if say is not None:
-        for note in found.notes:
-            say(note)
+    for note in found.notes:
+        tell(note)
     return Ensemble(
         lanes.scene, lanes.varied, found.t, found.q, found.u,
         {one.text: np.broadcast_to(one.value(found.sums, known), (lanes.count,)) for one in read},
