@@ -23,6 +23,7 @@ from symdyn.program import formulate, lower
 from symdyn.runtime import build, run_python
 from symdyn.scene import Quantity, Scene, dh_table, read, scene
 from symdyn.scene.values import Body
+from symdyn.table import Table
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "accuracy-of-code.md"
@@ -188,9 +189,9 @@ greater one of C and NumPy over the textbook; the bar is {bar:g}, the largest he
 Velocities and accelerations are within ±2; the driving forces of forward dynamics are those of such accelerations. A
 link that is 1e12 times as heavy has as many times the mass and the inertia.
 
-| robot | angles | output | textbook | C | NumPy | ratio |
-|---|---|---|--:|--:|--:|--:|
 """
+
+HEADS = ("robot", "angles", "output", "textbook", "C", "NumPy", "ratio")
 
 
 def main() -> int:
@@ -202,21 +203,20 @@ def main() -> int:
     for case in cases():
         for row in measure(case, count):
             rows.append(row)
-            print(line(row), flush=True)
+            print(" | ".join(cells(row)), flush=True)
     worst = max(rows, key=lambda row: row.ratio)
     print(f"\nlargest ratio {worst.ratio:.2f}: {worst.case}, {worst.output}, angles {worst.angles}")
     if not quick:
-        PAGE.write_text(
-            HEAD.format(count=count, bar=BAR, worst=worst.ratio) + "".join(line(row) + "\n" for row in rows), "utf-8"
-        )
+        table = Table(HEADS, list(map(cells, rows)), range(3, 7))
+        PAGE.write_text(f"{HEAD.format(count=count, bar=BAR, worst=worst.ratio)}{table.markdown(str)}\n", "utf-8")
         print(f"wrote {PAGE.relative_to(ROOT)}")
     return int(not quick and worst.ratio > BAR)  # a few states say little about the last percent
 
 
-def line(row: Row) -> str:
+def cells(row: Row) -> tuple[str, ...]:
     """Return a row of the table."""
-    figures = " | ".join(f"{x:.1e}" for x in (row.textbook, row.C, row.numpy))
-    return f"| {row.case} | {row.angles} | {row.output} | {figures} | {row.ratio:.2f} |"
+    figures = (f"{x:.1e}" for x in (row.textbook, row.C, row.numpy))
+    return str(row.case), row.angles, row.output, *figures, f"{row.ratio:.2f}"
 
 
 if __name__ == "__main__":

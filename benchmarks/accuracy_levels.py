@@ -25,6 +25,7 @@ from symdyn.bench.reference import reference
 from symdyn.bench.states import draw, positions_of
 from symdyn.program import formulate
 from symdyn.scene import read
+from symdyn.table import Table
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -126,9 +127,8 @@ def main() -> int:
             for one in found:
                 cells = f"{one.call:.1f} | {one.gain:.2f} | {one.usual:.1e} | {one.largest:.1e}"
                 print(f"| {robot} | {output} | {one.name} | {cells} |", flush=True)
-    print("\n| goal | wanted | measured | |\n|---|---|---|---|")
-    for bar in reached:
-        print(f"| {bar.text} | {bar.wanted} | {bar.shown} | {bar.verdict} |")
+    goals = [(bar.text, bar.wanted, bar.shown, bar.verdict) for bar in reached]
+    print("\n" + Table(("goal", "wanted", "measured", ""), goals).markdown(str))
     return 0
 
 

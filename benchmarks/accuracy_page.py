@@ -6,10 +6,11 @@ python benchmarks/accuracy_page.py
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from symdyn.bench import bench, stress
-from symdyn.bench.report import COLUMNS, DRIFT, PRECISION, curve_rows, pictures, rows, stress_rows, table, told
+from symdyn.bench.report import curve_tables, measured_table, pictures, told
 from symdyn.scene import read
 
 ROOT = Path(__file__).parent.parent
@@ -47,21 +48,17 @@ def main() -> int:
             path.write_text(picture + "\n", "utf-8")
             lines += [f"![{name}: {title}](accuracy/{path.name})", "", f"    {command}", ""]
         for function in found.functions:
-            best = [row for row in rows(found, function) if row[-1]]
-            lines += [
-                f"Best choices of `{function}`:",
-                "",
-                *table(COLUMNS[:-1], [row[:-1] for row in best], range(1, 6)),
-            ]
+            table = measured_table(found, function)
+            best = replace(table, columns=table.columns[:-1], rows=[row[:-1] for row in table.rows if row[-1]])
+            lines += [f"Best choices of `{function}`:", "", best.markdown(str), ""]
         if found.motion is not None:
             lines += [f"{line}\n" for line in told(found.motion)]
-            for columns, curves in ((PRECISION, found.motion.precision), (DRIFT, found.motion.drift)):
-                lines += table(columns, [row for row in curve_rows(curves) if row[1] in TOLD], range(1, 5))
+            for table in curve_tables(found.motion):
+                lines += [replace(table, rows=[row for row in table.rows if row[1] in TOLD]).markdown(str), ""]
         lines += [f"Note: {note}\n" for note in found.notes]
     hard = stress(progress=print)
     lines += ["## Hard cases", "", "    symdyn stress -o stress", ""]
-    cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(hard)]
-    lines += table(("family", "case", "metric", "bound", "measured", "", "worst"), cells, (3, 4))
+    lines += [replace(hard.table, title="").markdown(str)]
     PAGE.write_text(HEAD.format(about=about) + "\n" + "\n".join(lines).rstrip("\n") + "\n", "utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)}")
     return int(not hard.passed)

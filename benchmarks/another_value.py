@@ -15,7 +15,8 @@ from pathlib import Path
 
 import symdyn
 from symdyn.scene import Scene, bind
-from symdyn.simulation import Start, read_start
+from symdyn.simulation import Start
+from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -70,7 +70,7 @@ def main(rounds: int, wanted: Sequence[str] = ()) -> None:
             begin = time.process_time()
             first: list[float] = []
             found = simulate(
-                scene, forces, until, None, rates, method, rtol,
+                scene, forces=forces, until=until, start=None, start_rates=rates, method=method, rtol=rtol,
                 progress=lambda _: first or first.append(time.process_time()), say=lambda _: None,
             )  # fmt: skip
             return found, first[0] - begin, time.process_time() - first[0]

@@ -18,6 +18,8 @@ import numpy as np
 from harness import Timed, measure
 from native import NATIVE, address, compiled, loops
 
+from symdyn.table import Table
+
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from closed_mechanisms import crank_rocker
 
@@ -104,11 +106,9 @@ def main() -> int:
     measured = measure([timed(name) for name in functions], rounds=25, seconds=0.01)
     off = np.abs(out["hand-written C"] - out["symdyn"]).max() / np.abs(out["symdyn"]).max()
     assert off < 1e-10, f"the two disagree by {off:.1e}"
-    print("| code | ns a call | of hand-written |\n|---|---:|---:|")
     base = np.array(measured[0].samples)
-    for one in measured:
-        ratio = float(np.median(np.array(one.samples) / base))
-        print(f"| {one.timed.peer} | {one.median:.1f} | {ratio:.2f} |")
+    rows = [(one.timed.peer, f"{one.median:.1f}", f"{np.median(np.array(one.samples) / base):.2f}") for one in measured]
+    print(Table(("code", "ns a call", "of hand-written"), rows, (1, 2)).markdown(str))
     return 0
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 from bars import paired
 
+from symdyn.table import Table
+
 Found = Mapping[str, Any]
 
 BEGIN = "<!-- What follows, up to the next mark, is written by `python benchmarks/derivatives.py --docs docs`. -->"
@@ -102,25 +104,25 @@ def _bars(found: Found) -> str:
     rows = [_bar(bar, found) for bar in BARS]
     measured = [row for row in rows if row]
     missing = len(rows) - len(measured)
-    text = ["| | times | must be | wanted | measured | |", "|---|---|--:|--:|--:|---|", *measured]
+    text = Table(("", "times", "must be", "wanted", "measured", ""), measured, (2, 3, 4)).markdown(str)
     if missing:
-        text.append(f"\n{missing} of {len(rows)} comparisons were not made: their peer or their robot is left out.")
-    return "\n".join(text)
+        text += f"\n\n{missing} of {len(rows)} comparisons were not made: their peer or their robot is left out."
+    return text
 
 
-def _bar(bar: Bar, found: Found) -> str:
+def _bar(bar: Bar, found: Found) -> tuple[str, ...]:
     at = {(row["robot"], row["output"], row["way"], row["peer"]): row for row in found["times"]}
     slow = at.get((bar.robot, bar.output, "state", bar.peer))
     fast = at.get((bar.robot, bar.output, bar.way, "symdyn"))
     if not slow or not fast:
-        return ""
+        return ()
     ratio = paired(slow, fast)
     held = bar.floor is None or ratio >= bar.floor
     verdict = "reached" if ratio >= bar.wanted else "as it must be" if held and bar.floor else "**missed**"
     name = bar.output.removesuffix("_dynamics_derivatives")
     floor = "" if bar.floor is None else f"{bar.floor:g}"
     way = ", batch" if bar.way == "batch" else ""
-    return f"| {name}, {bar.robot}{way} | {bar.peer} | {floor} | {bar.wanted:g} | {ratio:.2f} | {verdict} |"
+    return f"{name}, {bar.robot}{way}", bar.peer, floor, f"{bar.wanted:g}", f"{ratio:.2f}", verdict
 
 
 def _rows(found: Found, output: str) -> list[Found]:
@@ -135,19 +137,18 @@ def _table(found: Found, output: str) -> str:
     kinds.sort(key=lambda kind: list(WAYS).index(kind[1]))
     cells = {(row["peer"], row["way"], row["robot"]): row for row in rows}
     ours = {robot: cells["symdyn", "state", robot] for robot in robots if ("symdyn", "state", robot) in cells}
-    lines = ["| | " + " | ".join(robots) + " |", "|---|" + "--:|" * len(robots)]
     counted = [f"{ours[r]['operations']}, {ours[r]['formulation']}" if r in ours else "" for r in robots]
-    lines.append(f"| *operations of ours, formulation* | {' | '.join(counted)} |")
+    lines = [("*operations of ours, formulation*", *counted)]
     for peer, way in kinds:
         here = [(cells.get((peer, way, robot)), ours.get(robot)) for robot in robots]
-        lines.append(f"| {peer}: {WAYS[way]}, ns a state (times ours) | {' | '.join(_time(*pair) for pair in here)} |")
+        lines.append((f"{peer}: {WAYS[way]}, ns a state (times ours)", *(_time(*pair) for pair in here)))
     for peer, way in kinds:
         if way == "state" or peer == "symdyn":
             shown = [_error(cells.get((peer, way, robot))) for robot in robots]
-            lines.append(f"| {peer}: {WAYS[way]}, error 99 % | {' | '.join(shown)} |")
+            lines.append((f"{peer}: {WAYS[way]}, error 99 %", *shown))
     shares = [f"{ours[r]['share']:.2f}" if r in ours else "" for r in robots]
-    lines.append(f"| *ours: largest error over its running bound* | {' | '.join(shares)} |")
-    return "\n".join(lines)
+    lines.append(("*ours: largest error over its running bound*", *shares))
+    return Table(("", *robots), lines, range(1, 1 + len(robots))).markdown(str)
 
 
 def _time(row: Found | None, ours: Found | None) -> str:

@@ -47,7 +47,7 @@ def starts(runs: int) -> Array:
 def ours(q: Array, until: float, rtol: float = THEIRS, measure: tuple[str, ...] = (), workers: int = 1) -> Any:
     """Return the ensemble."""
     start = {"q1": q[0], "q2": q[1]}
-    return symdyn.ensemble(SCENE, FORCES, until, start, measures=measure, rtol=rtol, workers=workers)
+    return symdyn.ensemble(SCENE, forces=FORCES, until=until, start=start, measures=measure, rtol=rtol, workers=workers)
 
 
 def batch(tol: float) -> Any:

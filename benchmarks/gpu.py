@@ -23,6 +23,8 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from symdyn.table import Table
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT)]
 
@@ -132,19 +134,20 @@ def compiled(nvcc: str, robot: str, real: str, arch: str, free: bool = False) ->
 
 def table(found: list[Compiled]) -> str:
     """Return all kernels, a line each."""
-    lines = [
-        "| kernel | type | for | registers | bytes spilled | threads a block | values that wait | shared bytes | parts "
-        "| operations | of all parts |",
-        "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|",
-    ]
+    heads = (
+        "kernel", "type", "for", "registers", "bytes spilled", "threads a block", "values that wait", "shared bytes",
+        "parts", "operations", "of all parts",
+    )  # fmt: skip
+    rows = []
     for one in found:
         places, block = one.room.places, one.room.block
-        lines.append(
-            f"| {one.robot}, {one.kernel.replace('_', ' ')} | {one.real} | {one.arch} | {one.registers} "
-            f"| {one.spilled:,} | {block} | {places} | {places * block * SIZES[one.real]:,} "
-            f"| {len(one.room.plans)} | {one.room.once:,} | {one.room.operations:,} |"
-        )
-    return "\n".join(lines) + "\n"
+        numbers = (one.spilled, places * block * SIZES[one.real], one.room.once, one.room.operations)
+        spilled, shared, once, operations = (f"{number:,}" for number in numbers)
+        rows.append(
+            (f"{one.robot}, {one.kernel.replace('_', ' ')}", one.real, one.arch, one.registers, spilled, block, places,
+             shared, len(one.room.plans), once, operations)
+        )  # fmt: skip
+    return Table(heads, rows, range(3, 11)).markdown(str) + "\n"
 
 
 def bars(found: list[Compiled]) -> list[Bar]:
@@ -186,14 +189,11 @@ def told(program: Program, real: str, said: Said) -> str:
     at = {name: (n, taken) for (name, n), taken in seconds.items() if name in ("copy", "fused", "nothing")}
     bytes_a_second = 2 * SIZES[real] * at["copy"][0] / at["copy"][1]
     fused_a_second = at["fused"][0] / at["fused"][1]
-    lines = [
+    about = (
         f"{said.card}, {real}: a launch takes {at['nothing'][1] * 1e6:.2f} µs, memory "
-        f"{bytes_a_second / 1e9:.0f} GB/s, {fused_a_second / 1e9:.0f} thousand million multiply-adds a second.",
-        "",
-        "| kernel | states | µs | ns a state | share of the limit |",
-        "|---|--:|--:|--:|--:|",
-    ]
-    reached = []
+        f"{bytes_a_second / 1e9:.0f} GB/s, {fused_a_second / 1e9:.0f} thousand million multiply-adds a second."
+    )
+    rows, reached = [], []
     for routine in program.routines:
         function, counts = routine.function, routine.counts
         moved = (len(routine.inputs) + len(function.entries)) * SIZES[real]
@@ -202,9 +202,13 @@ def told(program: Program, real: str, said: Said) -> str:
         for n in batches:
             taken = seconds[function.name, n]
             share = limit * n / taken
-            lines.append(f"| {function.name} | {n:,} | {taken * 1e6:.2f} | {taken / n * 1e9:.3f} | {share:.0%} |")
+            rows.append((function.name, f"{n:,}", f"{taken * 1e6:.2f}", f"{taken / n * 1e9:.3f}", f"{share:.0%}"))
         reached.append(Bar(f"{function.name} in {real}, share of the limit", "≥ 70 %", f"{share:.0%}", share >= 0.7))
-    return "\n".join([*lines, "", *(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in reached), ""])
+    heads = ("kernel", "states", "µs", "ns a state", "share of the limit")
+    text = Table(heads, rows, range(1, 5)).markdown(str)
+    return "\n".join(
+        [about, "", text, "", *(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in reached), ""]
+    )
 
 
 if __name__ == "__main__":

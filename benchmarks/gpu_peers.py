@@ -20,6 +20,8 @@ from bars import Bar
 from cases import Case
 from native import HERE, MissingError
 
+from symdyn.table import Table
+
 TIMED, ID, FD = "arm7", "inverse_dynamics", "forward_dynamics"
 
 BATCHES = (16, 64, 256, 1024, 4096, 16384, 65536, 262144, 1000000)
@@ -151,17 +153,17 @@ def compared(case: Case, real: str, ours: Said, nvcc: str, arch: str) -> str:
         for name, one in found.items()
         if ("nothing", 1) in one.seconds
     )
-    lines += [f"A call that does nothing: {launch}.", "", f"| {real}, µs a call | states | {' | '.join(found)} |"]
-    lines.append(f"|---|--:|{'--:|' * len(found)}")
+    rows = []
     for output in (ID, FD):
         for n in BATCHES:
             times = [one.seconds.get((output, n)) for one in found.values()]
-            cells = " | ".join("" if t is None else f"{t * 1e6:,.2f}" for t in times)
-            lines.append(f"| {output} | {n:,} | {cells} |")
+            rows.append((output, f"{n:,}", *("" if t is None else f"{t * 1e6:,.2f}" for t in times)))
         for name in list(found)[1:]:
             ratios = [found[name].seconds[output, n] / ours.seconds[output, n] for n in BATCHES if n >= FROM]
             text = f"{output} in {real}, {name}'s time over ours, the least from {FROM:,} states on"
             bars.append(Bar(text, "≥ 1", f"{min(ratios):.2f}", min(ratios) >= 1))
+    table = Table((f"{real}, µs a call", "states", *found), rows, range(1, 2 + len(found)))
+    lines += [f"A call that does nothing: {launch}.", "", table.markdown(str)]
     return "\n".join([*lines, "", *(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in bars), ""])
 
 

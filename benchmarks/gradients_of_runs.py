@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import symdyn
-from symdyn.simulation import read_start
+from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -16,6 +16,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from symdyn.table import Table
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT)]
 
@@ -68,20 +70,19 @@ def main() -> int:
 def table(analyser: str, core: str, ghz: float) -> str:
     """Return what is estimated of every robot and output."""
     version = re.search(r"version ([0-9.]+)", said(analyser, "--version"))
-    lines = [
+    rows = []
+    about = (
         f"Estimated, not measured: gcc {said(COMPILER, '-dumpfullversion').strip()} with `-O3 {' '.join(MACHINE)}`, "
-        f"loops read by llvm-mca {version[1] if version else ''}, data in the nearest cache, {ghz:g} GHz.",
-        "",
-        f"| batch, a state on {core} | cycles of the loop | of sines and cosines | ns |",
-        "|---|--:|--:|--:|",
-    ]
+        f"loops read by llvm-mca {version[1] if version else ''}, data in the nearest cache, {ghz:g} GHz.\n\n"
+    )
     for robot in ROBOTS:
         for output in OUTPUTS:
             program = symdyn.lower(symdyn.derive(symdyn.example(robot), [output]))
             loop, turn = cycles(program, output, analyser, core)
             angles = program[output].counts.sincos * turn
-            lines.append(f"| {robot}, {output} | {loop:.0f} | {angles:.0f} | {(loop + angles) / ghz:.0f} |")
-    return "\n".join(lines)
+            rows.append((f"{robot}, {output}", f"{loop:.0f}", f"{angles:.0f}", f"{(loop + angles) / ghz:.0f}"))
+    heads = (f"batch, a state on {core}", "cycles of the loop", "of sines and cosines", "ns")
+    return about + Table(heads, rows, (1, 2, 3)).markdown(str)
 
 
 def cycles(program: Program, output: str, analyser: str, core: str) -> tuple[float, float]:

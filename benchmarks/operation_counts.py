@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 from cases import chain
-from robots_dh import ROBOTS, Robot, robot_scene
+from robots_dh import ROBOTS, robot_scene
 
 from symdyn.dynamics import Equations, Workspace, derive_one
 from symdyn.dynamics.outputs import Counts
 from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene, read, with_symbols
+from symdyn.table import Table
 
 ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT / "tests"))
@@ -97,23 +99,26 @@ PREPARED = """
 
 All operations of one call of the finished program, passes applied, without and with `--prepare`, which leaves work on
 parameters alone to one call of `prepare`. Here twice a number is a multiplication.
+"""
 
-| robot | inertia | inverse dynamics | M(q) | forward dynamics | prepare, once | values |
-|---|---|--:|--:|--:|--:|--:|"""
+EMITTED = """
+## What is emitted
 
-EMITTED = (
-    "## What is emitted",
-    "",
-    "The same for generated programs: formulations chosen by counting, after all passes, which trade operations",
-    "by their cost.",
-    "",
-)
+The same for generated programs: formulations chosen by counting, after all passes, which trade operations
+by their cost.
+"""
 
-WANTED = (
-    "What was set out to be reached. Most was, by special cases that made no code faster and are gone; which, and what",
-    "they saved, stands in [decisions.md](decisions.md).",
-    "",
-)
+WANTED = """
+What was set out to be reached. Most was, by special cases that made no code faster and are gone; which, and what
+they saved, stands in [decisions.md](decisions.md).
+"""
+
+PUBLISHED = """
+## Published
+
+A figure was read in its source, or is unverified. A line for another
+inertia structure than ours is no comparison.
+"""
 
 DERIVED = """
 ## Derivatives
@@ -121,9 +126,7 @@ DERIVED = """
 By the formulation of fewest operations, before any pass: ∂τ/∂q, ∂τ/∂q̇ and M together; ∂q̈/∂q, ∂q̈/∂q̇ and M⁻¹
 together, q̈ worked out on the way; C(q, q̇) of Christoffel's symbols. *Sweeps* is reverse differentiation of inverse
 dynamics on the graph, row by row.
-
-| robot | inertia | inverse dynamics | sweeps | forward dynamics | C(q, q̇) |
-|---|---|--:|--:|--:|--:|"""
+"""
 
 MEANS = """
 ## What does it
@@ -206,53 +209,78 @@ def chains() -> list[tuple[str, str, Scene]]:
 
 def page() -> str:
     """Return the page in Markdown."""
-    lines = [HEAD, "## symdyn", "", "| robot | inertia | inverse dynamics | M(q) | forward dynamics | sin/cos |"]
-    lines.append("|---|---|--:|--:|--:|--:|")
-    ours: dict[str, list[Counts]] = {}
-    for name, text, structure, scene in cases():
-        ours[name] = measured(scene)
-        inverse, mass, forward = ours[name]
-        shown = f"{_pair(inverse)} | {_pair(mass)} | {_pair(forward)}, {forward.divisions} div"
-        lines.append(f"| {text} | {structure} | {shown} | {inverse.sincos} |")
-    lines += ["", *EMITTED, "| robot | inertia | inverse dynamics | M(q) | forward dynamics |", "|---|---|--:|--:|--:|"]
-    after: dict[str, list[Counts]] = {}
-    for name, text, structure, scene in cases():
-        inverse, mass, forward = after[name] = emitted(scene)
-        shown = f"{_pair(inverse)} | {_pair(mass)} | {_pair(forward)}, {forward.divisions} div"
-        lines.append(f"| {text} | {structure} | {shown} |")
-    lines += ["", *WANTED, "| robot | inertia | output | wanted | emitted | |", "|---|---|---|--:|--:|---|"]
-    told = {name: (text, structure) for name, text, structure, _ in cases()}
+    about = {name: (text, structure) for name, text, structure, _ in cases()}
+    ours = {name: measured(scene) for name, _, _, scene in cases()}
+    after = {name: emitted(scene) for name, _, _, scene in cases()}
+    heads = ("robot", "inertia", "inverse dynamics", "M(q)", "forward dynamics")
+    derivatives = ("robot", "inertia", "inverse dynamics", "sweeps", "forward dynamics", "C(q, q̇)")
+    before = [(*about[name], *_shown(*found), found[0].sincos) for name, found in ours.items()]
+    parts = [
+        f"{HEAD}\n## symdyn\n",
+        Table((*heads, "sin/cos"), before, range(2, 6)).markdown(str),
+        EMITTED,
+        Table(heads, [(*about[name], *_shown(*found)) for name, found in after.items()], range(2, 5)).markdown(str),
+        WANTED,
+        _reached(about, after).markdown(str),
+        PREPARED,
+        Table((*heads, "prepare, once", "values"), list(_prepared()), range(2, 7)).markdown(str),
+        DERIVED,
+        Table(derivatives, list(_derived()), range(2, 6)).markdown(str),
+        "\n## Other generators, full inertias\n",
+        _peers(ours).markdown(str),
+        PUBLISHED,
+        _published().markdown(str),
+    ]
+    return "\n".join(parts) + "\n" + MEANS
+
+
+def _reached(about: dict[str, tuple[str, str]], after: dict[str, list[Counts]]) -> Table[str]:
+    """Return what was set out to be reached."""
+    rows = []
     for name, output, (multiplications, additions) in BARS:
         found = after[name][NAMES.index(output)]
         reached = found.multiplications <= multiplications and found.additions <= additions
-        shown = f"{output} | {multiplications}/{additions} | {_pair(found)} | {'reached' if reached else '**missed**'}"
-        lines.append(f"| {' | '.join(told[name])} | {shown} |")
-    lines.append(PREPARED)
+        verdict = "reached" if reached else "**missed**"
+        rows.append((*about[name], output, f"{multiplications}/{additions}", _pair(found), verdict))
+    return Table(("robot", "inertia", "output", "wanted", "emitted", ""), rows, (3, 4))
+
+
+def _prepared() -> Iterator[tuple[str | int, ...]]:
     for _, text, structure, scene in cases():
         pairs, once, values = prepared(scene)
-        shown = " | ".join(f"{_pair(before)} → {_pair(after)}" for before, after in pairs)
-        lines.append(f"| {text} | {structure} | {shown} | {_pair(once)} | {values} |")
-    lines.append(DERIVED)
+        yield text, structure, *(f"{_pair(old)} → {_pair(new)}" for old, new in pairs), _pair(once), values
+
+
+def _derived() -> Iterator[tuple[str, ...]]:
     for text, structure, scene in [*((text, structure, scene) for _, text, structure, scene in cases()), *chains()]:
         inverse, forward, coriolis, sweeps = derived(scene)
-        shown = f"{_pair(inverse)} | {_pair(sweeps)} | {_pair(forward)}, {forward.divisions} div | {_pair(coriolis)}"
-        lines.append(f"| {text} | {structure} | {shown} |")
-    lines += ["", "## Other generators, full inertias", "", "| robot | output | generator | theirs | symdyn |"]
-    lines.append("|---|---|---|--:|--:|")
-    robots: dict[str, Robot] = {one.name: one for one in ROBOTS}
-    for peer, output, name, figure in PEERS:
-        counted = ours[name][NAMES.index(output)]
-        lines.append(f"| {robots[name].text} | {output} | {peer} | {figure} | {_pair(counted)} |")
-    lines += ["", "## Published", "", "A figure was read in its source, or is unverified. A line for another"]
-    lines += ["inertia structure than ours is no comparison.", ""]
-    lines += ["| method | robot | inertia | mult./add. | formula | source | |", "|---|---|---|--:|---|---|---|"]
+        yield text, structure, *_shown(inverse, sweeps, forward), _pair(coriolis)
+
+
+def _peers(ours: dict[str, list[Counts]]) -> Table[str]:
+    """Return what other generators need."""
+    text = {one.name: one.text for one in ROBOTS}
+    rows = [
+        (text[name], output, peer, figure, _pair(ours[name][NAMES.index(output)]))
+        for peer, output, name, figure in PEERS
+    ]
+    return Table(("robot", "output", "generator", "theirs", "symdyn"), rows, (3, 4))
+
+
+def _published() -> Table[str]:
+    """Return the figures of others."""
+    rows = []
     for row in json.loads(DATA.read_text(encoding="utf-8"))["rows"]:
         trust = "read" if row["confidence"] == "A" else "unverified"
         figure = f"{row['mults']}/{row['adds']}" if row["mults"] else ""
         structure = STRUCTURES.get(row["robot"], "")
-        shown = (row["method"], row["robot"], structure, figure, row["formula"], row["source"], trust)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in shown) + " |")
-    return "\n".join(lines) + "\n" + MEANS
+        rows.append((row["method"], row["robot"], structure, figure, row["formula"], row["source"], trust))
+    return Table(("method", "robot", "inertia", "mult./add.", "formula", "source", ""), rows, (3,))
+
+
+def _shown(inverse: Counts, other: Counts, forward: Counts) -> tuple[str, str, str]:
+    """Return the counts of three outputs, of forward dynamics divisions too."""
+    return _pair(inverse), _pair(other), f"{_pair(forward)}, {forward.divisions} div"
 
 
 def _pair(counts: Counts) -> str:

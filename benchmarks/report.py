@@ -11,6 +11,8 @@ from cases import Case
 from generation import SYMPY, Generated
 from harness import Measured
 
+from symdyn.table import Table
+
 MARK = "<!-- What follows is written by `make bench`. -->"
 
 WAYS = {
@@ -86,11 +88,11 @@ def _machine(found: Found) -> str:
 
 def _bars(found: Found) -> str:
     told = bars(found["times"], multipliers=found["multipliers"])
-    rows = [f"| {b.text} | {b.wanted} | {b.shown} | {b.verdict} |" for b in told]
+    rows = [(b.text, b.wanted, b.shown, b.verdict) for b in told]
     if not rows:
         return "## Bars\n\nNone of the robots that the bars are about was measured."
-    head = "| seven-axis arm, unless another robot is named | bar | measured | |\n|---|---|---|---|"
-    return "## Bars\n\n" + head + "\n" + "\n".join(rows)
+    heads = ("seven-axis arm, unless another robot is named", "bar", "measured", "")
+    return "## Bars\n\n" + Table(heads, rows).markdown(str)
 
 
 def _times(found: Found, output: str) -> str:
@@ -101,13 +103,12 @@ def _times(found: Found, output: str) -> str:
     if not rows:
         return ""
     cells = {(row["peer"], row["way"], row["robot"]): row for row in rows}
-    lines = ["| ns a state | " + " | ".join(robots) + " |", "|---|" + "--:|" * len(robots)]
     operations = {row["robot"]: f"{row['operations']} + {row['sincos']} sincos" for row in rows}
-    lines.append("| *operations of ours* | " + " | ".join(operations[robot] for robot in robots) + " |")
-    for peer, way in kinds:
-        shown = [_cell(cells.get((peer, way, robot))) for robot in robots]
-        lines.append(f"| {peer}: {WAYS[way]} | " + " | ".join(shown) + " |")
-    return "\n".join(lines)
+    lines = [("*operations of ours*", *(operations[robot] for robot in robots))]
+    lines += [
+        (f"{peer}: {WAYS[way]}", *(_cell(cells.get((peer, way, robot))) for robot in robots)) for peer, way in kinds
+    ]
+    return Table(("ns a state", *robots), lines, range(1, 1 + len(robots))).markdown(str)
 
 
 def _cell(row: Found | None) -> str:
@@ -122,12 +123,12 @@ def _short(x: float) -> str:
 
 
 def _generation(rows: Sequence[Found]) -> str:
-    lines = ["## Generation", "", "| | robot | s |", "|---|---|--:|"]
+    lines = []
     for row in rows:
         what = SYMPY.get(row["what"], f"symdyn, {row['what']}")
         shown = row["words"] if row["seconds"] is None else f"{row['seconds']:.3f}"
-        lines.append(f"| {what} | {row['robot']} | {shown} |")
-    return "\n".join(lines)
+        lines.append((what, row["robot"], shown))
+    return "## Generation\n\n" + Table(("", "robot", "s"), lines, (2,)).markdown(str)
 
 
 def _merged(notes: Sequence[str]) -> list[str]:

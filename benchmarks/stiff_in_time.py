@@ -23,9 +23,9 @@ import numpy as np
 
 import symdyn
 from symdyn.scene import read_text
-from symdyn.simulation import read_start
 from symdyn.simulation.equations import implicit
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import scipy_ivp, sundials
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -104,7 +104,9 @@ def main() -> None:
 
 def _run(scene: Any, method: str, forces: str, until: float, start: dict[str, str]) -> Callable[[float], Any]:
     given = read_start(scene, start)
-    return lambda end: symdyn.simulate(scene, forces or {}, end * until, given, method=method, every=end * until)
+    return lambda end: symdyn.simulate(
+        scene, forces=forces or {}, until=end * until, start=given, method=method, every=end * until
+    )
 
 
 def _measured(run: Callable[[float], Any], rounds: int) -> tuple[list[tuple[int, int, float]], float]:

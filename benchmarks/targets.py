@@ -19,6 +19,8 @@ from statistics import median
 
 import numpy as np
 
+from symdyn.table import Table
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT), str(ROOT / "tests")]
 
@@ -116,7 +118,7 @@ def ready(names: Sequence[str], case: Case) -> tuple[list[Timed], dict[str, floa
     return timed, once, versions, notes
 
 
-def bars(found: Mapping[Kind, Measured], once: Mapping[str, float]) -> list[str]:
+def bars(found: Mapping[Kind, Measured], once: Mapping[str, float]) -> list[tuple[str, str, str, str]]:
     """Return a row of a table for every bar for which everything was measured."""
     rows = []
     for bar in BARS:
@@ -130,24 +132,25 @@ def bars(found: Mapping[Kind, Measured], once: Mapping[str, float]) -> list[str]
         shown = (
             f"{value:,.0f}" if other is None and value >= 100 else f"{value:.1f}" if other is None else f"{value:.2f}"
         )
-        rows.append(f"| {bar.text} | ≤ {bar.most:g}{unit} | {shown}{unit} | {verdict} |")
+        rows.append((bar.text, f"≤ {bar.most:g}{unit}", f"{shown}{unit}", verdict))
     for text, name, most in ONCE:
         if name in once:
             verdict = "reached" if once[name] <= most else "**missed**"
-            rows.append(f"| {text} | ≤ {most:g} | {once[name]:.2f} | {verdict} |")
+            rows.append((text, f"≤ {most:g}", f"{once[name]:.2f}", verdict))
     return rows
 
 
 def markdown(found: Mapping[Kind, Measured], once: Mapping[str, float], told: Sequence[str]) -> str:
     """Return what stands between the marks of the page."""
-    lines = ["| | bar | measured | |", "|---|--:|--:|---|", *bars(found, once), ""]
-    lines += ["| ns a state, median (quartiles) | | states a call | |", "|---|---|--:|--:|"]
+    rows = []
     for (peer, output, _), one in found.items():
         low, high = one.quartiles
         states = one.timed.states if one.timed.way == "batch" else 1
-        lines.append(f"| {peer} | {WORDS[output]} | {states:,} | {_short(one.median)} ({_short(low)}–{_short(high)}) |")
-    lines += ["", *(f"- {line}" for line in told)]
-    return "\n".join(lines)
+        shown = f"{_short(one.median)} ({_short(low)}–{_short(high)})"
+        rows.append((peer, WORDS[output], f"{states:,}", shown))
+    reached = Table(("", "bar", "measured", ""), bars(found, once), (1, 2)).markdown(str)
+    times = Table(("ns a state, median (quartiles)", "", "states a call", ""), rows, (2, 3)).markdown(str)
+    return "\n".join([reached, "", times, "", *(f"- {line}" for line in told)])
 
 
 def _short(x: float) -> str:

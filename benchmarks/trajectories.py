@@ -24,7 +24,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import METHODS
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.integrate import Problem
+from symdyn.simulation.integrate import InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import size, translate
 from symdyn.simulation.integrate.taylor import integrator
 
@@ -109,7 +109,7 @@ def main(rounds: int) -> None:
 
     def sampled() -> tuple[float, np.ndarray]:
         """Our door: 200 samples, pieces, and all."""
-        problem = Problem(system, x, np.linspace(0, END, 201), EPS, EPS, (), Projection(system, 1e-14))
+        problem = InitialValueProblem(system, x, np.linspace(0, END, 201), EPS, EPS, (), Projection(system, 1e-14))
         pieces = METHODS["taylor"].run(problem)
         next(pieces)
         clock = time.perf_counter()
@@ -157,7 +157,7 @@ def arm() -> None:
     clock = time.perf_counter()
     translate(system)
     translated = time.perf_counter() - clock
-    problem = Problem(system, x, np.array([0.0, 1.0]), 1e-12, 1e-12, (), Projection(system, 1e-14))
+    problem = InitialValueProblem(system, x, np.array([0.0, 1.0]), 1e-12, 1e-12, (), Projection(system, 1e-14))
     clock = time.perf_counter()
     with integrator(problem) as lent:
         compiled = time.perf_counter() - clock - translated

@@ -27,7 +27,7 @@ from .linear import linearize as linearize
 from .program import lower as lower
 from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read
-from .simulation import inverse as inverse, sensitivity as sensitivity, simulate as simulate
+from .simulation import Problem as Problem, inverse as inverse, sensitivity as sensitivity, simulate as simulate
 from .study import ensemble as ensemble, sweep as sweep, uncertainty as uncertainty
 from .transcription import collocation as collocation
 from .verify import certify as certify

@@ -9,15 +9,25 @@ from __future__ import annotations
 import ast
 import inspect
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from operator import index
 from types import UnionType
-from typing import Any, get_origin
+from typing import Any, TypeVar, get_origin
 
 from symdyn.errors import ArgumentError, SymdynError, quoted
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FIELDS = "fields"
+"""What a function calls the keywords that are fields of a noun, `**fields`."""
+
+_NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
+"""The nouns of such functions."""
 
 
 @dataclass(frozen=True)
@@ -170,10 +180,39 @@ OF_KINDS = {
 """What is made of the kinds in brackets behind it."""
 
 
+def with_fields(*nouns: type) -> Callable[[F], F]:
+    """Let a function that takes the fields of some dataclasses by `**fields` show them, and have them checked.
+
+    Its signature has them with the defaults of the nouns, and its docstring with their words, in place of the line of
+    `**fields`. A parameter or a line of its own goes first.
+    """
+
+    def shown(function: F) -> F:
+        own, fields, lines = inspect.signature(function), list[inspect.Parameter](), ""
+        for noun in nouns:
+            words = f"{inspect.getdoc(noun)}\n"
+            for name, one in inspect.signature(noun).parameters.items():
+                if name not in own.parameters:
+                    kind = re.sub(r"^InitVar\[(.*)\]$", r"\1", one.annotation)
+                    fields.append(one.replace(kind=one.KEYWORD_ONLY, annotation=kind))
+                    lines += "".join(re.findall(rf"(?m)^    {name}: .*\n(?:     .*\n)*", words)[:1])
+        _NOUNS[function] = nouns
+        first = [one for one in own.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]
+        last = [one for one in own.parameters.values() if one.kind is one.KEYWORD_ONLY]
+        function.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
+        said = inspect.cleandoc(function.__doc__ or "")
+        function.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
+        return function
+
+    return shown
+
+
 def check_arguments(
     function: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
-) -> None:
+) -> Mapping[str, Any]:
     """Raise an error that tells every argument of a kind that a function does not take, one line each.
+
+    Returned are the arguments, `**fields` among the others.
 
     >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
     ...     check_arguments(fly, locals())
@@ -186,13 +225,22 @@ def check_arguments(
         function: the one that was called.
         arguments: by name; what is no argument of it is not looked at.
         error: its class.
+
+    Raises:
+        TypeError: a keyword among its `**fields` that is none.
     """
-    lines = []
+    fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
+    for name in fields:
+        if name not in (known := inspect.signature(function).parameters):
+            near = " or ".join(get_close_matches(name, known, 1) or known)
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; did you mean {near}?")
+    lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
-        if not kind.takes(value := arguments[name]):
+        if name in given and not kind.takes(value := given[name]):
             lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
+    return given
 
 
 def walked(
@@ -212,38 +260,22 @@ def walked(
     return tuple(told.values())
 
 
-def doubles(*numbers: float | None) -> tuple[Any, ...]:
-    """Return numbers that a function takes, of any library, as Python's own, and None as None.
+def native(kind: Callable[[Any], object], *values: object) -> tuple[Any, ...]:
+    """Return numbers, or truth values, that a function takes, of any library, as Python's own, and None as None.
 
-    >>> doubles(1, None)
-    (1.0, None)
+    >>> native(float, 1, None), native(bool, 1)
+    ((1.0, None), (True,))
     """
-    return tuple(None if one is None else float(one) for one in numbers)
-
-
-def wholes(*numbers: int | None) -> tuple[Any, ...]:
-    """Return whole numbers that a function takes, of any library, as Python's own, and None as None.
-
-    >>> wholes(1, None)
-    (1, None)
-    """
-    return tuple(None if one is None else index(one) for one in numbers)
-
-
-def flags(*told: bool | None) -> tuple[Any, ...]:
-    """Return what a function takes as true or false, of any library, as Python's own, and None as None.
-
-    >>> flags(1, None)
-    (True, None)
-    """
-    return tuple(None if one is None else bool(one) for one in told)
+    return tuple(None if one is None else kind(one) for one in values)
 
 
 @cache
 def _read(function: Callable[..., object]) -> dict[str, ArgumentKind]:
     """Return what every argument of a function may be, of those whose kind is known."""
     bare: Any = inspect.unwrap(function)
-    known = vars(sys.modules[bare.__module__])
+    known: dict[str, Any] = {}
+    for owner in (*_NOUNS.get(bare, ()), bare):
+        known |= vars(sys.modules[owner.__module__])
     said = inspect.signature(bare).parameters.values()
     written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
     nodes = {name: ast.parse(one.annotation, mode="eval").body for name, one in written.items()}  # all but self

@@ -57,6 +57,7 @@ def cart() -> symdyn.Scene:
 DOORS: dict[str, list[dict[str, Any]]] = {
     "Scene": [{"name": "made"}],
     "SymdynError": [{}],
+    "Problem": [{}],
     "animation": [{"times": T, "positions": [[0, 0], [0, 0.1]]}],
     "certify": [{"outputs": ["mass_matrix"], "targets": ["numpy"]}],
     "closed_form": [{}],
@@ -96,7 +97,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Equations: lambda: symdyn.derive(cart(), ["mass_matrix"]),
     EquationsOfMotion: lambda: symdyn.equations(cart()),
     HtmlText: lambda: symdyn.animation(cart(), T, [[0, 0], [0, 0.1]]),
-    Identification: lambda: symdyn.identify(cart(), symdyn.simulate(cart(), "F=sin(5*t)+cos(11*t)", until=2)),
+    Identification: lambda: symdyn.identify(cart(), symdyn.simulate(cart(), forces="F=sin(5*t)+cos(11*t)", until=2)),
     Linearization: lambda: symdyn.linearize(cart()),
     Loaded: lambda: symdyn.load(cart(), ["mass_matrix"]),
     NumericFunction: lambda: symdyn.lambdify(cart(), "mass_matrix"),

@@ -248,7 +248,7 @@ def results(tmp_path: Path) -> tuple[StateEquations, Trajectory]:
     table.write_text("t,F\n0,0\n0.1,1\n0.2,0\n")
     scene = read(EXAMPLES / "cart_pole.toml")
     forces = read_forces(scene, [str(table)])
-    return state_equations(scene, forces), simulate(scene, forces, until=0.3, reports=["theta"])
+    return state_equations(scene, forces), simulate(scene, forces=forces, until=0.3, reports=["theta"])
 
 
 def test_what_is_returned_pickles(tmp_path: Path) -> None:

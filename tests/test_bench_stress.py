@@ -208,7 +208,7 @@ def test_a_users_scene_is_put_to_the_cases_that_fit(tmp_path, capsys):
     assert (
         "symdyn stress double_pendulum.toml --families angles,traps,chaos,stiff" in (tmp_path / "stress.md").read_text()
     )
-    assert '<table class="words">' in (tmp_path / "stress.html").read_text("utf-8")
+    assert '<span class="pass">pass</span>' in (tmp_path / "stress.html").read_text("utf-8")
 
 
 def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero():

@@ -36,7 +36,16 @@ def error(name: str, method: str, rtol: float) -> float:
     row = MOTIONS[name]
     given = np.array(row["states"])
     every = row["until"] / len(given)
-    found = simulate(read(ROOT / name), row["forces"], row["until"], None, row["rates"], method, rtol, every=every)
+    found = simulate(
+        read(ROOT / name),
+        forces=row["forces"],
+        until=row["until"],
+        start=None,
+        start_rates=row["rates"],
+        method=method,
+        rtol=rtol,
+        every=every,
+    )
     off = np.abs(np.hstack([found.q, found.qd])[1:] - given)
     assert row["sure"] < LEAST / 10
     return float((off / np.maximum(1.0, np.abs(given).max(axis=0))).max())
@@ -86,7 +95,12 @@ def test_the_last_row_of_a_run_is_its_end() -> None:
     """heyoka's clock has two doubles: a sum of 5,000 steps was an ulp behind the end, and made a row of its own."""
     row = MOTIONS["benchmarks/data/squeezer.toml"]
     found = simulate(
-        read(ROOT / "benchmarks/data/squeezer.toml"), row["forces"], 0.3, method="taylor", rtol=2.3e-16, every=0.006
+        read(ROOT / "benchmarks/data/squeezer.toml"),
+        forces=row["forces"],
+        until=0.3,
+        method="taylor",
+        rtol=2.3e-16,
+        every=0.006,
     )
 
     assert len(found.t) == 51

@@ -75,11 +75,11 @@ def test_formulas_of_stops_measures_and_costs_are_checked() -> None:
     with pytest.raises(SimulateError, match=words):
         symdyn.simulate(one, until=0.1, stops="phi - phi_dot")
     with pytest.raises(SimulateError, match=words):
-        symdyn.linearize(one, at={"phi": 0}, outputs=["phi + phi_dot"])
+        symdyn.linearize(one, start={"phi": 0}, outputs=["phi + phi_dot"])
     with pytest.raises(SimulateError, match=r"kinetic_energy is in N m, and m\*l is in kg m"):
-        symdyn.ensemble(one, {}, until=0.1, measures=["max(kinetic_energy - m*l)"])
+        symdyn.ensemble(one, forces={}, until=0.1, measures=["max(kinetic_energy - m*l)"])
     with pytest.raises(SimulateError, match=r"max\(...\) is a plain number, and integral\(...\) is in s"):
-        symdyn.ensemble(one, {}, until=0.1, measures=["max(phi) - integral(phi)"])
+        symdyn.ensemble(one, forces={}, until=0.1, measures=["max(phi) - integral(phi)"])
     with pytest.raises(SimulateError, match=r"tau1\*\*2 is in .*, and phi\*\*2 is a plain number"):
         symdyn.collocation(one, until=1.0, intervals=3, cost="tau1**2 + phi**2")
 
@@ -177,7 +177,7 @@ EXAMPLES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("docs/gallery/*.tom
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_no_number_of_an_example_has_to_carry_a_dimension_unseen(path: Path) -> None:
     """All letters of our scenes have a unit, and numbers beside them are plain, or are those that are known here."""
-    from symdyn.cli.unit_tables import unit_facts
+    from symdyn.cli.info import unit_facts
 
     facts = unit_facts(read(path))
 

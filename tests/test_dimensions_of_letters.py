@@ -83,9 +83,9 @@ def test_units_that_are_told_are_shown_everywhere() -> None:
     text = PENDULUM.replace('m = { value = 2, unit = "kg" }', "m = 2").replace('"V"', '""').replace("-b*phi_dot", "u")
     one = read_text(text.replace("phi - w*t", "phi") + output("m*l*phi_dot**2"))
 
-    run = symdyn.simulate(one, "u=0.1", until=0.1)
+    run = symdyn.simulate(one, forces="u=0.1", until=0.1)
     assert {c.name: c.unit for c in run.columns if c.name in ("u", "y")} == {"u": "N m", "y": "N"}
-    assert symdyn.linearize(one, at={"phi": 0}, outputs=["y"]).outputs.units == ("N",)
+    assert symdyn.linearize(one, start={"phi": 0}, outputs=["y"]).outputs.units == ("N",)
     assert any(row[0] == "m" and row[2] == "kg" for table in (_tables(one),) for row in _cells(str(table)))
     page = symdyn.equations(one).latex(document=True)
     assert r"$m$ & parameter & $\mathrm{kg}$" in page

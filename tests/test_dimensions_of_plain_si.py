@@ -179,7 +179,7 @@ def test_messages_name_what_is_there() -> None:
     with pytest.raises(SimulateError, match=r'units = "none" at the top of the scene, or ask with --no-units'):
         symdyn.simulate(pendulum(), until=0.1, stops="phi - phi_dot")
     with pytest.raises(SimulateError, match=r"max\(phi\) is a plain number, and max\(phi_dot\) is in rad/s"):
-        symdyn.ensemble(pendulum(), {}, until=0.1, measures=["max(phi) - max(phi_dot)"])
+        symdyn.ensemble(pendulum(), forces={}, until=0.1, measures=["max(phi) - max(phi_dot)"])
 
 
 def test_long_exponents_are_rounded() -> None:

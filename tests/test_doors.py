@@ -75,17 +75,17 @@ def test_a_picture_at_what_is_no_position_says_so(position, words):
 @pytest.mark.parametrize("forces", ["F=0.5", ["F=0.5"], {"F": "0.5"}, {"F": 0.5}])
 def test_forces_are_read_from_text_lists_and_names(forces):
     try:
-        run = simulate(CART, forces, until=0.1)
+        run = simulate(CART, forces=forces, until=0.1)
     except AttributeError as fault:
         pytest.fail(str(fault))
 
-    assert np.array_equal(run.q, simulate(CART, read_forces(CART, ["F=0.5"]), until=0.1).q)
+    assert np.array_equal(run.q, simulate(CART, forces=read_forces(CART, ["F=0.5"]), until=0.1).q)
 
 
 @pytest.mark.mends("6.forces")
 def test_forces_that_are_none_are_one_fault():
     with pytest.raises((SimulateError, AttributeError)) as caught:
-        simulate(CART, 0.5, until=0.1)
+        simulate(CART, forces=0.5, until=0.1)
 
     assert isinstance(caught.value, SimulateError), "a bare exception"
     assert "give a formula" in str(caught.value)

@@ -13,7 +13,7 @@ from oracles import BIG
 from running import agreements, call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, formulations_of
+from symdyn.dynamics import OUTPUTS, derive, derive_one, expected, formulations_of
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
 from symdyn.errors import DerivationError
@@ -52,7 +52,7 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_formulations_of_all_outputs_are_proved_equal(one):
-    claims = agreements(workspace(one), [*expected(one, Unasked.NEVER), *kinematics(one)])
+    claims = agreements(workspace(one), [*expected(one, "request"), *kinematics(one)])
     empty = {claim.name for claim in claims if not claim.left}  # k_C of one coordinate
     findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
 
@@ -78,7 +78,7 @@ def kinematics(one):
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_every_law_is_proved(one):
-    findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, Unasked.NEVER))))[1]
+    findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, "request"))))[1]
 
     assert len(findings) == 21
     assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()

@@ -315,7 +315,7 @@ def test_a_massless_coupler_is_no_obstacle_but_a_massless_motion_is() -> None:
 def test_outputs_of_loops_are_refused_for_a_tree() -> None:
     scene = random_tree(2)
 
-    assert not any(OUTPUTS[name].loops_only for name in available(scene)[0])
+    assert not any(OUTPUTS[name].when_constrained == "only" for name in available(scene)[0])
     with pytest.raises(DerivationError, match="of which random2 has none"):
         derive(scene, ("multipliers",))
 

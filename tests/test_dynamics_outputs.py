@@ -19,11 +19,12 @@ from arms import chain, turning_chain, two_link
 
 import symdyn
 from symdyn.bench.reference import linear
-from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Unasked, Workspace, derive_one, formulations_of
+from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Workspace, derive_one, formulations_of
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
 from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
@@ -73,25 +74,32 @@ def entries(name: str, one: Scene, closing: LoopChoices | None = None) -> tuple:
 
 def of_trees(name: str) -> bool:
     """Whether trees have an output."""
-    return not OUTPUTS[name].loops_only
+    return OUTPUTS[name].when_constrained != "only"
 
 
-# Four words
+def with_formulations(row: Output, found: dict[str, Formulation], closed: bool) -> Output:
+    """Return a row with other formulations, of closed scenes where it has such."""
+    if closed and isinstance(row.when_constrained, Constrained):
+        return replace(row, when_constrained=replace(row.when_constrained, formulations=found))
+    return replace(row, formulations=found)
+
+
+# Four words, or a row
 
 
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
     row, one = OUTPUTS[name], scene("four_bar")
-    assert "in_loops" not in OPTIONAL
-    assert row.in_loops in ("same", "own", "tree", "refuse")
-    assert row.where_closed.in_loops != "own"
-    if row.in_loops == "refuse":
+    assert "when_constrained" not in OPTIONAL
+    assert isinstance(row.when_constrained, Constrained) or row.when_constrained in ("same", "tree", "refuse", "only")
+    assert not isinstance(row.constrained.when_constrained, Constrained)
+    if row.when_constrained == "refuse":
         with pytest.raises(DerivationError, match=f"{name} is about trees; loops or rows close four_bar"):
             entries(name, one)
         return
     one = looked(name, one)
     function = derive_one(Workspace(one), request(name, one))
-    of_tree = row.in_loops == "tree"
+    of_tree = row.when_constrained == "tree"
     assert of_tree == function.name.startswith("tree_") or name == "tree_forces", name
     assert of_tree == function.text.endswith("; of the spanning tree, as if nothing closed it"), name
     if of_trees(name):
@@ -101,7 +109,7 @@ def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
         assert "spanning tree" not in alone.text
 
 
-@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if row.in_loops == "tree"])
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if row.when_constrained == "tree"])
 def test_what_is_of_the_tree_is_that_of_the_scene_whose_loops_are_taken_away(name: str) -> None:
     closed = scene("slider_crank")
     w, opened = Workspace(closed), Workspace(replace(closed, loops=()))
@@ -120,12 +128,22 @@ def printed(w: Workspace, name: str) -> list[str]:
 
 
 def test_a_row_without_a_word_is_no_row() -> None:
-    with pytest.raises(TypeError, match="in_loops"):
+    with pytest.raises(TypeError, match="when_constrained"):
         Output("power", (), "P", (), "W", formulations={})  # type: ignore[call-arg]
     with pytest.raises(AssertionError, match="none of"):
         Output("power", (), "P", (), "W", "perhaps", {})  # type: ignore[arg-type]
-    with pytest.raises(AssertionError, match="a row of its own is a row"):
-        Output("power", (), "P", (), "W", "own", {})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "name", [name for name, row in OUTPUTS.items() if row.when_constrained not in ("same", "tree")]
+)
+def test_a_row_of_closed_scenes_that_says_it_is_the_same_fails(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    check = only if OUTPUTS[name].when_constrained == "only" else own
+    check(name)
+    monkeypatch.setitem(OUTPUTS, name, replace(OUTPUTS[name], when_constrained="same"))
+    with pytest.raises((AssertionError, DerivationError, pytest.fail.Exception)):
+        check(name)
 
 
 @pytest.mark.runs
@@ -195,26 +213,26 @@ def led_four_bar() -> Scene:
     return read_text(before + CART + motor.replace('parent = "ground"', 'parent = "cart"', 1), "four_bar.toml")
 
 
-def lacks(name: str) -> None:
+def may_fail(name: str) -> None:
     """Some scene lacks what a scene may lack; all else each has."""
     missing = []
     for one in lacking():
-        if one.is_closed or not OUTPUTS[name].loops_only:
+        if one.is_closed or of_trees(name):
             try:
                 entries(name, one)
             except DerivationError as fault:
                 missing.append((one.name, str(fault)))
-    assert (OUTPUTS[name].lacks != "never") == bool(missing), (name, missing)
+    assert (OUTPUTS[name].may_fail != "never") == bool(missing), (name, missing)
 
 
 def own(name: str) -> None:
     """A row of its own has other formulations than that of trees, and other entries."""
     row = OUTPUTS[name]
-    assert row.in_loops == "own", name
-    assert not set(row.formulations.values()) & set(row.where_closed.formulations.values()), name
+    assert isinstance(row.when_constrained, Constrained), name
+    assert not set(row.formulations.values()) & set(row.constrained.formulations.values()), name
 
 
-def loops_only(name: str) -> None:
+def only(name: str) -> None:
     """What only closed scenes have is refused of trees."""
     with pytest.raises(DerivationError, match=f"{name} is about closed loops and rows, of which two_link has none"):
         entries(name, two_link())
@@ -239,15 +257,15 @@ def exists(name: str) -> None:
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
 
 
-def unasked(name: str) -> None:
+def default_in(name: str) -> None:
     """A first look shows what benchmarks compare; coefficients are large; no one writes reactions, and of bodies, or of
     the centre of mass."""
     row = OUTPUTS[name]
-    assert (row.unasked == Unasked.AT_A_LOOK) == (name in LOOKED_AT), name
-    assert (row.unasked == Unasked.WRITTEN) == (name.startswith("k_") or row.cubic), name
+    assert (row.default_in == "overview") == (name in LOOKED_AT), name
+    assert (row.default_in == "generate") == (name.startswith("k_") or row.cubic), name
     unwritten = row.unique is not None or row.place == "body" or name in {**CENTROIDAL, **REGRESSORS, **PASSIVITY}
-    assert (row.unasked > Unasked.WRITTEN) == unwritten, name
-    assert (row.unasked == Unasked.PROVED) == (name in ("reactions", "com_acceleration")), name
+    assert (not row.is_default_in("generate")) == unwritten, name
+    assert (row.default_in == "verify") == (name in ("reactions", "com_acceleration")), name
 
 
 def cubic(name: str) -> None:
@@ -336,12 +354,10 @@ def counted(name: str, n: int) -> int:
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
     for check in (
-        lacks,
-        own,
-        loops_only,
+        may_fail,
         place,
         exists,
-        unasked,
+        default_in,
         cubic,
         depends,
         prefer,
@@ -369,15 +385,14 @@ def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monke
     row = OUTPUTS[name]
     for field in OPTIONAL:
         if told(row, field):
-            lost = {field: DEFAULTS[field]} | ({"in_loops": "same"} if field == "own" else {})
-            monkeypatch.setitem(OUTPUTS, name, replace(row, **lost))
+            monkeypatch.setitem(OUTPUTS, name, replace(row, **{field: DEFAULTS[field]}))
             with pytest.raises((AssertionError, TypeError, DerivationError, pytest.fail.Exception)):
                 CHECKS[field](name)
             monkeypatch.setitem(OUTPUTS, name, row)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("check", [lacks, cubic, depends, unasked])
+@pytest.mark.parametrize("check", [may_fail, cubic, depends, default_in])
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_what_a_row_does_not_say_is_not_so(name: str, check: Callable[[str], None]) -> None:
     """The other way round: a row that leaves a field alone has nothing to say there."""
@@ -394,14 +409,14 @@ def applies(name: str, field: str) -> bool:
     """Whether the scene of a check has the output."""
     row = OUTPUTS[name]
     if field == "cubic":
-        return not row.loops_only and row.exists(chain(4)) and row.unasked <= Unasked.WRITTEN
-    return field == "lacks" or row.exists(looked(name, scene("four_bar")))
+        return of_trees(name) and row.exists(chain(4)) and row.is_default_in("generate")
+    return field == "may_fail" or row.exists(looked(name, scene("four_bar")))
 
 
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.formulations])
 def test_formulations_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> None:
     one = looked(name, scene("puma560"))
-    if OUTPUTS[name].loops_only or not OUTPUTS[name].exists(one):
+    if not of_trees(name) or not OUTPUTS[name].exists(one):
         return
     w = Workspace(one)
     size = len(reachable(derive_one(w, request(name, one), "lagrange").entries))
@@ -413,8 +428,8 @@ def test_formulations_that_grow_fast_are_not_tried_for_six_coordinates(name: str
 SAYING = [
     (field.name, name, way, closed)
     for name, row in OUTPUTS.items()
-    for closed in ([False] if row.own is None else [False, True])
-    for way, formulation in (row.where_closed.formulations if closed else row.formulations).items()
+    for closed in ([False, True] if isinstance(row.when_constrained, Constrained) else [False])
+    for way, formulation in (row.constrained.formulations if closed else row.formulations).items()
     for field in fields(Formulation)
     if field.default is not MISSING and getattr(formulation, field.name) != field.default
 ]
@@ -429,9 +444,9 @@ def trees_only(name: str, way: str, closed: bool) -> None:
 
 def up_to(name: str, way: str, closed: bool) -> None:
     """A formulation beyond what it pays for is not compared, and its formulas are no shorter."""
-    row = OUTPUTS[name].where_closed if closed else OUTPUTS[name]
+    row = OUTPUTS[name].constrained if closed else OUTPUTS[name]
     most = min(8, row.formulations[way].up_to)
-    one = read_text(starter("row", "n_four_bar", 5)) if closed or row.loops_only else chain(int(most) + 1)
+    one = read_text(starter("row", "n_four_bar", 5)) if closed or not of_trees(name) else chain(int(most) + 1)
     w = at_work(name, one)
     asked = request(name, w.scene)
     assert way not in Candidates(w, asked).names, way
@@ -463,10 +478,9 @@ def test_a_formulation_that_loses_a_field_fails_the_check_of_this_field(
     check(name, way, closed)
     row = OUTPUTS[name]
     default = next(one.default for one in fields(Formulation) if one.name == field)
-    formulations = row.own.formulations if closed else row.formulations
+    formulations = (row.constrained if closed else row).formulations
     lost = {**formulations, way: replace(formulations[way], **{field: default})}
-    other = replace(row, own=replace(row.own, formulations=lost)) if closed else replace(row, formulations=lost)
-    monkeypatch.setitem(OUTPUTS, name, other)
+    monkeypatch.setitem(OUTPUTS, name, with_formulations(row, lost, closed))
     with pytest.raises(AssertionError, match=way):
         check(name, way, closed)
 
@@ -496,10 +510,11 @@ def test_each_formulation_is_derived_once_and_loops_are_closed_once(monkeypatch:
         formulations_of = {way: counted(name, way, formulation) for way, formulation in row.formulations.items()}
         of_loops = {
             way: counted(name, f"closed {way}", formulation)
-            for way, formulation in row.where_closed.formulations.items()
+            for way, formulation in row.constrained.formulations.items()
         }
-        own = row.own and replace(row.own, formulations=of_loops)
-        monkeypatch.setitem(OUTPUTS, name, replace(row, formulations=formulations_of, own=own))
+        known = with_formulations(row, formulations_of, closed=False)
+        own = isinstance(row.when_constrained, Constrained)
+        monkeypatch.setitem(OUTPUTS, name, with_formulations(known, of_loops, closed=True) if own else known)
     monkeypatch.setattr(Numbers, "decided", closes)
 
     assert certify(scene("four_bar")).passed
@@ -526,11 +541,10 @@ def test_a_fault_in_any_one_formulation_fails_the_certificate(name: str, monkeyp
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
     one = next(one for one in (looked(name, each) for each in some) if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
-    known = row.where_closed if one.is_closed else row
+    known = row.constrained if one.is_closed else row
     for way in formulations_of(request(name, one), one):
         wrong = {**known.formulations, way: faulty(known.formulations[way])}
-        closed = replace(row, own=replace(row.own, formulations=wrong)) if row.own and one.is_closed else None
-        monkeypatch.setitem(OUTPUTS, name, closed or replace(row, formulations=wrong))
+        monkeypatch.setitem(OUTPUTS, name, with_formulations(row, wrong, one.is_closed))
         assert not certify(one, (request(name, one),)).passed, way
 
 

@@ -31,10 +31,22 @@ def test_a_measure_is_that_of_the_rows_of_a_run() -> None:
     scene = symdyn.example("two_link")
     texts = ["max(abs(M2))", "end(q1) - 2*start(q2_dot)/m1", "when_max(q1)", "rms(q2)", "mean(q1_ddot)"]
     forces = "M2=-0.3*q2_dot+0.1*t"
-    runs = symdyn.ensemble(scene, forces, 2.0, START, {"q2": 0.4}, VALUES, texts, method="taylor", workers=2)
+    runs = symdyn.ensemble(
+        scene,
+        forces=forces,
+        until=2.0,
+        start=START,
+        start_rates={"q2": 0.4},
+        values=VALUES,
+        measures=texts,
+        method="taylor",
+        workers=2,
+    )
     for k in range(3):
         values = VALUES | {"m1": VALUES["m1"][k]}
-        one = symdyn.simulate(scene, forces, 2.0, {"q1": START["q1"][k]}, {"q2": 0.4}, values=values)
+        one = symdyn.simulate(
+            scene, forces=forces, until=2.0, start={"q1": START["q1"][k]}, start_rates={"q2": 0.4}, values=values
+        )
         np.testing.assert_allclose(runs.q[k], one.q[-1], atol=1e-7)
         span = np.trapezoid(np.ones_like(one.t), one.t)
         expected = [
@@ -189,11 +201,11 @@ def test_a_run_that_leaves_what_doubles_hold_does_not_end_the_others() -> None:
     drive = next(one for one in scene.drives if one)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        runs = symdyn.ensemble(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": [0.1, 2.5, 0.2]})
+        runs = symdyn.ensemble(scene, forces=f"{drive}=1/(2-q1)", until=3.0, start={"q1": [0.1, 2.5, 0.2]})
     assert ENDED in runs.codes
     assert np.isfinite(runs.q[runs.codes == ENDED]).all()
     assert all(runs.told[k] for k in np.flatnonzero(runs.codes != ENDED).tolist())
-    one = symdyn.simulate(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": 0.1}, rtol=1e-9, say=str)
+    one = symdyn.simulate(scene, forces=f"{drive}=1/(2-q1)", until=3.0, start={"q1": 0.1}, rtol=1e-9, say=str)
     np.testing.assert_allclose(runs.q[0], one.q[-1], atol=1e-6)
 
 
@@ -218,9 +230,9 @@ def test_a_table_of_forces_is_followed_run_by_run() -> None:
     scene = bound("pendulum")
     drive = next(one for one in scene.drives if one)
     t = np.linspace(0, 1, 11)
-    runs = symdyn.ensemble(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": [0.0, 0.1]})
+    runs = symdyn.ensemble(scene, forces={drive: (t, np.sin(t))}, until=1.0, start={"q1": [0.0, 0.1]})
     assert runs.about["method"] == "one by one"
-    one = symdyn.simulate(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": 0.1}, rtol=1e-9)
+    one = symdyn.simulate(scene, forces={drive: (t, np.sin(t))}, until=1.0, start={"q1": 0.1}, rtol=1e-9)
     np.testing.assert_array_equal(runs.q[1], one.q[-1])
 
 
@@ -259,7 +271,7 @@ def test_an_interrupt_keeps_what_is_done(words: list[str]) -> None:
 def test_a_stiff_system_is_left_to_implicit_methods() -> None:
     scene = bound("pendulum")
     drive = next(one for one in scene.drives if one)
-    runs = symdyn.ensemble(scene, f"{drive}=-1e6*q1_dot", until=10.0, start={"q1": [0.1, 0.2]})
+    runs = symdyn.ensemble(scene, forces=f"{drive}=-1e6*q1_dot", until=10.0, start={"q1": [0.1, 0.2]})
     assert runs.about["method"] == "one by one"
     assert any("stiff" in note for note in runs.notes)
     assert runs.codes.tolist() == [ENDED] * 2
@@ -350,4 +362,4 @@ def test_runs_of_31_digits_are_an_ensemble_of_doubles(asked: dict[str, Any]) -> 
 )
 def test_a_method_that_applies_to_no_run_is_told_once(asked: dict[str, Any], words: str) -> None:
     with pytest.raises(MethodError, match=words):
-        symdyn.ensemble(bound("double_pendulum"), "tau1=abs(q1)", until=1.0, start={"q1": [0.1, 0.2]}, **asked)
+        symdyn.ensemble(bound("double_pendulum"), forces="tau1=abs(q1)", until=1.0, start={"q1": [0.1, 0.2]}, **asked)

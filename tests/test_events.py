@@ -118,7 +118,7 @@ def test_a_formula_passes_zero_by_every_method_when_the_closed_form_says() -> No
             if method in COARSE and name in FINE:
                 continue
             begin = {"start": {"x": one.x0}, "start_rates": {"x_dot": one.v}, "values": one.values}
-            run = simulate(scene, FORCE, one.until, method=method, stops="x - c", say=str, **begin)
+            run = simulate(scene, forces=FORCE, until=one.until, method=method, stops="x - c", say=str, **begin)
             found += wrong(name, one, run.t[-1], bool(run.events), method)
             assert run.t[-1] == (run.events[-1].t if run.events else one.until)
     assert found == []
@@ -147,7 +147,7 @@ def test_a_limit_is_passed_at_its_own_time_by_every_method() -> None:
             if not one.limit or (method in COARSE and name in FINE):
                 continue
             begin = {"start": {"x": one.x0}, "start_rates": {"x_dot": one.v}, "values": one.values}
-            run = simulate(scenes[one.limit], FORCE, one.until, method=method, say=str, **begin)
+            run = simulate(scenes[one.limit], forces=FORCE, until=one.until, method=method, say=str, **begin)
             found += wrong(name, one, run.t[-1], bool(run.events), method)
             if run.events and method not in COARSE:
                 assert run["x"][-1] == pytest.approx(one.c, abs=1e-12)
@@ -159,7 +159,7 @@ def test_a_limit_is_passed_at_its_own_time_by_every_method() -> None:
 def test_a_limit_that_is_left_at_the_start_is_passed_there() -> None:
     begin = {"start": {"x": 2.0}, "start_rates": {"x_dot": 1e-3}, "values": Flight(2.0, 1e-3, 2.0, 0.0).values}
     for method in ("taylor", "dop853"):
-        run = simulate(block('{ upper = "c" }'), FORCE, 1.0, method=method, say=str, **begin)
+        run = simulate(block('{ upper = "c" }'), forces=FORCE, until=1.0, method=method, say=str, **begin)
         assert run.events[-1].t == run.t[-1] == 0.0
 
 
@@ -177,8 +177,8 @@ def test_ensembles_end_their_runs_when_the_closed_form_says(method: str | None) 
             some = {name: one for name, one in flights.items() if one.until == until}
             values = {key: np.array([one.values[key] for one in some.values()]) for key in (*COEFFICIENTS, "c")}
             runs = ensemble(
-                block(limits), FORCE, until, {"x": np.array([one.x0 for one in some.values()])},
-                {"x_dot": np.array([one.v for one in some.values()])}, values, method=method,
+                block(limits), forces=FORCE, until=until, start={"x": np.array([one.x0 for one in some.values()])},
+                start_rates={"x_dot": np.array([one.v for one in some.values()])}, values=values, method=method,
                 stops=() if limits else "x - c",
             )  # fmt: skip
             for k, (name, one) in enumerate(some.items()):
@@ -200,7 +200,16 @@ def test_a_sweep_ends_its_runs_when_the_closed_form_says() -> None:
 @pytest.mark.parametrize("method", LOOKING)
 def test_every_zero_of_a_formula_in_time_alone_is_reported(method: str) -> None:
     """Steps of eight seconds would look at whole turns alone."""
-    run = simulate(block(), FORCE, 8.0, {"x": 0}, {"x_dot": 0}, method, reports="sin(2*pi*t) - 0.5", say=str)
+    run = simulate(
+        block(),
+        forces=FORCE,
+        until=8.0,
+        start={"x": 0},
+        start_rates={"x_dot": 0},
+        method=method,
+        reports="sin(2*pi*t) - 0.5",
+        say=str,
+    )
     known = sorted([k + part for k in range(8) for part in (1 / 12, 5 / 12)])
     assert [event.t for event in run.events] == pytest.approx(known, abs=1e-9)
 
@@ -225,7 +234,16 @@ ROUNDING = "phi**3 - 3*phi**2 + 3*phi - 1 - 1e-18"
 
 
 def turning(method: str, until: float, rate: float, phi: float = 0.0, **events: str) -> Trajectory:
-    return simulate(read_text(DISC), {}, until, {"phi": phi}, {"phi_dot": rate}, method, say=str, **events)
+    return simulate(
+        read_text(DISC),
+        forces={},
+        until=until,
+        start={"phi": phi},
+        start_rates={"phi_dot": rate},
+        method=method,
+        say=str,
+        **events,
+    )
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
@@ -258,8 +276,8 @@ def test_an_event_is_told_whose_run_ends_by_what_doubles_hold(method: str) -> No
     """The steps of such a run are taken twice."""
     values = dict.fromkeys(COEFFICIENTS, 9.0) | {"c": 0.0, "kx": 1e4 + 9}
     run = simulate(
-        block(), FORCE, 20.0, {"x": 1}, {"x_dot": 0.5}, method, values=values, say=str,
-        reports=("x - 1e138", "1e138 - x"),
+        block(), forces=FORCE, until=20.0, start={"x": 1}, start_rates={"x_dot": 0.5}, method=method,
+        values=values, say=str, reports=("x - 1e138", "1e138 - x"),
     )  # fmt: skip
     known = (138 * math.log(10) - math.log((1 + 0.005) / 2)) / 100
     assert [event.t for event in run.events] == pytest.approx([known, known], abs=1e-7)
@@ -288,9 +306,9 @@ def test_a_formula_without_a_real_value_for_a_while_passes_zero_where_it_has_one
     formula, one, known = UNREAL[name]
     for method in LOOKING:
         begin = {"start": {"x": one.x0}, "start_rates": {"x_dot": one.v}, "values": one.values}
-        run = simulate(block(), FORCE, one.until, method=method, reports=formula, say=str, **begin)
+        run = simulate(block(), forces=FORCE, until=one.until, method=method, reports=formula, say=str, **begin)
         assert [e.t for e in run.events] == pytest.approx(known, abs=10 * COARSE.get(method, 1e-10)), method
-        run = simulate(block(), FORCE, one.until, method=method, stops=formula, say=str, **begin)
+        run = simulate(block(), forces=FORCE, until=one.until, method=method, stops=formula, say=str, **begin)
         assert run.t[-1] == pytest.approx([*known, one.until][0], abs=10 * COARSE.get(method, 1e-10)), method
 
 
@@ -304,8 +322,8 @@ def test_ensembles_end_their_runs_where_a_formula_has_a_real_value(method: str |
     ):
         values = {name: np.full(3, 9.0) for name in COEFFICIENTS}
         runs = ensemble(
-            block(), FORCE, 4.0, {"x": np.array([-1.0, -0.5, -2.0])}, {"x_dot": np.ones(3)}, values, method=method,
-            stops=formula,
+            block(), forces=FORCE, until=4.0, start={"x": np.array([-1.0, -0.5, -2.0])}, values=values,
+            start_rates={"x_dot": np.ones(3)}, method=method, stops=formula,
         )  # fmt: skip
         assert runs.t == pytest.approx(np.array(known), abs=1e-7), formula
 

@@ -64,7 +64,7 @@ def test_gains_are_the_formula_that_they_say(method: str) -> None:
     formula = "F=0.5-3*(x-0.1)+40*theta-5*x_dot+8*theta_dot"
 
     run = simulate(CART, until=0.5, start=start, feedback=gains(K, x0={"x": 0.1}, u0={"F": 0.5}), method=method)
-    same = simulate(CART, formula, until=0.5, start=start, method="dop853", rtol=1e-12)
+    same = simulate(CART, forces=formula, until=0.5, start=start, method="dop853", rtol=1e-12)
 
     assert run.method == method
     assert run.complete
@@ -75,14 +75,14 @@ def test_gains_are_the_formula_that_they_say(method: str) -> None:
 
 
 def test_forces_beside_a_controller_are_added() -> None:
-    run = simulate(BLOCK, "F=1", until=1.0, feedback=lambda t, q, u: -0.25)
+    run = simulate(BLOCK, forces="F=1", until=1.0, feedback=lambda t, q, u: -0.25)
 
     assert np.allclose(run["F"], 0.75, atol=1e-15)
     assert run.q[-1, 0] == pytest.approx(0.5 - 1 + 0.75 / 4, abs=1e-12)
 
 
 def test_a_regulator_holds_the_pole_upright_all_the_time_and_sampled() -> None:
-    system = symdyn.linearize(CART, {"theta": "0"})
+    system = symdyn.linearize(CART, start={"theta": "0"})
 
     for found, more in ((lqr(system), {}), (lqr(system, period=0.02), {"delay": 0.005})):
         run = simulate(CART, until=10.0, start={"theta": "0.1"}, feedback={**found.gains(), **more})
@@ -99,7 +99,7 @@ def test_a_regulator_brings_a_free_body_and_a_four_bar_back() -> None:
         (BODY, {"e0": "0.6", "e1": "0.8"}, {}, {"x": "0.1"}),
         (FOUR_BAR, point, "M=20", start),
     ):
-        system = symdyn.linearize(scene, at, forces=forces)
+        system = symdyn.linearize(scene, start=at, forces=forces)
         run = simulate(scene, until=15.0, start={**at, **begun}, feedback=lqr(system).gains())
 
         assert run.complete

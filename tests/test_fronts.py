@@ -6,13 +6,15 @@ import ast
 import inspect
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 from test_layers import ROOT, modules, offered
+
+from symdyn.simulation import Problem, Run
 
 BUDGETS = tomllib.loads((Path(__file__).parent / "packages.toml").read_text(encoding="utf-8"))
 FRONTS = {f"symdyn.{name}": most for name, most in BUDGETS["names"].items()}
@@ -79,6 +81,27 @@ def test_a_name_that_is_offered_is_there_and_says_what_it_is(front: str) -> None
     assert [
         name for name, one in found.items() if inspect.isfunction(one) or inspect.isclass(one) if not one.__doc__
     ] == []
+
+
+def parameters(function: Callable[..., object]) -> int:
+    """Return how many parameters a function has beside those that are a problem's or a run's."""
+    shared = {"scene", *Problem.Fields.__annotations__, *Run.Fields.__annotations__}
+    return len([name for name in inspect.signature(function).parameters if name not in shared])
+
+
+@pytest.mark.parametrize("front", sorted(FRONTS.keys() - {"symdyn.cli"}))
+def test_a_public_function_has_few_parameters(front: str) -> None:
+    """Nine, or as many as it has today."""
+    found = {name: getattr(import_module(front), name) for name in offered(front)}
+    most = BUDGETS["parameters"]
+    many = {
+        name: count
+        for name, one in found.items()
+        if inspect.isfunction(one)
+        if (count := parameters(one)) > most.get(f"{front.removeprefix('symdyn.')}.{name}", most["others"])
+    }
+
+    assert many == {}
 
 
 def test_fewer_names_cross_packages() -> None:

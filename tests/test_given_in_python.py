@@ -44,8 +44,8 @@ TABLES = {
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("forces", FORCES.values(), ids=FORCES)
 def test_forces_are_the_same_whatever_they_are_given_as(scene: Scene, forces: object) -> None:
-    words = simulate(scene, ["tau1=2*sin(t)-q1", "tau2=0.3"], until=1.0, method="dop853")
-    run = simulate(scene, forces, until=1.0, method="dop853")  # type: ignore[arg-type]
+    words = simulate(scene, forces=["tau1=2*sin(t)-q1", "tau2=0.3"], until=1.0, method="dop853")
+    run = simulate(scene, forces=forces, until=1.0, method="dop853")  # type: ignore[arg-type]
 
     assert np.abs(run.q - words.q).max() < 1e-12
     assert np.abs(run.tau - words.tau).max() < 1e-12
@@ -54,8 +54,8 @@ def test_forces_are_the_same_whatever_they_are_given_as(scene: Scene, forces: ob
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("forces", TABLES.values(), ids=TABLES)
 def test_forces_over_time_are_interpolated(scene: Scene, forces: object) -> None:
-    words = simulate(scene, {"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, method="dop853")
-    run = simulate(scene, forces, until=1.0, method="dop853")  # type: ignore[arg-type]
+    words = simulate(scene, forces={"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, method="dop853")
+    run = simulate(scene, forces=forces, until=1.0, method="dop853")  # type: ignore[arg-type]
     assert np.abs(run.q - words.q).max() < 1e-6
     assert not run.notes
 
@@ -63,7 +63,7 @@ def test_forces_over_time_are_interpolated(scene: Scene, forces: object) -> None
 @pytest.mark.runs("cc")
 def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Scene) -> None:
     pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
-    words = simulate(scene, {"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, every=0.005, method="dop853")
+    words = simulate(scene, forces={"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, every=0.005, method="dop853")
     frame = pandas.DataFrame({"t": T, "tau1": 2 * np.sin(T), "tau2": 0.3, "note": "x"})
     given = [
         frame,
@@ -73,7 +73,7 @@ def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Sce
         words,
     ]
     for forces in given:
-        assert np.abs(simulate(scene, forces, until=1.0, method="dop853", every=0.005).q - words.q).max() < 1e-6
+        assert np.abs(simulate(scene, forces=forces, until=1.0, method="dop853", every=0.005).q - words.q).max() < 1e-6
 
     with pytest.raises(SimulateError, match=r"^forces: DataFrame has neither a column nor an index t, the times in s$"):
         read_forces(scene, frame.drop(columns="t"))
@@ -89,20 +89,20 @@ def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Sce
 def test_implicit_methods_follow_functions(scene: Scene, method: str) -> None:
     if method != "radau":
         pytest.importorskip("sksundae")
-    words = simulate(scene, ["tau1=2*sin(t)-9*q1"], until=1.0, method="dop853")
-    run = simulate(scene, {"tau1": lambda t, q, u: 2 * math.sin(t) - 9 * q[0]}, until=1.0, method=method)
+    words = simulate(scene, forces=["tau1=2*sin(t)-9*q1"], until=1.0, method="dop853")
+    run = simulate(scene, forces={"tau1": lambda t, q, u: 2 * math.sin(t) - 9 * q[0]}, until=1.0, method=method)
     assert np.abs(run.q - words.q).max() < 1e-5
 
 
 @pytest.mark.runs("cc")
 def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Scene) -> None:
     feedback = symdyn.simulation.Feedback(lambda t, q, u: -2 * u[0], ("tau1",), period=0.1)
-    words = simulate(scene, {"tau1": "sin(t)"}, until=1.0, feedback=feedback)
-    run = simulate(scene, {"tau1": math.sin}, until=1.0, feedback=feedback)
+    words = simulate(scene, forces={"tau1": "sin(t)"}, until=1.0, feedback=feedback)
+    run = simulate(scene, forces={"tau1": math.sin}, until=1.0, feedback=feedback)
     assert np.abs(run["tau1"] - words["tau1"]).max() < 1e-7
 
     said: list[str] = []
-    simulate(scene, {"tau1": math.sin}, until=0.1, say=said.append)
+    simulate(scene, forces={"tau1": math.sin}, until=0.1, say=said.append)
     assert "no Taylor method: a force is a function" in said[0]
 
 
@@ -147,9 +147,9 @@ def test_a_function_that_fails_is_told_by_its_name_and_what_came_before_stands(s
         (lambda t: [1, 2], r"forces: tau1: the function returned numbers of shape \(2,\) at t = 0 s"),
     ):
         with pytest.raises(SimulateError, match=words):
-            simulate(scene, {"tau1": function}, until=1.0)
+            simulate(scene, forces={"tau1": function}, until=1.0)
     with pytest.warns(RuntimeWarning, match="the function raised ValueError: late at t = 0.5"):
-        run = simulate(scene, {"tau1": _late}, until=1.0)
+        run = simulate(scene, forces={"tau1": _late}, until=1.0)
     assert 0.3 < run.t[-1] <= 0.5
 
 
@@ -163,7 +163,7 @@ def test_doors_that_differentiate_refuse_functions(scene: Scene) -> None:
     with pytest.raises(LinearizeError, match="tau1: a function has no derivatives; write a formula"):
         symdyn.linearize(scene, forces=read_forces(scene, {"tau1": math.sin}))
     with pytest.raises(SimulateError, match="tau1: a function has no derivatives; write a formula"):
-        symdyn.sensitivity(scene, {"tau1": math.sin})
+        symdyn.sensitivity(scene, forces={"tau1": math.sin})
 
 
 LAWS = {
@@ -230,5 +230,5 @@ def test_a_mistake_beside_forces_is_one_error(scene: Scene, given: dict[str, obj
 
 def test_every_mistake_of_a_call_is_told_at_once(scene: Scene) -> None:
     with pytest.raises(SimulateError) as caught:
-        simulate(scene, {"tau9": 1}, start={"q9": 1}, until=-1.0, method="dopri", stops="q7")
+        simulate(scene, forces={"tau9": 1}, start={"q9": 1}, until=-1.0, method="dopri", stops="q7")
     assert len(caught.value.faults) == 5, caught.value

@@ -60,7 +60,7 @@ def test_a_small_swing_depends_on_its_length_as_the_cosine_of_its_phase_says() -
 
 
 def ends(scene: Scene, start: Start, until: float, forces: str) -> np.ndarray:
-    run = simulate(scene, forces, until=until, every=until, start=start, method="dop853", rtol=1e-12)
+    run = simulate(scene, forces=forces, until=until, every=until, start=start, method="dop853", rtol=1e-12)
     return np.concatenate([run.q[-1], run.qd[-1]])
 
 
@@ -76,7 +76,7 @@ def test_gradients_of_trees_are_differences_of_runs(name: str, forces: str, para
     known = [p.name for p in scene.parameters]
     asked = [parameter] if parameter in known else known[:1]
 
-    found = sensitivity(scene, forces, until, start, parameters=asked)
+    found = sensitivity(scene, forces=forces, until=until, start=start, parameters=asked)
 
     for column, key in enumerate(found.columns):
         pair = []
@@ -240,9 +240,9 @@ def test_what_has_no_gradient_is_told() -> None:
     with pytest.raises(SimulateError, match=r"b = 0 decides which terms .* give a value next to that, such as 1e-9"):
         sensitivity(pendulum, until=1.0, values={"b": 0}, parameters=["b"])
     with pytest.raises(SimulateError, match=r"a force with sign jumps, .* write a steep tanh"):
-        sensitivity(cart, "F=-sign(x_dot)", until=1.0)
+        sensitivity(cart, forces="F=-sign(x_dot)", until=1.0)
     with pytest.raises(SimulateError, match=r"the run cannot go on after t = 0\.\d+ s|no finite value|cannot go on"):
-        sensitivity(cart, "F=x_dot**3 + 10", until=10.0)
+        sensitivity(cart, forces="F=x_dot**3 + 10", until=10.0)
 
 
 class WaitedError(Exception):

@@ -309,7 +309,7 @@ def test_the_verb_prints_tables_and_one_json_object(tmp_path: Path, capsys: Capt
 
     assert main(["identify", scene, str(file), "--friction", "viscous, coulomb", "--hold-back", "0.25"]) == 0
     out = capsys.readouterr().out
-    assert "base parameters of scara" in out
+    assert "Base parameters of scara" in out
     assert "condition number" in out
     assert main(["identify", scene, str(file), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["result"]

@@ -14,6 +14,7 @@ from symdyn.identification.regression import Rows
 from symdyn.linear.prepared import prepared
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
+from symdyn.simulation import Problem
 
 
 @pytest.mark.parametrize("hardly", [False, True], ids=["told", "hardly told"])
@@ -102,7 +103,7 @@ def test_outputs_that_drives_and_inputs_act_on_at_once_have_formulas(tmp_path: A
     """D of formulas is D of numbers, by differences too."""
     (tmp_path / "two.toml").write_text(TWO_DRIVES)
     scene = symdyn.read(tmp_path / "two.toml")
-    asked = prepared(scene, outputs=["one", "two"])
+    asked = prepared(Problem(scene), outputs=["one", "two"])
     found = settled(asked, asked.at(np.zeros(3), np.zeros(3)))
     formulas = symbolic(asked, found)
 

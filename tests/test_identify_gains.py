@@ -301,7 +301,7 @@ def test_the_verb_prints_gains_and_writes_them(tmp_path: Path, capsys: Capture) 
 
     assert main([*words, "-o", str(page), "-o", str(table)]) == 0
     out = capsys.readouterr().out
-    assert "gains of drives" in out
+    assert "Gains of drives" in out
     assert "N m/A" in out
     assert "Gains of drives" in page.read_text()
     assert "--payload &#x27;load*.csv:link2:mass=2&#x27;" in page.read_text()

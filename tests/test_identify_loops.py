@@ -18,7 +18,7 @@ CASES = {"four_bar": {"m3": 4.5}, "slider_crank": {"m3": 0.6, "k": 36.0}}
 
 def log(name: str) -> dict[str, np.ndarray]:
     scene = bind(symdyn.example(name), CASES[name])
-    run = symdyn.simulate(scene, "M=3*sin(4*t)+2*cos(1.3*t)", until=4, every=0.004)
+    run = symdyn.simulate(scene, forces="M=3*sin(4*t)+2*cos(1.3*t)", until=4, every=0.004)
     return {column: np.array(run[column]) for column in ("t", *scene.coordinates, "M")}
 
 

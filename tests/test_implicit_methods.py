@@ -23,7 +23,7 @@ RUBBING = "F=-5*tanh(x_dot/1e-4) + 8*sin(t)"
 
 def cart(until: float, **more: object):
     scene = read(EXAMPLES / "cart_pole.toml")
-    return simulate(scene, RUBBING, until, {"theta": "0.5"}, method="radau", every=until, **more)  # type: ignore[arg-type]
+    return simulate(scene, forces=RUBBING, until=until, start={"theta": "0.5"}, method="radau", every=until, **more)  # type: ignore[arg-type]
 
 
 def test_exact_derivatives_are_made_for_long_runs_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,7 +29,7 @@ def cart() -> Scene:
 
 
 def test_a_run_has_columns_of_inputs_and_outputs(cart):
-    run = symdyn.simulate(cart, "u=12*sin(t)", until=1.0, reports=["point_tip_x - 0.1", "way + pull/100"])
+    run = symdyn.simulate(cart, forces="u=12*sin(t)", until=1.0, reports=["point_tip_x - 0.1", "way + pull/100"])
     found = symdyn.load(cart)
     told = found.outputs(run.q, run.qd, np.zeros_like(run.qd), run["u"][:, None])
 
@@ -43,17 +43,19 @@ def test_a_run_has_columns_of_inputs_and_outputs(cart):
 
 
 def test_energy_balances_where_the_motor_works(cart):
-    assert symdyn.simulate(cart, "u=12*sin(t)", until=1.0).monitors["energy"] < 1e-10
+    assert symdyn.simulate(cart, forces="u=12*sin(t)", until=1.0).monitors["energy"] < 1e-10
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "bdf"])
 def test_formulas_tables_functions_and_controllers_give_the_same_motion(cart, method):
     t = np.linspace(0, 0.5, 2001)
     ways = [{"u": "3 + 2*t"}, {"u": (t, 3 + 2 * t)}, {"u": lambda t: 3 + 2 * t}]
-    runs = [symdyn.simulate(cart, one, until=0.5, method=method) for one in ways[: 1 if method == "taylor" else None]]
+    runs = [
+        symdyn.simulate(cart, forces=one, until=0.5, method=method) for one in ways[: 1 if method == "taylor" else None]
+    ]
     if method != "taylor":
         runs.append(symdyn.simulate(cart, until=0.5, method=method, feedback=lambda t, q, u: 3 + 2 * t))
-    right = symdyn.simulate(cart, "u = 3 + 2*t", until=0.5, rtol=1e-13, method="dop853")
+    right = symdyn.simulate(cart, forces="u = 3 + 2*t", until=0.5, rtol=1e-13, method="dop853")
     for run in runs:
         np.testing.assert_allclose(run.q[-1], right.q[-1], rtol=1e-6)
         np.testing.assert_allclose(run["u"], 3 + 2 * run.t, rtol=1e-9)
@@ -61,14 +63,14 @@ def test_formulas_tables_functions_and_controllers_give_the_same_motion(cart, me
 
 def test_an_input_that_nobody_gives_is_what_the_scene_says():
     scene = read_text(CART.replace('unit = "V"', 'unit = "V"\nvalue = "3/2"'), "cart.toml")
-    given = symdyn.simulate(scene, "u=1.5", until=0.2)
+    given = symdyn.simulate(scene, forces="u=1.5", until=0.2)
     usual = symdyn.simulate(scene, until=0.2)
     np.testing.assert_allclose(usual.q, given.q, rtol=1e-13)
     assert set(usual["u"]) == {1.5}
 
 
 def test_what_simulate_writes_inverse_reads(cart, tmp_path):
-    run = symdyn.simulate(cart, "u=5*cos(3*t)", until=0.5, every=0.05)
+    run = symdyn.simulate(cart, forces="u=5*cos(3*t)", until=0.5, every=0.05)
     run.to_csv(tmp_path / "run.csv")
     back = symdyn.inverse(cart, str(tmp_path / "run.csv"), run.t)
     other = symdyn.inverse(cart, str(tmp_path / "run.csv"), run.t, forces="u = 0")
@@ -90,20 +92,20 @@ def test_what_simulate_writes_inverse_reads(cart, tmp_path):
 )
 def test_what_is_wrong_with_what_is_given_is_told(cart, forces, message):
     with pytest.raises(symdyn.SymdynError, match=message):
-        symdyn.simulate(cart, forces, until=0.1)
+        symdyn.simulate(cart, forces=forces, until=0.1)
 
 
 def test_an_array_over_a_coordinate_t_is_a_course(cart):
     xarray = pytest.importorskip("xarray")
     course = xarray.DataArray([0.0, 1.0], coords={"t": [0.0, 0.5]}, dims="t")
-    run = symdyn.simulate(cart, {"u": course}, until=0.5)
+    run = symdyn.simulate(cart, forces={"u": course}, until=0.5)
     np.testing.assert_allclose(run["u"], 2 * run.t, atol=1e-12)
     with pytest.raises(symdyn.SymdynError, match=r"forces: u: .* is no course over time"):
-        symdyn.simulate(cart, {"u": xarray.DataArray([0.0, 1.0], dims="s")}, until=0.5)
+        symdyn.simulate(cart, forces={"u": xarray.DataArray([0.0, 1.0], dims="s")}, until=0.5)
 
 
 def test_units_of_outputs_are_those_of_what_they_name(cart):
-    run = symdyn.simulate(cart, "u=1", until=0.1)
+    run = symdyn.simulate(cart, forces="u=1", until=0.1)
     told = {one.name: one.unit for one in run.columns}
     assert (told["way"], told["pull"]) == ("m", "N")
 
@@ -127,7 +129,7 @@ def test_inverse_takes_inputs_alone():
 
 def test_linear_systems_have_them_as_inputs_and_outputs(cart):
     feedback = "-2*theta + 1/2"
-    one = symdyn.linearize(cart, at={"theta": "0.2"}, forces={"u": feedback}, anywhere=True)
+    one = symdyn.linearize(cart, start={"theta": "0.2"}, forces={"u": feedback}, anywhere=True)
 
     def rates(z, w):
         return np.concatenate([z[2:], by_hand(z[:2], z[2:], -2 * z[1] + 0.5 + w)[0]])
@@ -146,14 +148,14 @@ def test_linear_systems_have_them_as_inputs_and_outputs(cart):
 
 
 def test_gains_drive_an_input(cart):
-    gains = lqr(symdyn.linearize(cart, at={"theta": "0"}), {"x": 1, "theta": 10}).gains()
+    gains = lqr(symdyn.linearize(cart, start={"theta": "0"}), {"x": 1, "theta": 10}).gains()
     run = symdyn.simulate(cart, until=12.0, start={"x": "0.1", "theta": "0.2"}, feedback=gains)
     assert gains["inputs"] == ["u"]
     assert abs(run.q[-1]).max() < 0.01
 
 
 def test_systems_along_a_run_keep_its_inputs(cart):
-    run = symdyn.simulate(cart, "u=3*sin(t)", until=0.4, every=0.2)
+    run = symdyn.simulate(cart, forces="u=3*sin(t)", until=0.4, every=0.2)
     found = linearize_along(cart, run)
     for one, volt in zip(found, run["u"], strict=True):
         assert one.point.inputs == pytest.approx([volt])
@@ -161,10 +163,10 @@ def test_systems_along_a_run_keep_its_inputs(cart):
 
 
 def test_outputs_of_a_linear_system_may_stand_in_one_text(cart):
-    one = symdyn.linearize(cart, at={"theta": "0"}, outputs="way, atan2(x, 1)")
+    one = symdyn.linearize(cart, start={"theta": "0"}, outputs="way, atan2(x, 1)")
     assert one.outputs.names == ("way", "atan2(x, 1)")
     with pytest.raises(symdyn.SymdynError, match=r"outputs = .*: give text or a list of texts"):
-        symdyn.linearize(cart, at={"theta": "0"}, outputs={"a": "2*way"})
+        symdyn.linearize(cart, start={"theta": "0"}, outputs={"a": "2*way"})
 
 
 # Loops
@@ -189,7 +191,7 @@ faster = "phi_ddot + 2*M*V"
 def test_outputs_of_a_closed_scene_are_the_same_in_runs_and_functions():
     text = Path("examples/four_bar.toml").read_text(encoding="utf-8") + FOUR_BAR
     scene = read_text(text, "four_bar.toml")
-    run = symdyn.simulate(scene, {"V": "3*cos(2*t)", "M": "0.1*V"}, until=0.5, every=0.1)
+    run = symdyn.simulate(scene, forces={"V": "3*cos(2*t)", "M": "0.1*V"}, until=0.5, every=0.1)
     (outputs,) = symdyn.lambdify(scene, ["outputs"], target="numpy")
     told = outputs(run.q, run.qd, run.tau, run.t, run["V"][:, None])
 

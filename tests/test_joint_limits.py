@@ -49,7 +49,7 @@ def test_every_integrator_stops_at_a_limit_and_says_which_joint_which_limit_and_
     if not importable(METHODS[method].module):
         pytest.skip(f"{METHODS[method].library} is not installed")
     with pytest.warns(RuntimeWarning, match="joint rail reaches its upper limit 1 m at t = 1") as told:
-        run = simulate(slide, "F=2", until=2.0, method=method)
+        run = simulate(slide, forces="F=2", until=2.0, method=method)
     assert "--ignore-limits" in str(told[0].message)
     assert "ignore_limits=True" in str(told[0].message)
     assert run.t[-1] == run.events[-1].t == pytest.approx(1.0, abs=1e-6)
@@ -58,7 +58,7 @@ def test_every_integrator_stops_at_a_limit_and_says_which_joint_which_limit_and_
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        on = simulate(slide, "F=2", until=2.0, method=method, ignore_limits=True)
+        on = simulate(slide, forces="F=2", until=2.0, method=method, ignore_limits=True)
     assert on.complete
     assert not on.events
     assert on["x"][-1] == pytest.approx(4.0, abs=1e-5)
@@ -68,7 +68,7 @@ def test_every_integrator_stops_at_a_limit_and_says_which_joint_which_limit_and_
 @pytest.mark.runs("cc")
 def test_limits_of_velocity_and_effort_are_told_and_a_value_of_a_parameter_moves_the_stop(slide: Scene) -> None:
     said: list[str] = []
-    run = simulate(slide, "F=5", until=2.0, method="dop853", values={"far": 3}, say=said.append)
+    run = simulate(slide, forces="F=5", until=2.0, method="dop853", values={"far": 3}, say=said.append)
 
     assert run.stopped.startswith("joint rail reaches its upper limit 1.5 m at t = 0.774596669")
     assert run.t[-1] == pytest.approx(np.sqrt(0.6))
@@ -79,11 +79,13 @@ def test_limits_of_velocity_and_effort_are_told_and_a_value_of_a_parameter_moves
 @pytest.mark.runs("cc")
 def test_a_start_beyond_a_limit_is_told_and_the_run_stops_where_the_joint_passes_it_again(slide: Scene) -> None:
     said: list[str] = []
-    run = simulate(slide, "F=-9*x", until=5.0, start={"x": "1.5"}, method="dop853", values={"far": 2}, say=said.append)
+    run = simulate(
+        slide, forces="F=-9*x", until=5.0, start={"x": "1.5"}, method="dop853", values={"far": 2}, say=said.append
+    )
     assert "rail: upper limit 1 m is passed at the start; the run goes on until the joint has come back" in said[0]
     assert run.stopped.startswith("joint rail reaches its lower limit -1 m")
 
-    run = simulate(slide, "F=-9*x", until=5.0, start={"x": "1.5"}, method="dop853", values={"far": 4}, say=print)
+    run = simulate(slide, forces="F=-9*x", until=5.0, start={"x": "1.5"}, method="dop853", values={"far": 4}, say=print)
     assert run.t[-1] == pytest.approx(np.arccos(-1 / 1.5) / 3)
 
 
@@ -92,7 +94,7 @@ def test_limits_that_are_reached_at_one_time_and_events_before_them_are_told_in_
     """v² = 4 x under a force of 2 N: 2 m/s at 1 m."""
     text = SLIDE.replace("velocity = 3", "velocity = 2")
     for force, ending in (("F=2", "upper limit 1 m"), ("F=-2", "lower limit -1 m")):
-        run = simulate(read_text(text), force, until=2.0, method="dop853", reports="x**2 - 0.25", say=print)
+        run = simulate(read_text(text), forces=force, until=2.0, method="dop853", reports="x**2 - 0.25", say=print)
         assert f"joint rail reaches its {ending} at t = " in run.stopped
         assert [event.formula for event in run.events] == ["x**2 - 0.25", f"joint rail: {ending}"]
         assert run.events[0].t == pytest.approx(np.sqrt(0.5))
@@ -104,7 +106,7 @@ def test_a_start_on_a_limit_is_none_beyond_it(slide: Scene) -> None:
     assert resting.complete
     assert not resting.notes
 
-    inwards = simulate(slide, "F=-1", until=1.0, start={"x": "1"}, method="dop853")
+    inwards = simulate(slide, forces="F=-1", until=1.0, start={"x": "1"}, method="dop853")
     assert inwards.complete
 
 
@@ -114,7 +116,7 @@ def test_a_start_on_a_limit_is_none_beyond_it(slide: Scene) -> None:
 def test_a_joint_that_a_loop_leads_stops_the_mechanism(method: str) -> None:
     if not importable(METHODS[method].module):
         pytest.skip(f"{METHODS[method].library} is not installed")
-    run = simulate(_four_bar("{ upper = 2.2 }"), "M=30", until=3.0, method=method, say=print)
+    run = simulate(_four_bar("{ upper = 2.2 }"), forces="M=30", until=3.0, method=method, say=print)
 
     assert run.stopped.startswith("joint pivot reaches its upper limit 2.2 rad at t = 0.472244")
     assert run.t[-1] == pytest.approx(0.4722443208, abs=3e-9)
@@ -128,7 +130,7 @@ def test_a_follower_has_limits_of_its_own() -> None:
         '[bodies.far_block]\nmass = 1\ncom = [0, 0, 0]\n[joints.arm]\ntype = "prismatic"\nparent = "ground"\n'
         'child = "far_block"\naxis = [0, 1, 0]\nmimic = { joint = "rail", ratio = -2 }\nlimits = { lower = -1 }\n'
     )
-    run = simulate(read_text(text), "F=5", until=2.0, method="dop853", say=print)
+    run = simulate(read_text(text), forces="F=5", until=2.0, method="dop853", say=print)
     assert run.stopped.startswith("joint arm reaches its lower limit -1 m at t = 1 s,")
     assert run["x"][-1] == pytest.approx(0.5)
 

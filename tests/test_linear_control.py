@@ -31,7 +31,7 @@ from symdyn.linear.transfer import transfers, zeros
 from symdyn.linear.weights import read_weights
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
-from symdyn.simulation import simulate
+from symdyn.simulation import Problem, simulate
 from symdyn.simulation.gradients import sensitivity
 
 pytestmark = pytest.mark.long
@@ -107,7 +107,7 @@ def test_the_bicycle_has_the_matrices_of_its_paper():
 
 @pytest.mark.long
 def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
-    make = systems(example("bicycle"), "v")
+    make = systems(Problem(example("bicycle")), "v")
     speeds = np.arange(0.0, 11.0)
     locus = root_locus("v", speeds, make)
 
@@ -189,7 +189,7 @@ def test_a_sampled_system_is_that_of_python_control(name):
 def test_both_formulations_to_a_sampled_system_meet_where_the_motion_is_steady(name, period):
     scene = example(name)
     one = linearize(scene)
-    exact, stepped = sampled(one, period), along_a_step(prepared(scene), one, period)
+    exact, stepped = sampled(one, period), along_a_step(prepared(Problem(scene)), one, period)
 
     assert_allclose(stepped.A, exact.A, atol=1e-9 * np.abs(exact.A).max())
     assert_allclose(stepped.B, exact.B, atol=1e-9)
@@ -201,7 +201,7 @@ def test_along_a_motion_a_step_is_what_sensitivities_of_a_run_are(name):
     """Two ways that share no derivative: A and B along the motion, and the flow of the run's own equations."""
     scene = example(name)
     one = linearize(scene, anywhere=True)
-    stepped, run = along_a_step(prepared(scene), one, 0.05), sensitivity(scene, until=0.05, parameters=[])
+    stepped, run = along_a_step(prepared(Problem(scene)), one, 0.05), sensitivity(scene, until=0.05, parameters=[])
     rows, columns = ([names.index(state) for state in one.states.names] for names in (run.rows, run.columns))
 
     assert_allclose(stepped.A, run.matrix[np.ix_(rows, columns)], atol=1e-10)
@@ -298,13 +298,13 @@ def test_zeros_of_several_inputs_and_outputs_are_those_of_the_whole():
 def test_a_place_of_rest_is_followed_as_a_torque_grows():
     """sin θ = P/(m g l): ω² = (g/l) cos θ, until it can hold no more."""
     scene = read_text(PENDULUM, "pendulum.toml")
-    locus = root_locus("P", np.linspace(0, 9, 7), systems(scene, "P", forces={"T": "P"}))
+    locus = root_locus("P", np.linspace(0, 9, 7), systems(Problem(scene, {"T": "P"}), "P"))
     omega = np.sqrt(9.81 * np.cos(np.arcsin(locus.values / 9.81)))
 
     assert_allclose(np.abs(locus.eigenvalues[:, 0]), omega, rtol=1e-9)
     assert not locus.critical
     with pytest.raises(LinearizeError, match="no equilibrium"):
-        systems(scene, "P", forces={"T": "P"})(9.82)
+        systems(Problem(scene, {"T": "P"}), "P")(9.82)
 
 
 PENDULUM = """
@@ -327,7 +327,7 @@ def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
     text = text.replace("[bodies.bob]", "[parameters]\nw = 1\n[bodies.spindle]\n[bodies.bob]")
     text += '[joints.shaft]\ntype = "revolute"\nparent = "ground"\nchild = "spindle"\naxis = [0, 1, 0]\n'
     text += 'coordinate = "turn"\nmotion = "w*t"\n'
-    locus = root_locus("w", np.linspace(1, 5, 9), systems(read_text(text, "hoop.toml"), "w"))
+    locus = root_locus("w", np.linspace(1, 5, 9), systems(Problem(read_text(text, "hoop.toml")), "w"))
 
     assert [one.value for one in locus.critical] == [pytest.approx(np.sqrt(9.81), rel=1e-6)]
 
@@ -335,7 +335,7 @@ def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
 def test_the_arms_of_a_governor_are_followed_as_it_turns_faster():
     """Nothing grows, and at each speed the system is the one at the arms' own steady angle."""
     scene = example("governor")
-    make = systems(scene, "w", rates={"phi": "w"})
+    make = systems(Problem(scene, start_rates={"phi": "w"}), "w")
     found = [make(w) for w in (9.0, 10.0, 11.0)]
     angles = [one.point.q[scene.coordinates.index("alpha")] for one in found]
 
@@ -350,7 +350,9 @@ def test_a_disc_rolls_upright_where_it_is_fast_enough():
     """C (C + m r²) ω² > A m g r, which is ω² > g/(3 r) of a thin disc; the letter of the speed is no parameter."""
     disc = read(DATA / "found" / "rolling_disc_zxy.toml")
     upright = {"q1": "0", "q2": "0", "q3": "0", "z": "r"}
-    locus = root_locus("s", np.linspace(1, 8, 8), systems(disc, "s", upright, {"q3": "s", "q1": "0", "q2": "0"}))
+    locus = root_locus(
+        "s", np.linspace(1, 8, 8), systems(Problem(disc, (), upright, {"q3": "s", "q1": "0", "q2": "0"}), "s")
+    )
 
     assert [(one.value, one.grows) for one in locus.critical] == [
         (pytest.approx(np.sqrt(9.81 / (3 * 0.26)), rel=1e-10), False)
@@ -366,7 +368,7 @@ def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
 
     assert_allclose(q[0], q[-1], atol=1e-12)
     assert 0.05 < np.abs(q - one.point.q).max() < 0.7
-    numbers = prepared(scene).functions.w.loops.numbers
+    numbers = prepared(Problem(scene)).functions.w.loops.numbers
     assert max(np.abs(numbers.residual(row)).max() for row in q) < 1e-9
     written = animate_modes(one, tmp_path / "mode.svg")
     assert len(written) == len([mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max() > 1e-6])
@@ -451,11 +453,11 @@ def test_ranges_are_those_of_numpy():
 
 def test_a_name_that_changes_nothing_is_told():
     with pytest.raises(LinearizeError, match=r"speed is no parameter \(they are: mc, mp, l, b, g\) and in no formula"):
-        systems(example("cart_pole"), "speed")
+        systems(Problem(example("cart_pole")), "speed")
     with pytest.raises(LinearizeError, match="x moves; a range is of a parameter"):
-        systems(example("cart_pole"), "x", forces={"F": "-x"})
+        systems(Problem(example("cart_pole"), {"F": "-x"}), "x")
     with pytest.raises(LinearizeError, match="values must be finite and increase"):
-        root_locus("b", [1.0, 0.5], systems(example("cart_pole"), "b"))
+        root_locus("b", [1.0, 0.5], systems(Problem(example("cart_pole")), "b"))
 
 
 def test_a_system_without_inputs_has_no_responses_and_no_gains():
@@ -470,7 +472,7 @@ def test_a_system_without_inputs_has_no_responses_and_no_gains():
 
 
 def test_a_table_of_responses_has_a_column_for_what_follows():
-    head, first, *_ = bode(system("cart_pole"), [1.0]).table().splitlines()
+    head, first, *_ = bode(system("cart_pole"), [1.0]).table().csv().splitlines()
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5
@@ -559,14 +561,14 @@ def test_gains_act_beside_forces_that_compensate_weight() -> None:
     arm = bind(read(ROOT / "examples" / "two_link.toml"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
     at = {"q1": "0.7", "q2": "-0.4"}
     weight = {"M1": "9.81*(1.2*sin(q1) + 0.6*sin(q1 + q2))", "M2": "9.81*0.6*sin(q1 + q2)"}
-    regulator = lqr(linearize(arm, at, forces=weight))
+    regulator = lqr(linearize(arm, start=at, forces=weight))
     assert regulator.gains()["u0"] == {"M1": 0.0, "M2": 0.0}
     assert any("--forces" in note for note in regulator.notes)
     start = {"q1": "0.8", "q2": "-0.3"}
     run = simulate(arm, until=25, start=start, forces=weight, feedback=regulator.gains(), method="dop853")
     assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
     constant = {"M1": "9.81*(1.2*sin(0.7) + 0.6*sin(0.3))", "M2": "9.81*0.6*sin(0.3)"}
-    held = lqr(linearize(arm, at, forces=constant))
+    held = lqr(linearize(arm, start=at, forces=constant))
     assert not held.notes
     run = simulate(arm, until=25, start=start, feedback=held.gains(), method="dop853")
     assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
@@ -574,5 +576,5 @@ def test_gains_act_beside_forces_that_compensate_weight() -> None:
 
 def test_gains_at_an_instant_of_a_motion_say_so() -> None:
     cart = read(ROOT / "examples" / "cart_pole.toml")
-    (note,) = lqr(linearize(cart, {"theta": "0.3"}, anywhere=True)).notes
+    (note,) = lqr(linearize(cart, start={"theta": "0.3"}, anywhere=True)).notes
     assert note.startswith("the point is neither of rest nor of a steady motion")

@@ -20,6 +20,7 @@ from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.program import Candidates
 from symdyn.scene import bind, read_text
+from symdyn.simulation import Problem
 from symdyn.simulation.equations.parametrised import opened
 
 pytestmark = pytest.mark.long
@@ -85,7 +86,7 @@ def parameters(scene: symdyn.Scene) -> dict[str, float]:
 def test_a_and_b_are_what_differences_of_the_equations_tend_to(name: str) -> None:
     scene = example(name)
     at, rates = PLAIN[name]
-    linear = symdyn.linearize(scene, at, rates, anywhere=True)
+    linear = symdyn.linearize(scene, start=at, start_rates=rates, anywhere=True)
     moving, step = Moving(linear), 1e-6
     columns = []
     for x in np.eye(len(linear.states)):
@@ -151,9 +152,9 @@ def test_what_balances_at_one_instant_is_no_equilibrium(force: str) -> None:
 
 def test_steady_motion_ends_where_a_force_grows() -> None:
     governor, at = example("governor"), {"alpha": "0.695903503"}
-    assert symdyn.linearize(governor, at).kind == "steady"
+    assert symdyn.linearize(governor, start=at).kind == "steady"
     with pytest.raises(LinearizeError, match=r"no steady motion: at t = .* would not be zero any more"):
-        symdyn.linearize(governor, at, forces={str(next(filter(None, governor.drives))): "t"})
+        symdyn.linearize(governor, start=at, forces={str(next(filter(None, governor.drives))): "t"})
 
 
 def test_an_arm_whose_weight_is_compensated_stays_where_it_is_put() -> None:
@@ -163,14 +164,14 @@ def test_an_arm_whose_weight_is_compensated_stays_where_it_is_put() -> None:
     links = bind(example("two_link"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
     at = {"q1": "0.7", "q2": "-0.4"}
     with pytest.raises(LinearizeError) as told:
-        symdyn.linearize(links, at)
+        symdyn.linearize(links, start=at)
     given = str(told.value).partition("it is held there by --forces ")[2].partition(", or")[0].split()
-    assert symdyn.linearize(links, at, forces=given).kind == "rest"
+    assert symdyn.linearize(links, start=at, forces=given).kind == "rest"
     weight = {
         "M1": "g*(m1 + m2)*h1*sin(q1) + g*m2*h2*sin(q1 + q2)",
         "M2": "g*m2*h2*sin(q1 + q2)",
     }
-    held = symdyn.linearize(links, at, forces=weight)
+    held = symdyn.linearize(links, start=at, forces=weight)
     assert np.abs(held.A[2:]).max() < 1e-12
     assert stability(held).zeros == {"cyclic": 2, "drifting": 2}
 
@@ -178,7 +179,7 @@ def test_an_arm_whose_weight_is_compensated_stays_where_it_is_put() -> None:
 def test_formulas_of_a_compensated_weight_are_zero_where_numbers_are() -> None:
     links = bind(example("two_link"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
     weight = {"M1": "9.81*(1.2*sin(q1) + 0.6*sin(q1 + q2))", "M2": "9.81*0.6*sin(q1 + q2)"}
-    asked = prepared(links, weight)
+    asked = prepared(Problem(links, weight))
     found = settled(asked, asked.at(np.array([0.7, -0.4]), np.zeros(2)))
     formulas = symbolic(asked, found)
     assert formulas is not None
@@ -199,7 +200,7 @@ def test_outputs_are_given_once() -> None:
 @pytest.mark.parametrize("axis", [0, 2])
 def test_a_free_body_that_spins_about_its_least_or_largest_axis_is_not_unstable(axis: int) -> None:
     rates = {f"flight_w{name}": "3" if k == axis else "0" for k, name in enumerate("xyz")}
-    spun = symdyn.linearize(example("free_body"), rates=rates)
+    spun = symdyn.linearize(example("free_body"), start_rates=rates)
     assert stability(spun).verdict == "oscillating"
     inertia = (
         1,
@@ -214,7 +215,7 @@ def test_a_free_body_that_spins_about_its_least_or_largest_axis_is_not_unstable(
 
 
 def test_a_free_body_that_spins_about_its_middle_axis_turns_over() -> None:
-    spun = symdyn.linearize(example("free_body"), rates={"flight_wx": "0", "flight_wy": "3", "flight_wz": "0"})
+    spun = symdyn.linearize(example("free_body"), start_rates={"flight_wx": "0", "flight_wy": "3", "flight_wz": "0"})
     (growing,) = spun.spectrum.growing
     assert growing.value == pytest.approx(3 / np.sqrt(3))
 

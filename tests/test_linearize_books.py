@@ -19,11 +19,11 @@ from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_res
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.prepared import prepared
-from symdyn.linear.steady import at_rest
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.verdict import stability
 from symdyn.scene import bind
 from symdyn.scene.values.model import Input
+from symdyn.simulation import Problem
 from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.long
@@ -133,7 +133,7 @@ def test_a_top_sleeps_upright_where_it_spins_fast_enough(share: float, verdict: 
     spin = share * math.sqrt(4 * (0.234375 + 15) * 15 * 9.81) / 0.46875
     upright = {"e0": "cos(pi/4)", "e1": "sin(pi/4)", "e2": "0", "e3": "0"}
     rates = {"point_wx": "0", "point_wy": repr(spin), "point_wz": "0"}
-    found = symdyn.linearize(symdyn.read(EXAMPLES / "heavy_top.toml"), upright, rates)
+    found = symdyn.linearize(symdyn.read(EXAMPLES / "heavy_top.toml"), start=upright, start_rates=rates)
     assert found.kind == "steady"
     assert stability(found).verdict == verdict
 
@@ -173,7 +173,7 @@ def test_a_bead_on_a_turning_hoop_swings_as_taylor_says(tmp_path: Path) -> None:
     hoop = scene(tmp_path, HOOP)
     R, g, w = 0.4, 9.81, 7.0
     up = math.acos(g / (w**2 * R))
-    found = symdyn.linearize(hoop, {"theta": repr(up)})
+    found = symdyn.linearize(hoop, start={"theta": repr(up)})
     assert found.kind == "steady"
     assert found.states.names == ("theta", "theta_dot")
     assert frequencies(found) == pytest.approx([math.sqrt(w**2 - (g / (w * R)) ** 2)], rel=1e-9)
@@ -238,7 +238,9 @@ def test_a_plane_of_swing_turns_against_a_turning_table(tmp_path: Path) -> None:
 def test_a_disc_rolls_upright_beyond_the_critical_spin(spin: float) -> None:
     """Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972): stable where ω² > g/3r; λ² = 4g/5r - 12ω²/5."""
     disc = symdyn.read(EXAMPLES / "rolling_disc.toml")
-    found = symdyn.linearize(disc, {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": repr(spin)})
+    found = symdyn.linearize(
+        disc, start={"z": "r", "e0": "1", "e1": "0"}, start_rates={"flight_wx": "0", "flight_wy": repr(spin)}
+    )
     square = 4 * 9.81 / (5 * 0.3) - 12 / 5 * spin**2
     assert found.kind == "steady"
     values = np.sort_complex(found.eigenvalues**2)
@@ -287,19 +289,19 @@ def test_no_equilibrium_is_told_with_the_nearest_one() -> None:
     with pytest.raises(
         LinearizeError, match=r"theta_ddot = 9\.27\d* rad/s\^2; the nearest equilibrium is at --at x=0,theta=0"
     ):
-        symdyn.linearize(cart, {"theta": "0.3"})
-    assert symdyn.linearize(cart, {"theta": "0.3"}, anywhere=True).kind == "moving"
+        symdyn.linearize(cart, start={"theta": "0.3"})
+    assert symdyn.linearize(cart, start={"theta": "0.3"}, anywhere=True).kind == "moving"
     governor = symdyn.read(EXAMPLES / "governor.toml")
     with pytest.raises(LinearizeError, match=r"the nearest steady motion is at --at phi=.*alpha=0\.69590"):
         symdyn.linearize(governor)
-    steady = symdyn.linearize(governor, {"alpha": "0.695903503"})
+    steady = symdyn.linearize(governor, start={"alpha": "0.695903503"})
     assert steady.dropped == ("phi",)
     assert steady.kind == "steady"
 
 
 def test_forces_hold_a_place_and_may_name_inputs_of_the_scene() -> None:
     arm = replace(symdyn.read(EXAMPLES / "pendulum.toml"), inputs=(Input("r"),))
-    held = symdyn.linearize(arm, {"q1": "pi/2"}, forces="tau1 = m*g*l + 3*r - 2*(q1 - pi/2)")
+    held = symdyn.linearize(arm, start={"q1": "pi/2"}, forces="tau1 = m*g*l + 3*r - 2*(q1 - pi/2)")
     assert held.inputs.names == ("tau1", "r")
     assert pytest.approx(np.array([[0, 1], [-2 / 0.25, -0.01 / 0.25]])) == held.A
     assert pytest.approx(np.array([[0, 0], [4, 12]])) == held.B
@@ -324,7 +326,7 @@ def test_along_a_run_the_systems_are_those_at_its_points() -> None:
     last = systems[-1]
     at = {name: repr(float(x)) for name, x in zip(arm.coordinates, run.q[-1], strict=True)}
     rates = {name: repr(float(x)) for name, x in zip(arm.velocities, run.qd[-1], strict=True)}
-    same = symdyn.linearize(arm, at, rates, "tau1=sin(0.5)", anywhere=True)
+    same = symdyn.linearize(arm, start=at, start_rates=rates, forces="tau1=sin(0.5)", anywhere=True)
     assert pytest.approx(same.A, abs=1e-9) == last.A
     assert last.point.udot == pytest.approx(run.qdd[-1], rel=1e-6)
 
@@ -370,21 +372,21 @@ def test_python_control_takes_it() -> None:
 
 
 def test_all_positions_are_known_where_real_solutions_are_counted(tmp_path: Path) -> None:
-    asked = prepared(scene(tmp_path, TWO_MASSES))
+    asked = prepared(Problem(scene(tmp_path, TWO_MASSES)))
     found = equilibria(asked)
     assert len(found.places) == 4
-    assert complete(asked, found)
-    assert not complete(asked, replace(found, places=found.places[:3]))
+    assert complete(found)
+    assert not complete(replace(found, places=found.places[:3]))
     spring = TWO_MASSES + 'drive = false\nforce = "-3*q2"\n'  # angle and sine: no polynomial
-    other = prepared(scene(tmp_path, spring))
-    assert not complete(other, equilibria(other))
+    other = prepared(Problem(scene(tmp_path, spring)))
+    assert not complete(equilibria(other))
 
 
 @pytest.mark.parametrize("name", ["governor", "rolling_disc", "slider_crank", "heavy_top"])
 def test_rows_of_the_equations_give_the_same_matrices(name: str) -> None:
     """`state_matrices` eliminates on the graph, linearize in numbers."""
     one = symdyn.read(EXAMPLES / f"{name}.toml")
-    asked, start = prepared(one), read_start(one)
+    asked, start = prepared(Problem(one)), read_start(one)
     found, w = asked.at(start.q, start.u), asked.functions.w
     function = derive_one(w, "state_matrices")
     names = [row.removeprefix("rate of ") for row in function.labels[0]]
@@ -403,15 +405,14 @@ def test_rows_of_the_equations_give_the_same_matrices(name: str) -> None:
 def test_formulas_of_what_is_not_small_are_given_up_soon() -> None:
     """The third random tree took minutes."""
     tree = bind(TREES[3], {"m0": 1, "beta": 1})
-    asked = prepared(tree)
-    place = equilibria(asked).places[0]
-    assert symbolic(asked, at_rest(asked, place)) is None
+    asked = prepared(Problem(tree))
+    assert symbolic(asked, equilibria(asked).systems[0]) is None
 
 
 def test_a_loop_whose_rows_say_nothing_is_linearised_as_a_tree() -> None:
     door = symdyn.read(Path(__file__).parent / "data" / "door.toml")
-    asked = prepared(door)
+    asked = prepared(Problem(door))
     assert asked.functions.multipliers == ()
-    systems = [at_rest(asked, place) for place in equilibria(asked).places]
+    systems = equilibria(asked).systems
     assert systems
     assert symbolic(asked, systems[0]) is not None

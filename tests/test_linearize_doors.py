@@ -62,7 +62,7 @@ def test_every_door_tells_the_same_eigenvalues(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, at, rates = POINTS[name]
-    one = symdyn.linearize(symdyn.read(path), at=at, rates=rates)
+    one = symdyn.linearize(symdyn.read(path), start=at, start_rates=rates)
     words = ["linearize", str(path), *option("--at", at), *option("--rates", rates)]
     assert main(words) == 0
     shell = capsys.readouterr().out
@@ -92,7 +92,7 @@ def test_every_door_tells_the_same_eigenvalues(
 
 def test_beside_the_modes_stand_the_zeros() -> None:
     path, at, _ = POINTS["furuta"]
-    one = symdyn.linearize(symdyn.read(path), at=at)
+    one = symdyn.linearize(symdyn.read(path), start=at)
     assert one.zeros == stability(one).zeros
     assert len(one.states) == 4
     assert one.zeros == {"cyclic": 1}

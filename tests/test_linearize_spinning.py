@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 import symdyn
 from symdyn.linear import Linearization, stability
 from symdyn.scene import read_text
+from symdyn.simulation import Problem
 
 MASS, ARM, A, C, SPIN = 0.7, 0.23, 0.05, 0.011, 60.0
 WEIGHT = MASS * 9.81 * ARM
@@ -149,13 +150,15 @@ start_rates = [1, 0, 0, 0, 0, {SPIN}]
 @pytest.mark.mends("30.numbers.2")
 def test_a_ball_that_turns_about_no_axis_of_its_own_is_looked_at_in_axes_at_rest() -> None:
     text = HEAD + top(arm=0.0).replace(f"[{CENTRAL}, {CENTRAL}, {C}]", "[0.1, 0.1, 0.1]")
-    found = symdyn.linearize(read_text(text), rates={"p_wx": "1", "p_wy": "-2", "p_wz": "4"})
+    found = symdyn.linearize(read_text(text), start_rates={"p_wx": "1", "p_wy": "-2", "p_wz": "4"})
     assert found.spectrum.modes[0].value.imag == pytest.approx(math.sqrt(21), rel=1e-9)  # i w of A = C
     assert any("axis (" in note for note in found.notes)
 
 
 def test_what_is_no_body_of_rotation_is_looked_at_in_its_own_axes_and_it_is_said() -> None:
-    found = symdyn.linearize(symdyn.example("free_body"), rates={"flight_wx": "0", "flight_wy": "0", "flight_wz": "3"})
+    found = symdyn.linearize(
+        symdyn.example("free_body"), start_rates={"flight_wx": "0", "flight_wy": "0", "flight_wz": "3"}
+    )
     assert not found.spin.any()
     assert any("turn with it, and so are frequencies" in note for note in found.notes)
 
@@ -166,7 +169,7 @@ def test_every_speed_of_a_locus_is_looked_at_in_axes_that_do_not_spin() -> None:
     from symdyn.linear.over_values import systems
 
     disc = symdyn.example("rolling_disc")
-    system = systems(disc, "s", {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": "s"})
+    system = systems(Problem(disc, (), {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": "s"}), "s")
     for speed in (4.0, 6.0, 9.0):
         largest = max(abs(system(speed).eigenvalues))
         assert largest == pytest.approx(math.sqrt(12 / 5 * speed**2 - 4 * 9.81 / 1.5), rel=1e-7)
@@ -179,7 +182,7 @@ def test_both_formulations_to_a_sampled_system_meet_in_axes_that_do_not_spin(dri
 
     scene = read_text(HEAD + top(drive=drive))
     one = symdyn.linearize(scene)
-    exact, stepped = sampled(one, 0.03), along_a_step(prepared(scene), one, 0.03)
+    exact, stepped = sampled(one, 0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
     assert_allclose(stepped.A, exact.A, atol=1e-11)
     assert_allclose(stepped.B, exact.B, atol=1e-10)
 
@@ -235,7 +238,7 @@ def test_both_formulations_to_a_sampled_system_meet_for_angles_in_axes_that_do_n
 
     scene = read_text(by_angles(1, "zyx", [0.4, 0, HALF_TURN], [SPIN, 0, 0], "true"))
     one = symdyn.linearize(scene)
-    exact, stepped = sampled(one, 0.03), along_a_step(prepared(scene), one, 0.03)
+    exact, stepped = sampled(one, 0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
     assert one.spin.any()
     assert_allclose(stepped.A, exact.A, atol=1e-9)
     assert_allclose(stepped.B, exact.B, atol=1e-9)

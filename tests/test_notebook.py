@@ -137,7 +137,7 @@ def test_sympys_matrices_are_shown_where_they_are_short() -> None:
 def test_runs_show_plots_and_how_they_ended() -> None:
     pytest.importorskip("matplotlib")
     cart = symdyn.example("cart_pole")
-    run = symdyn.simulate(cart, "F=0.5", until=0.5, stops=["x - 0.01"])
+    run = symdyn.simulate(cart, forces="F=0.5", until=0.5, stops=["x - 0.01"])
     found = shown(run)
 
     (image,) = [attributes for tag, attributes in found.found if tag == "img"]

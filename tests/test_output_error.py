@@ -69,7 +69,7 @@ def test_parameters_that_stand_for_each_other_are_named() -> None:
 def test_a_cart_tells_of_its_pole_that_nobody_measures() -> None:
     truth = {"mp": 0.2, "l": 0.6, "b": 0.15}
     cart = symdyn.example("cart_pole")
-    run = symdyn.simulate(cart, "F=2*cos(3*t)", until=6, every=0.02, start={"theta": 3.0}, values=truth)
+    run = symdyn.simulate(cart, forces="F=2*cos(3*t)", until=6, every=0.02, start={"theta": 3.0}, values=truth)
     data = {**noisy(run, "x"), "F": run["F"]}
 
     found = output_error(cart, data, list(truth), start={"theta": 3.14})
@@ -82,7 +82,7 @@ def test_a_cart_tells_of_its_pole_that_nobody_measures() -> None:
 def test_a_four_bar_tells_masses_by_the_angle_of_its_rocker() -> None:
     truth = {"m2": 2.5, "m3": 4.0}
     bar = symdyn.example("four_bar")
-    run = symdyn.simulate(bar, "M=30+20*sin(2*t)", until=1.5, every=0.02, values=truth)
+    run = symdyn.simulate(bar, forces="M=30+20*sin(2*t)", until=1.5, every=0.02, values=truth)
     data = {**noisy(run, "chi"), "M": run["M"]}
 
     found = output_error(bar, data, list(truth))

@@ -141,10 +141,10 @@ def test_runs_are_the_same(plain: symdyn.Scene, named: symdyn.Scene, tmp_path: P
     runs = []
     for scene, force, values in ((plain, "f1", "h1"), (named, "qdd", "out")):
         given = {"until": 0.5, "values": {values: 0.1}, "start": {scene.coordinates[1]: 0.3}}
-        run = symdyn.simulate(scene, f"{force}=cos(t)", reports=f"{scene.coordinates[0]} - 0.01", **given)
+        run = symdyn.simulate(scene, forces=f"{force}=cos(t)", reports=f"{scene.coordinates[0]} - 0.01", **given)
         run.to_csv(tmp_path / "run.csv")
         again = symdyn.inverse(scene, tmp_path / "run.csv", values={values: 0.1}, times=run.t)
-        slopes = symdyn.sensitivity(scene, f"{force}=cos(t)", **given)
+        slopes = symdyn.sensitivity(scene, forces=f"{force}=cos(t)", **given)
         slow = symdyn.linearize(scene, values={values: 0.1}, forces=f"{force}=2", anywhere=True)
         many = symdyn.ensemble(scene, until=0.1, values={values: [0.1, 0.2]}, measures=f"max({scene.coordinates[1]})")
         study = symdyn.sweep(scene, f"{values}=[0.1, 0.2]", f"end({scene.coordinates[0]})", until=0.1)

@@ -84,7 +84,7 @@ def in_motion(name: str) -> tuple[int, int, float]:
     rows = []
     for k in range(6):
         given = ",".join(f"{one}={3 * draw.normal():.3f}*sin({1 + 3 * draw.random():.3f}*t + {k})" for one in drives)
-        run = symdyn.simulate(scene, given, until=3, every=0.05)
+        run = symdyn.simulate(scene, forces=given, until=3, every=0.05)
         q = np.stack([run[one] for one in scene.coordinates], axis=1)
         u = np.stack([run[one] for one in scene.velocities], axis=1)
         tau = np.where([bool(one) for one in scene.drives], draw.normal(size=u.shape) * 5, 0.0)

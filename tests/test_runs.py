@@ -26,7 +26,9 @@ ARM = EXAMPLES / "cart_pole.toml"
 
 @pytest.fixture(scope="module")
 def run() -> Trajectory:
-    return simulate(ARM, "F=0.5*sin(t)", until=1.0, every=0.05, start="theta=0.2", method="dop853", reports="theta_dot")
+    return simulate(
+        ARM, forces="F=0.5*sin(t)", until=1.0, every=0.05, start="theta=0.2", method="dop853", reports="theta_dot"
+    )
 
 
 @pytest.mark.runs("cc")
@@ -198,7 +200,7 @@ def test_a_coordinate_that_is_called_work_has_its_column_and_the_work_another() 
         'name = "w"\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\n[joints.j]\ntype = "prismatic"\nparent = "ground"\n'
         'child = "b"\naxis = [1, 0, 0]\ncoordinate = "work"\nstart_rates = 1\n'
     )
-    run = simulate(scene, "work=3", until=1.0, method="dop853")
+    run = simulate(scene, forces="work=3", until=1.0, method="dop853")
     assert run["work"][-1] == pytest.approx(2.5)
     assert run["work_"][-1] == pytest.approx(7.5)
     assert [one.unit for one in run.columns if one.name in ("work", "work_")] == ["m", "J"]
@@ -218,7 +220,7 @@ def test_units_of_a_stranger_are_text() -> None:
     pytest.importorskip("matplotlib")
     scene = read_text(DRIVEN.replace("UNIT", "N"))
     (u,) = scene.inputs
-    run = simulate(scene, "u=1", until=1.0, method="dop853")
+    run = simulate(scene, forces="u=1", until=1.0, method="dop853")
     run = replace(run, scene=replace(scene, inputs=(replace(u, unit="$\\frac <b>"),)))
     assert b"<!-- $\\frac &lt;b&gt; -->" in draw(run, "svg", ["u"])
     assert run.to_pandas().attrs["units"]["u"] == "$\\frac <b>"

@@ -126,7 +126,7 @@ def test_held_forces_are_drawn_as_stairs_in_every_plot(tmp_path: Path) -> None:
     ("forces", "held"), [("", ("F",)), ("F=0.5", ("F",)), ("F=-x", ()), ("F=t", ()), (lambda t, q, u: 0.5, ())]
 )
 def test_what_moves_between_samples_is_not_held(forces: Any, held: tuple[str, ...]) -> None:
-    run = simulate(BLOCK, forces or {}, until=0.1, feedback=Feedback(lambda t, q, u: 1.0, period=0.05))
+    run = simulate(BLOCK, forces=forces or {}, until=0.1, feedback=Feedback(lambda t, q, u: 1.0, period=0.05))
 
     assert run.held == held
     assert simulate(BLOCK, until=0.1, feedback=lambda t, q, u: 1.0).held == ()
@@ -140,8 +140,8 @@ def test_inputs_and_outputs_of_held_signals_are_held() -> None:
     control = Feedback(lambda t, q, u: 1.0, ("w",), period=0.05)
 
     assert simulate(scene, until=0.1, feedback=control).held == ("w", "twice")
-    assert simulate(scene, "F=k*w", until=0.1, feedback=control).held == ("F", "w", "twice")
-    assert simulate(scene, "F=k*w - x", until=0.1, feedback=control).held == ("w", "twice")
+    assert simulate(scene, forces="F=k*w", until=0.1, feedback=control).held == ("F", "w", "twice")
+    assert simulate(scene, forces="F=k*w - x", until=0.1, feedback=control).held == ("w", "twice")
 
 
 # Saturation

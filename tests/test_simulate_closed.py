@@ -51,8 +51,12 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
     scene = read(EXAMPLES / f"{name}.toml")
     given = read_forces(scene, forces)
     until = 0.2 if name == "heavy_top" else 1.0
-    reference = simulate(scene, given, until, None, rates, method="dop853", rtol=1e-12, every=0.1)
-    found = simulate(scene, given, until, None, rates, method="ida", rtol=1e-10, every=0.1)
+    reference = simulate(
+        scene, forces=given, until=until, start=None, start_rates=rates, method="dop853", rtol=1e-12, every=0.1
+    )
+    found = simulate(
+        scene, forces=given, until=until, start=None, start_rates=rates, method="ida", rtol=1e-10, every=0.1
+    )
 
     assert found.stopped == "end"
     assert np.abs(found.q - reference.q).max() < 2e-7

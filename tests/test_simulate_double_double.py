@@ -56,7 +56,7 @@ def test_an_error_is_about_its_tolerance(rtol, most):
 @pytest.mark.long
 def test_a_force_over_time_and_work_are_as_right():
     """2 x\" + 50 x = cos t, from x = 1/10 at rest."""
-    run = simulate(block(start=0.1), "F=cos(t)", until=2.0, rtol=1e-28, every=0.5)
+    run = simulate(block(start=0.1), forces="F=cos(t)", until=2.0, rtol=1e-28, every=0.5)
     a = 1 / mpmath.mpf(48)
     wanted = [
         a * mpmath.cos(2) + (mpmath.mpf(1) / 10 - a) * mpmath.cos(10),
@@ -215,7 +215,7 @@ limits = { lower = -2, upper = 2 }
 @pytest.mark.long
 def test_a_motion_without_bounds_ends_with_a_word():
     with pytest.warns(RuntimeWarning, match="the steps of the iteration get too short after t = "):
-        run = simulate(symdyn.example("cart_pole"), "F=10*x_dot**2+1", until=60.0, rtol=1e-24)
+        run = simulate(symdyn.example("cart_pole"), forces="F=10*x_dot**2+1", until=60.0, rtol=1e-24)
     assert not run.complete
 
 

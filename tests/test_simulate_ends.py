@@ -31,7 +31,7 @@ def test_a_run_that_ends_early_keeps_its_rows(method: str, capfd: pytest.Capture
     pytest.importorskip(LIBRARIES.get(method, "scipy"), reason="needs the library of the method")
     scene = read(CART)
     with pytest.warns(RuntimeWarning, match="the rows until then are kept"):
-        found = simulate(scene, read_forces(scene, [ENDS]), until=1.0, method=method, every=0.005)
+        found = simulate(scene, forces=read_forces(scene, [ENDS]), until=1.0, method=method, every=0.005)
 
     assert not found.complete
     assert len(found.t) > 10
@@ -48,7 +48,7 @@ def test_in_python_an_end_before_its_time_warns_and_keeps_its_rows() -> None:
     pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
     scene = read(CART)
     with pytest.warns(RuntimeWarning, match="IDA cannot go on"):
-        found = simulate(scene, read_forces(scene, [ENDS]), until=1.0, method="ida", every=0.005)
+        found = simulate(scene, forces=read_forces(scene, [ENDS]), until=1.0, method="ida", every=0.005)
     assert len(found.t) > 10
 
 

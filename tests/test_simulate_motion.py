@@ -99,7 +99,14 @@ def test_forces_of_a_motion_give_the_motion_back(tmp_path: Path) -> None:
     record(forces, tmp_path / "forces.csv")
 
     start = {"q3": "0.2"}
-    found = simulate(scene, read_forces(scene, [str(tmp_path / "forces.csv")]), 1.0, start, {"q1": "0.6"}, every=0.25)
+    found = simulate(
+        scene,
+        forces=read_forces(scene, [str(tmp_path / "forces.csv")]),
+        until=1.0,
+        start=start,
+        start_rates={"q1": "0.6"},
+        every=0.25,
+    )
 
     assert found.method == "dop853"  # a table has no Taylor series
     assert np.abs(found.q - forces.q[::500]).max() < 1e-6
@@ -107,7 +114,7 @@ def test_forces_of_a_motion_give_the_motion_back(tmp_path: Path) -> None:
 
 def test_a_recorded_motion_gives_its_forces_back_digit_for_digit(tmp_path: Path) -> None:
     scene = read(EXAMPLES / "cart_pole.toml")
-    found = simulate(scene, read_forces(scene, ["F=-3*x - x_dot + sin(t)"]), 2.0, {"theta": "0.3"})
+    found = simulate(scene, forces=read_forces(scene, ["F=-3*x - x_dot + sin(t)"]), until=2.0, start={"theta": "0.3"})
     record(found, tmp_path / "motion.csv")
 
     again = inverse(scene, read_motion(scene, [str(tmp_path / "motion.csv")]), found.t)
@@ -140,7 +147,9 @@ def test_a_crank_drives_its_four_bar_and_the_same_torque_moves_it(tmp_path: Path
     record(motion, tmp_path / "forces.csv")
 
     forces = read_forces(scene, [str(tmp_path / "forces.csv")])
-    found = simulate(scene, forces, 1.0, {"q_A": "0.8"}, {"q_A": "0.6"}, every=0.25, rtol=1e-10)
+    found = simulate(
+        scene, forces=forces, until=1.0, start={"q_A": "0.8"}, start_rates={"q_A": "0.6"}, every=0.25, rtol=1e-10
+    )
 
     assert motion.extra["loop_error"].max() < 1e-12
     assert np.all(motion.tau[:, 1:] == 0)
@@ -177,7 +186,7 @@ def test_a_stop_ends_the_run_where_its_formula_vanishes(method: str) -> None:
 
 def test_energy_balance_counts_drives_and_losses() -> None:
     scene = read(EXAMPLES / "cart_pole.toml")
-    found = simulate(scene, read_forces(scene, ["F=5*sin(3*t) - 2*x"]), 5.0, {"theta": "0.4"})
+    found = simulate(scene, forces=read_forces(scene, ["F=5*sin(3*t) - 2*x"]), until=5.0, start={"theta": "0.4"})
 
     assert np.abs(found.extra["other_power"]).max() > 0.01
     assert np.abs(found.extra["work"]).max() > 0.1
@@ -188,7 +197,9 @@ def test_a_stiff_system_gets_an_implicit_method() -> None:
     scene = read(EXAMPLES / "pendulum.toml")
     lines: list[str] = []
     drive = next(name for name in scene.drives if name)
-    found = simulate(scene, read_forces(scene, [f"{drive}=-1e5*q1_dot"]), 10.0, {"q1": "1"}, say=lines.append)
+    found = simulate(
+        scene, forces=read_forces(scene, [f"{drive}=-1e5*q1_dot"]), until=10.0, start={"q1": "1"}, say=lines.append
+    )
 
     assert found.method in ("cvode", "radau")
     assert "stiff" in lines[0]
@@ -212,11 +223,11 @@ def test_branches_are_no_case_for_taylor() -> None:
     forces = read_forces(scene, ["F=-sign(x_dot)"])
     lines: list[str] = []
 
-    simulate(scene, forces, 0.1, {"x": "1"}, say=lines.append)
+    simulate(scene, forces=forces, until=0.1, start={"x": "1"}, say=lines.append)
 
     assert "branch" in lines[0]
     with pytest.raises(SimulateError, match="does not apply"):
-        simulate(scene, forces, 0.1, method="taylor")
+        simulate(scene, forces=forces, until=0.1, method="taylor")
 
 
 def test_faults_of_a_table_come_together(tmp_path: Path) -> None:

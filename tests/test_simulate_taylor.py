@@ -75,7 +75,7 @@ def test_stretches_are_joined_without_a_seam(samples: int, monkeypatch: pytest.M
 )
 def test_a_motion_that_ends_keeps_what_it_had(force: str, end: float, every: float | None) -> None:
     found, other = (
-        simulate(block(), read_forces(block(), [force]), 20.0, method=method, every=every)
+        simulate(block(), forces=read_forces(block(), [force]), until=20.0, method=method, every=every)
         for method in ("taylor", "dop853")
     )
 

@@ -22,7 +22,13 @@ def test_slopes_of_a_tree_are_those_of_runs_next_to_it() -> None:
     names, columns = ("mp", "l", "x", "theta_dot"), ("x", "theta", "theta_dot", "theta_ddot", "F", "kinetic_energy")
     forces = "F=0.3*cos(t)-0.2*x_dot-mc"
     found = symdyn.uncertainty(
-        scene, dict.fromkeys(names, 0.01), forces, 2, start=HANGING, start_rates={"theta_dot": 0.5}, columns=columns
+        scene,
+        dict.fromkeys(names, 0.01),
+        forces=forces,
+        until=2,
+        start=HANGING,
+        start_rates={"theta_dot": 0.5},
+        columns=columns,
     )
     assert found.varied == names
     for k, name in enumerate(names):
@@ -39,7 +45,16 @@ def _slopes_next_to_it(
         rates = {"theta_dot": 0.5 + (sign * step if name == "theta_dot" else 0.0)}
         sides.append(
             symdyn.simulate(
-                scene, forces, 2, start, rates, "dop853", 1e-12, values=values, say=lambda _: None, every=0.01
+                scene,
+                forces=forces,
+                until=2,
+                start=start,
+                start_rates=rates,
+                method="dop853",
+                rtol=1e-12,
+                values=values,
+                say=lambda _: None,
+                every=0.01,
             )
         )
     for j, column in enumerate(columns):
@@ -162,7 +177,7 @@ def test_what_cannot_be_is_refused_in_words_all_at_once() -> None:
     with pytest.raises(SimulateError, match="psi at the start follows others"):
         symdyn.uncertainty(symdyn.example("four_bar"), {"psi": 0.1}, until=0.1)
     with pytest.raises(SimulateError, match="sign jumps"):
-        symdyn.uncertainty(scene, {"mp": 0.1}, "F=-sign(x_dot)", until=0.1)
+        symdyn.uncertainty(scene, {"mp": 0.1}, forces="F=-sign(x_dot)", until=0.1)
     with pytest.raises(SymdynError, match="there is no column thetaa"):
         symdyn.uncertainty(scene, {"mp": 0.1}, until=0.1, columns="thetaa")
     found = symdyn.uncertainty(scene, {"mp": 0.1}, until=0.1, columns="theta")

@@ -17,9 +17,10 @@ from symdyn.algebra.numeric import Floats
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import read, read_text
+from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.afterwards.charts import contours
-from symdyn.teach.document import Formula, Matrix, Picture, Step, Values, Words
+from symdyn.teach.document import Formula, Matrix, Picture, Step, Words
 
 ROOT = Path(__file__).parent.parent
 SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("pendulum", "two_link", "cart_pole", "double_pendulum")}
@@ -69,7 +70,7 @@ def said(one: Step) -> str:
 
 
 def table(one: Step) -> list[list[str]]:
-    (values,) = (block for block in one.blocks if isinstance(block, Values))
+    (values,) = (block for block in one.blocks if isinstance(block, Table))
     return [["".join(str(part) for part in cell.parts) for cell in row] for row in values.rows]
 
 
@@ -94,8 +95,8 @@ def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: s
     point = {name: 0.3 + (sum(map(ord, name)) % 97) / 97 for name in names}
     seen = 0
     for kind, tag in (("stable", "s"), ("unstable", "u")):
-        rows = [row for row in step(document, "equilibria").blocks if isinstance(row, Values)]
-        head = ["".join(getattr(part, "name", str(part)) for part in cell.parts) for cell in rows[0].head]
+        rows = [row for row in step(document, "equilibria").blocks if isinstance(row, Table)]
+        head = ["".join(getattr(part, "name", str(part)) for part in cell.parts) for cell in rows[0].columns]
         (row,) = [row for row in rows[0].rows if row[-2].parts == (kind,)][:1]
         place = {q: document.value(cell.parts[0]) for q, cell in zip(head[:-2], row, strict=False)}
         here = dict.fromkeys(map(str, tree.u), 0.0) | dict.fromkeys(map(str, tree.q), 0.4)

@@ -13,11 +13,12 @@ from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
+from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
 from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
-from symdyn.teach.document import Formula, Matrix, Values
+from symdyn.teach.document import Formula, Matrix
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"
@@ -139,7 +140,7 @@ def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: s
 def test_both_formulations_end_in_the_table_that_sets_them_side_by_side(formulation: str, language: str) -> None:
     document = walkthrough(read(EXAMPLES / "cart_pole.toml"), language, formulation=formulation)
     step = next(step for section in document.sections for step in section.steps if step.key == "side")
-    tables = [block for block in step.blocks if isinstance(block, Values)]
+    tables = [block for block in step.blocks if isinstance(block, Table)]
     rows = [[len(table.rows), {len(row) for row in table.rows}] for table in tables]
     assert rows == [[3, {3}], [3, {3}]]
 

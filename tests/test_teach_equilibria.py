@@ -11,8 +11,9 @@ from symdyn.algebra.form import Form
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import read, read_text
+from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.document import Values, Words
+from symdyn.teach.document import Words
 
 FOUND = Path(__file__).parent / "data/found"
 
@@ -36,7 +37,7 @@ drive = false
 def places(document: Document) -> list[list[float]]:
     """Return the coordinates of every place that the lesson calls an equilibrium."""
     step = next(step for section in document.sections for step in section.steps if step.key == "equilibria")
-    table = next(block for block in step.blocks if isinstance(block, Values))
+    table = next(block for block in step.blocks if isinstance(block, Table))
     return [[number(cell.parts[0]) for cell in row[:-2]] for row in table.rows]
 
 

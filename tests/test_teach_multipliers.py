@@ -15,8 +15,9 @@ from symdyn.cli import main
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
+from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.document import Braced, Formula, Matrix, Values
+from symdyn.teach.document import Braced, Formula, Matrix
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DISC = (EXAMPLES / "rolling_disc.toml").read_text(encoding="utf-8")
@@ -161,7 +162,7 @@ def test_every_formula_is_worth_its_name(name: str, language: str) -> None:
 
 
 def table(document: Document, key: str) -> dict[str, float]:
-    (values,) = (block for step, block in document.blocks() if step.key == key and isinstance(block, Values))
+    (values,) = (block for step, block in document.blocks() if step.key == key and isinstance(block, Table))
     texts = {row[0].parts[0].name: str(row[1].parts[0]) for row in values.rows}
     return {name: float(text.strip("≈ ").replace("−", "-")) for name, text in texts.items()}
 

@@ -15,9 +15,10 @@ from symdyn.draw.places import places
 from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import read, read_text
+from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.lagrange.principle import ANY
-from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Values, Words
+from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.picture_letters import picture_letters
 from symdyn.teach.shown_state import choose_state
@@ -88,7 +89,7 @@ def test_the_product_rule_is_carried_out_term_by_term(name: str) -> None:
     document = lesson(name)
     for i, q in enumerate(document.scene.coordinates, 1):
         blocks = [b for s, b in document.blocks() if s.key == f"rate:{i}"]
-        (table,) = (b for b in blocks if isinstance(b, Values))
+        (table,) = (b for b in blocks if isinstance(b, Table))
         cells = [[document.value(cell.parts[0]) for cell in row] for row in table.rows]
         total, whole = [x for row in cells for x in row[1:]], document.names[f"d/dt dL:/d{q}_dot"].node
         assert whole is not None
@@ -115,7 +116,7 @@ ZEROS = {
 @pytest.mark.parametrize("name", ZEROS)
 def test_zeros_and_senses_are_those_of_the_scene(name: str) -> None:
     (table,) = step(lesson(name), "coordinates").blocks
-    assert isinstance(table, Values)
+    assert isinstance(table, Table)
     where, way = ([str(row[k].parts[0]) for row in table.rows] for k in (1, 2))
     for said, words in zip([*where, *way], [*ZEROS[name][0], *ZEROS[name][1]], strict=True):
         assert words in said

@@ -15,8 +15,9 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import read
+from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.document import Braced, Formula, Matrix, Values
+from symdyn.teach.document import Braced, Formula, Matrix
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 NAMES = ["free_body", "heavy_top", "rolling_disc"]
@@ -107,7 +108,7 @@ def test_what_rolling_says_is_that_the_lowest_point_stands_still() -> None:
 
 
 def table(document: Document, key: str) -> dict[str, float]:
-    (values,) = (block for step, block in document.blocks() if step.key == key and isinstance(block, Values))
+    (values,) = (block for step, block in document.blocks() if step.key == key and isinstance(block, Table))
     texts = {row[0].parts[0].name: str(row[1].parts[0]) for row in values.rows}
     return {name: float(text.strip("≈ ").replace("−", "-").replace(" · 10^", "e")) for name, text in texts.items()}
 

@@ -10,8 +10,9 @@ import pytest
 
 from symdyn.scene import read, read_text
 from symdyn.scene.starters import starter
+from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.document import Picture, Step, Values, Words
+from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.mathematics import Spelling
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -30,7 +31,7 @@ def said(document: Document, key: str) -> str:
 def reasons(document: Document, kind: str) -> dict[str, str]:
     """Return why each coefficient is there or not, by its name as it is printed."""
     spell = Spelling(document)
-    (table,) = [block for block in steps(document)[f"meaning:{kind}"].blocks if isinstance(block, Values)]
+    (table,) = [block for block in steps(document)[f"meaning:{kind}"].blocks if isinstance(block, Table)]
     return {spell.words(name, str): spell.words(why, str) for name, _, why in table.rows}
 
 

@@ -11,8 +11,8 @@ import pytest
 
 import symdyn
 from symdyn.scene import Scene, read, read_text
+from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.document import Values
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.shown_state import shown_state
 
@@ -68,7 +68,7 @@ axis = [0, 0, 1]
 def shown(document: Document, key: str = "state") -> dict[str, float]:
     """Return the numbers of a table by symbol."""
     step = next(step for section in document.sections for step in section.steps if step.key == key)
-    (table,) = [block for block in step.blocks if isinstance(block, Values)]
+    (table,) = [block for block in step.blocks if isinstance(block, Table)]
     return {
         row[0].parts[0].name: float(str(row[1].parts[0]).replace("−", "-").replace(" · 10^", "e")) for row in table.rows
     }
@@ -177,7 +177,7 @@ def test_coefficients_have_units() -> None:
     document = walkthrough(scene)
 
     step = next(step for section in document.sections for step in section.steps if step.key == "values")
-    (table,) = [block for block in step.blocks if isinstance(block, Values)]
+    (table,) = [block for block in step.blocks if isinstance(block, Table)]
     spell = Spelling(document)
     units = {spell.words(row[0], str): spell.words(row[-1], str) for row in table.rows}
     assert units["$k_{z,11}$"] == "kg"

@@ -68,7 +68,7 @@ def pendulum(m: str = "1", l: str = "0.5", more: str = "") -> Scene:  # noqa: E7
 @pytest.mark.mends("30.control.1")
 @pytest.mark.parametrize("l", ['{ value = 500, unit = "mm" }', '"500 mm"'])
 def test_a_pendulum_of_500_mm_swings_as_one_of_half_a_metre(l: str) -> None:  # noqa: E741
-    said, plain = (symdyn.linearize(pendulum(l=one), at={"phi": "0"}).modes[0].frequency for one in (l, "0.5"))
+    said, plain = (symdyn.linearize(pendulum(l=one), start={"phi": "0"}).modes[0].frequency for one in (l, "0.5"))
 
     assert said == plain == pytest.approx(math.sqrt(9.81 / 0.5) / 2 / math.pi, rel=1e-9)
 
@@ -192,8 +192,8 @@ def test_python_takes_numbers_of_si_and_text_with_units() -> None:
 
     assert known == [parse("2/5")] * 5
     at = {"phi": "0"}
-    assert symdyn.linearize(one, at=at, values={"l": "400 mm"}).modes[0].frequency == pytest.approx(
-        symdyn.linearize(one, at=at, values={"l": 0.4}).modes[0].frequency
+    assert symdyn.linearize(one, start=at, values={"l": "400 mm"}).modes[0].frequency == pytest.approx(
+        symdyn.linearize(one, start=at, values={"l": 0.4}).modes[0].frequency
     )
 
 

@@ -80,3 +80,30 @@ def test_a_function_that_is_not_there_is_missed(programs: dict[str, Program], na
     empty = dict.fromkeys(files.contents, "")
 
     assert not all(one.passed for one in prove_texts(numbers, replace(files, contents=empty), languages(name, option)))
+
+
+@pytest.mark.parametrize(
+    ("right", "told"),
+    [
+        ("p_m9 {} p_h2", "has no value yet"),
+        ("p_m2 {} other(p_h2)", "is no function that is read here"),
+        ('p_m2 {} "p_h2"', "is no expression that is read here"),
+    ],
+)
+def test_what_has_no_meaning_is_told_alike(
+    programs: dict[str, Program], name: str, option: str, right: str, told: str
+) -> None:
+    numbers = printed(programs["two_link"], TARGETS[name].reals[0])
+    files = files_of(emit(numbers.program, name, numbers.real, option=option))
+    texts = {file: str(contents) for file, contents in files.contents.items()}
+    products = {file: re.search(r"(?<== )p_m2 (\.?\*) p_h2(?=[;\n])", text) for file, text in texts.items()}
+    where = []
+    for file, product in products.items():
+        if product is not None:
+            text = texts[file][: product.start()] + right.format(product[1]) + texts[file][product.end() :]
+            changed = replace(files, contents={**files.contents, file: text})
+            found = prove_texts(numbers, changed, languages(name, option), files.contents)
+            where += [one.where for one in found if not one.passed]
+
+    assert where
+    assert all(told in one for one in where)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import prod
 
 import pytest
 
 import symdyn
 from symdyn.emit import emit
+from symdyn.graph import Graph
 from symdyn.program import Program, prepare as prepare_program
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
-from symdyn.verify.written.matlab import column_major
+from symdyn.verify.written.reading import Read
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +33,14 @@ def test_every_file_of_matlab_is_proved(scene: str) -> None:
 
 
 def test_a_matrix_stands_column_by_column() -> None:
-    assert [column_major(place, (2, 3)) for place in range(6)] == [0, 2, 4, 1, 3, 5]
-    assert [column_major(place, (2, 2, 2)) for place in range(8)] == [0, 4, 2, 6, 1, 5, 3, 7]
+    def by_rows(*shape: int) -> tuple[int, ...]:
+        entries = tuple(Graph().constant(place) for place in range(prod(shape)))
+        read = Read("f", "f", entries, tuple(range(prod(shape)))).by_rows(shape)
+        assert [one.value for one in read.entries] == [*read.lines]
+        return read.lines
+
+    assert by_rows(2, 3) == (0, 2, 4, 1, 3, 5)
+    assert by_rows(2, 2, 2) == (0, 4, 2, 6, 1, 5, 3, 7)
 
 
 def altered(program: Program, function: str, old: str, new: str) -> Written:
@@ -72,15 +80,15 @@ def altered(program: Program, function: str, old: str, new: str) -> Written:
         ("x4 = p_m2 .* p_h2;", "x4 = p_m2 .* ... p_h2;\n p_m2;", "is another function"),
         ("x4 = p_m2 .* p_h2;", "%{\nx4 = p_m2 .* p_h2;\n%}", "has no value yet"),
         ("x4 = p_m2 .* p_h2", "x4 = sum(p_m2) .* p_h2", "is no function that is read here"),
-        ("x4 = p_m2 .* p_h2", "sin = p_m2 .* p_h2", "hides a function"),
+        ("x4 = p_m2 .* p_h2", "sin = p_m2 .* p_h2", "hides what is called by this name"),
         ("x4 = p_m2 .* p_h2", "x3 = p_m2 .* p_h2", "has a value already"),
         ("x4 = p_m2 .* p_h2", "q = p_m2 .* p_h2", "has a value already"),
         ("x4 = p_m2 .* p_h2;", "x4 = p_m2 .* p_h2; clear x4;", "is no statement"),
         ("x4 = p_m2 .* p_h2;", "if 1, x4 = p_m2 .* p_h2; end;", "is no statement"),
-        ("out(2, :) = x5", "out(1, :) = x5", "is written again"),
+        ("out(2, :) = x5", "out(1, :) = x5", "writes entry 1 of the result again"),
         ("out(2, :) = x5", "out(2, :) = x5 + -0.0", "a zero has a sign"),
-        ("out(2, :) = x5", "out(3, :) = x5", "is row 3 of a result that has 2"),
-        ("out(2, :) = x5;", "", "never writes row 2 of the result"),
+        ("out(2, :) = x5", "out(3, :) = x5", "is row 3 of out, which has 2"),
+        ("out(2, :) = x5;", "", "never writes entry 2 of the result"),
         ("zeros(2, states", "zeros(3, states", "is no result"),
         ("zeros(2, states", "ones(2, states", "is no result"),
         ("'like'", "'lik'", "fixed text"),
@@ -103,7 +111,7 @@ def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("out(3, :) =", "out(2, :) =", "is written again"),
+        ("out(3, :) =", "out(2, :) =", "writes entry 2 of the result again"),
         ("out(4, :) = ", "out(4, :) = -", "entry 3"),
         ("reshape(out, 2, 2, states)", "reshape(out, 4, 1, states)", "is not of shape (2, 2)"),
         ("  out = reshape(out, 2, 2, states);\n", "", "returns no result of shape (2, 2)"),

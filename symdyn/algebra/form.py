@@ -103,6 +103,11 @@ class Form:
         """Return (sign, rest) with form = sign · rest and no minus sign left in front of `rest`."""
         return 1, self
 
+    @property
+    def negative(self) -> Form:
+        """The form with its sign turned, of a sum that of every term."""
+        return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in self.terms)
+
     def power(self, exponent: int) -> Form:
         """Return the form to an integer power."""
         return Number.ONE if exponent == 0 else self if exponent == 1 else Power(self, exponent)
@@ -311,7 +316,7 @@ class Forms:
 
     def sub(self, a: Form, b: Form) -> Form:
         """Return a - b, the sign in every term."""
-        return Form.sum((a, self.neg(b)))
+        return Form.sum((a, b.negative))
 
     def mul(self, a: Form, b: Form) -> Form:
         """Return a b; x x is a square."""
@@ -325,7 +330,7 @@ class Forms:
 
     def neg(self, a: Form) -> Form:
         """Return -a."""
-        return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in a.terms)
+        return a.negative
 
     def function(self, node: Expr, args: Sequence[Form]) -> Form:
         """Return node.op(args)."""

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from symdyn.algebra.form import Form, Number
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Expr, Op, evaluate, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 
@@ -132,6 +132,12 @@ class Ratios:
     def values(self) -> dict[Expr, Ratio]:
         """Return the value of every symbol."""
         return {node: self.symbol(node) for node in self.atoms if node.op is Op.SYMBOL}
+
+    @staticmethod
+    def form_of(node: Expr) -> Form:
+        """Return a node as a quotient, both sides in factors."""
+        field = Ratios([node])
+        return field.form(evaluate([node], field, field.values())[0])
 
     def form(self, ratio: Ratio) -> Form:
         """Return a quotient as a formula, both sides in factors."""

@@ -7,10 +7,13 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from symdyn.rounding import in_digits
 from symdyn.simulation import Trajectory
+from symdyn.table import Table
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 
 NOTHING = "nothing could be compared"
+HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
 
 
 @dataclass(frozen=True)
@@ -80,11 +83,22 @@ class Stress(Claims):
         cases = [{"family": c.family, **asdict(c), "verdict": c.verdict, "passed": c.passed} for c in self.cases]
         return {**asdict(self), "cases": cases, **self.verdicts()}
 
-    def rows(self) -> list[tuple[str, ...]]:
-        """Return the table of cases, cell by cell as text."""
-        from symdyn.bench.report import stress_rows
-
-        return stress_rows(self)
+    @property
+    def table(self) -> Table[str]:
+        """The cases, a row each."""
+        rows = [
+            (
+                c.family,
+                c.name,
+                c.metric,
+                in_digits(c.bound, 2),
+                "" if c.measured is None else in_digits(c.measured, 2),
+                "pass" if c.passed else "FAIL" if c.verdict == Verdict.DIFFERENT else c.verdict,
+                c.worst,
+            )
+            for c in self.cases
+        ]
+        return Table(HARD, rows, (3, 4), f"{self.scene or 'built-in scenes'}: hard cases")
 
     def files(self) -> dict[str, str]:
         """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from symdyn.bench.plots import Dot, Series, log_log
-from symdyn.emit import in_markdown, render
+from symdyn.emit import in_html, in_markdown, render
 from symdyn.rounding import finite, in_digits
+from symdyn.table import Table
 from symdyn.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -32,22 +33,12 @@ SPREADS = (
 
 
 @dataclass(frozen=True)
-class BenchTable:
-    """Cells as text; columns of `numbers` are aligned to the right; what it is about, where it is one region's."""
-
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    numbers: Sequence[int] = ()
-    region: str = ""
-    text: str = ""
-
-
-@dataclass(frozen=True)
 class Section:
-    """A part of a report; `choices` are the best ones, told on pages."""
+    """A part of a report: a table, and one of each region, which its title names; `choices` are told on pages."""
 
     title: str
-    tables: Sequence[BenchTable]
+    tables: Sequence[Table[str]]
+    regions: Mapping[str, Table[str]] = field(default_factory=dict)
     pictures: Sequence[str] = ()
     words: Sequence[str] = ()
     choices: Sequence[str] = ()
@@ -89,9 +80,9 @@ def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
     return found
 
 
-def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
-    """Return the table of one function, cell by cell as text."""
-    return [
+def measured_table(bench: Bench, function: str) -> Table[str]:
+    """Return what was measured of one function, a row an implementation."""
+    rows = [
         (
             one.label,
             str(sum(one.operations.values())),
@@ -104,9 +95,10 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
         for one in bench.measured
         if one.function == function
     ]
+    return Table(COLUMNS, rows, range(1, 6))
 
 
-def regions(bench: Bench, function: str, region: str) -> list[tuple[str, ...]]:
+def _region_table(bench: Bench, function: str, region: str) -> Table[str]:
     """Return the distribution of errors of one function in one region."""
     found = []
     for one in bench.measured:
@@ -114,28 +106,24 @@ def regions(bench: Bench, function: str, region: str) -> list[tuple[str, ...]]:
             if (one.function, errors.region) == (function, region):
                 spreads = (errors.ulp, errors.condition, errors.backward or ())
                 found.append((one.label, str(errors.states), *(", ".join(in_digits(x, 2) for x in s) for s in spreads)))
-    return found
+    return Table(DEEPER, found, range(1, 5))
 
 
 def _sections(bench: Bench) -> Iterator[Section]:
     """Yield a section a function, and one about trajectories."""
     drawn = pictures(bench)
     for function in bench.functions:
-        tables = [BenchTable(COLUMNS, rows(bench, function), range(1, 6))]
-        for name, text in bench.regions.items():
-            tables.append(BenchTable(DEEPER, regions(bench, function, name), range(1, 5), name, text))
+        regions = {name: _region_table(bench, function, name) for name in bench.regions}
         choices = [f"{o.label}: {o.nanoseconds} ns, error {o.relative:.1e}" for o in bench.best(function)]
-        yield Section(function, tables, [drawn[name] for name in (function,) if name in drawn], (), choices)
+        shown = [drawn[name] for name in (function,) if name in drawn]
+        yield Section(function, [measured_table(bench, function)], regions, shown, (), choices)
     if (motion := bench.motion) is not None:
-        tables = [
-            BenchTable(PRECISION, curve_rows(motion.precision), range(1, 5)),
-            BenchTable(DRIFT, curve_rows(motion.drift), range(1, 5)),
-        ]
+        tables = curve_tables(motion)
         choices = [
             f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}" for c, p in motion.choices
         ]
         shown = [drawn[name] for name in ("trajectory", "energy") if name in drawn]
-        yield Section("trajectories", tables, shown, told(motion), choices)
+        yield Section("trajectories", tables, {}, shown, told(motion), choices)
 
 
 def markdown(bench: Bench) -> str:
@@ -159,15 +147,12 @@ def _markdown(title: str, command: str, head: list[str], sections: Iterable[Sect
     lines = [f"# {title}", "", *([f"    {command}", ""] if command else []), *head]
     for section in sections:
         lines += [f"## {section.title}", "", *(f"{line}\n" for line in section.words)]
-        for one in section.tables:
-            lines += [f"In the region *{one.region}*:", ""] if one.region else []
-            lines += table(one.columns, one.rows, one.numbers)
+        for table in section.tables:
+            lines += [table.markdown(), ""]
+        for name, table in section.regions.items():
+            lines += [f"In the region *{name}*:", "", table.markdown(), ""]
     lines += [f"Note: {in_markdown(' '.join(note.split()))}\n" for note in notes]
     return "\n".join(lines).rstrip("\n") + "\n"
-
-
-PRECISION = ("method", "rtol", "seconds", "evaluations", "error at the end", "best")
-DRIFT = (*PRECISION[:4], "drift of the energy", "best")
 
 
 def told(motion: MotionPrecision) -> list[str]:
@@ -182,9 +167,13 @@ def told(motion: MotionPrecision) -> list[str]:
     ]
 
 
-def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
-    """Return the table of trajectories."""
-    return [
+def curve_tables(motion: MotionPrecision) -> tuple[Table[str], Table[str]]:
+    """Return how exactly each method ends at each tolerance, and how well it keeps the energy."""
+    return _curves(motion.precision, "error at the end"), _curves(motion.drift, "drift of the energy")
+
+
+def _curves(curves: Sequence[Curve], error: str) -> Table[str]:
+    rows = [
         (
             c.method,
             f"{p.tolerance:.0e}",
@@ -196,13 +185,7 @@ def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
         for c in curves
         for p in c.points
     ]
-
-
-def table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> list[str]:
-    """Return a Markdown table, columns of `numbers` aligned to the right, and an empty line."""
-    rule = ["--:" if k in numbers else "---" for k in range(len(columns))]
-    lines = [f"| {' | '.join(columns)} |", f"|{'|'.join(rule)}|"]
-    return [*lines, *(f"| {' | '.join(row)} |" for row in cells), ""]
+    return Table(("method", "rtol", "seconds", "evaluations", error, "best"), rows, range(1, 5))
 
 
 def html(bench: Bench) -> str:
@@ -213,49 +196,36 @@ def html(bench: Bench) -> str:
         "about": [f"{name}: {value}" for name, value in bench.about],
         "words": [ERRORS, SPREADS],
         "sections": list(_sections(bench)),
+        "regions": bench.regions,
         "notes": bench.notes,
+        "cell": _cell,
     }
     return render("bench/report.html.jinja", values)
-
-
-HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
-
-
-def stress_rows(stress: Stress) -> list[tuple[str, ...]]:
-    """Return the table of hard cases, cell by cell as text."""
-    return [
-        (
-            c.family,
-            c.name,
-            c.metric,
-            in_digits(c.bound, 2),
-            "" if c.measured is None else in_digits(c.measured, 2),
-            "pass" if c.passed else "FAIL" if c.verdict == Verdict.DIFFERENT else c.verdict,
-            c.worst,
-        )
-        for c in stress.cases
-    ]
 
 
 def stress_markdown(stress: Stress) -> str:
     """Return the hard cases as Markdown."""
-    cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(stress)]
     title = f"{stress.scene or 'Built-in scenes'}: hard cases"
-    return _markdown(title, stress.command, table(HARD, cells, numbers=(3, 4)), (), stress.lines)
+    return _markdown(title, stress.command, [replace(stress.table, title="").markdown(), ""], (), stress.lines)
 
 
 def stress_html(stress: Stress) -> str:
     """Return the hard cases as one HTML page."""
-    cells = [(*row[:5], row[6], row[5]) for row in stress_rows(stress)]
     values = {
-        "title": f"{stress.scene or 'built-in scenes'}: hard cases",
+        "title": stress.table.title,
         "command": stress.command,
         "about": [f"{len(stress.cases)} cases, {len(stress.failed)} failed"],
         "words": (),
-        "sections": [Section("cases", [BenchTable((*HARD[:5], HARD[6], HARD[5]), cells)])],
+        "sections": [Section("cases", [replace(stress.table, title="")])],
         "notes": stress.lines,
+        "cell": _cell,
     }
     return render("bench/report.html.jinja", values)
+
+
+def _cell(text: str) -> str:
+    """Return a cell of a page; by a verdict in it the page colours the row."""
+    return f'<span class="{text}">{text}</span>' if text in ("yes", "pass", "FAIL") else in_html(text)
 
 
 def files(name: str, page: str, text: str, reported: Mapping[str, Any]) -> dict[str, str]:

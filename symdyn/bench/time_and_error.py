@@ -19,7 +19,7 @@ from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
-from symdyn.dynamics import Equations, Requested, Unasked, Workspace, derive_one, formulations_of, row_of
+from symdyn.dynamics import Equations, Requested, Workspace, derive_one, formulations_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
@@ -64,7 +64,7 @@ def bench(
     names, left_out = Requested.of(Workspace(scene)).available()
     if functions is None:
         notes += left_out
-        functions = [one for one in names if row_of(one)[0].unasked == Unasked.AT_A_LOOK] if quick else names
+        functions = [one for one in names if row_of(one)[0].default_in == "overview"] if quick else names
     _check(scene, functions)
     machines: tuple[str, ...] = ("native",) if quick else ("native", "portable")
     about = [("processor", _processor()), ("Python", platform.python_version()), ("NumPy", np.__version__)]

@@ -12,6 +12,7 @@ from symdyn.cli.scene_options import add_reading_options, again, functions_of, r
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit import write
 from symdyn.rounding import in_digits
+from symdyn.table import Table
 
 LONG = (
     "every function is derived, compiled and measured in every implementation, at 800 states: a minute or more "
@@ -59,8 +60,9 @@ def show(result: Bench) -> None:
         for function in result.functions
         for one in result.best(function)
     ]
-    columns = ("function", "implementation", "ns a state ", "error 99 % ", "backward ")
-    print_table(f"{result.scene}: the best choices, none beaten in both time and error", columns, lines)
+    columns = ("function", "implementation", "ns a state", "error 99 %", "backward")
+    title = f"{result.scene}: the best choices, none beaten in both time and error"
+    print_table(Table(columns, lines, (2, 3, 4), title))
     print("Errors are relative to the largest entry, in the worst region; backward errors in units of the roundoff.")
     if result.motion is not None:
         ends = [
@@ -68,8 +70,9 @@ def show(result: Bench) -> None:
             for c, p in result.motion.choices
         ]
         print()
-        heads = ("method", "rtol ", "seconds ", "error at the end ")
-        print_table(f"{result.scene}: the best choices for {result.motion.until:g} s of motion", heads, ends)
+        heads = ("method", "rtol", "seconds", "error at the end")
+        title = f"{result.scene}: the best choices for {result.motion.until:g} s of motion"
+        print_table(Table(heads, ends, (1, 2, 3), title))
     for note in (*result.notes, *(result.motion.notes if result.motion is not None else ())):
         print(f"Note: {note}")
 

@@ -18,6 +18,7 @@ from symdyn.cli.talk import give, print_table, print_text
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 from symdyn.runtime import CACHE_VARIABLE, RUNTIMES, here
+from symdyn.table import Table
 
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich", "platformdirs", "defusedxml")
 
@@ -106,7 +107,8 @@ def show(result: Mapping[str, Any]) -> None:
         ("", used if cache["safe"] else f"NOT SAFE: {cache['why']}", None if cache["safe"] else unsafe),
     ]
     rows += [(one["name"], one["path"] or "no", one["without"]) for one in result["programs"]]
-    print_table("Programs and folders", ("", "found", "without it"), [(a, b, c or "") for a, b, c in rows])
+    shown = [(a, b, c or "") for a, b, c in rows]
+    print_table(Table(("", "found", "without it"), shown, title="Programs and folders"))
     extras = [
         (
             one["name"],
@@ -116,4 +118,4 @@ def show(result: Mapping[str, Any]) -> None:
         )
         for one in result["extras"]
     ]
-    print_table("Extras", ("", "found", "without it", "to install"), extras)
+    print_table(Table(("", "found", "without it", "to install"), extras, title="Extras"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 
 from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
@@ -122,62 +121,10 @@ def _check_way(options: argparse.Namespace, way: str) -> None:
 
 def show(identification: Identification) -> None:
     """Print the tables."""
+    for table in identification.tables:
+        print_table(table)
     regression = identification.regression
-    rows = []
-    count = len(identification.names) - len(identification.gains)  # which have a table of their own, with units
-    columns = zip(
-        identification.names[:count],
-        identification.before,
-        identification.after,
-        identification.errors,
-        regression.told,
-        strict=False,
-    )
-    for name, before, after, error, told in columns:
-        part = 100 * error / abs(after) if told and after else math.nan
-        rows.append((name, _told(before), _told(after), _told(error, 2) if told else "not told", _told(part, 2)))
-    print_table(
-        f"base parameters of {identification.scene.name}",
-        ("parameter", "before ", "after ", "standard error ", "% "),
-        rows,
-    )
-    if identification.gains:
-        print_table(
-            "gains of drives",
-            ("drive", "unit", "gain ", "standard error ", "% "),
-            [
-                (
-                    one.drive,
-                    one.unit,
-                    _told(one.value) if math.isfinite(one.error) else "-",
-                    _told(one.error, 2) if math.isfinite(one.error) else "not told",
-                    _told(100 * one.error / abs(one.value), 2),
-                )
-                for one in identification.gains
-            ],
-        )
-    print_table(
-        "driving forces, root mean squares",
-        ("drive", "unit", "measured ", "error ", "% ", "error before ", "held back ", "% "),
-        [
-            (
-                one.drive,
-                one.unit,
-                _told(one.size),
-                _told(one.error, 3),
-                _told(one.percent, 2),
-                _told(one.before, 3),
-                _told(one.held_back, 3),
-                _told(one.held_back_percent, 2),
-            )
-            for one in identification.fits
-        ],
-    )
     print_text(
         f"condition number {in_digits(regression.condition, 3)}, band {in_digits(identification.band, 3)} Hz, "
         f"{len(regression.tau)} rows, {regression.dof} degrees of freedom"
     )
-
-
-def _told(value: float, usual: int = 5) -> str:
-    return in_digits(float(value), usual) if math.isfinite(value) else "-"

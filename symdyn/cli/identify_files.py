@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from symdyn.cli.talk import say, wrote
 from symdyn.emit import write
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification, Outcome
+from symdyn.table import Table
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,10 @@ def _scene(outcome: Outcome, format: str) -> str:
 
 def _table(outcome: Outcome) -> str:
     """Return the base parameters as CSV."""
-    found, file = outcome.found, io.StringIO()
-    lines = csv.writer(file, lineterminator="\n")
-    lines.writerow(("parameter", "before", "after", "standard error", "from", "to"))
-    columns = (found.names, found.before, found.after, found.errors, found.interval())
-    for name, before, after, error, (low, high) in zip(*columns, strict=True):
-        lines.writerow((name, *(repr(float(x)) for x in (before, after, error, low, high))))
-    return file.getvalue()
+    found = outcome.found
+    numbers = np.column_stack([found.before, found.after, found.errors, found.interval()])
+    heads = ("parameter", "before", "after", "standard error", "from", "to")
+    return Table(heads, [(name, *row) for name, row in zip(found.names, numbers.tolist(), strict=True)]).csv()
 
 
 FILES = {

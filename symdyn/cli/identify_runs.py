@@ -6,7 +6,7 @@ import argparse
 
 from symdyn.cli.talk import Waiting, give, print_table, say
 from symdyn.cli.trajectory_options import pairs
-from symdyn.rounding import finite, in_digits
+from symdyn.rounding import finite
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 
@@ -38,13 +38,13 @@ def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
         found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
     for note in found.notes:
         say(note)
-    rows = found.table()
     if options.json:
         keys = ("name", "unit", "before", "after", "standard_error")
+        numbers = (one.tolist() for one in (found.before, found.estimate, found.standard_errors))
+        rows = zip(found.names, found.units, *numbers, strict=True)
         give(
             finite({"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "degrees_of_freedom": found.dof})
         )
         return 0
-    shown = [(*row[:2], in_digits(row[2], 5), in_digits(row[3], 5), in_digits(row[4], 2)) for row in rows]
-    print_table(f"parameters of {scene.name}", ("parameter", "unit", "before ", "after ", "standard error "), shown)
+    print_table(found.table())
     return 0

@@ -17,7 +17,9 @@ from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_o
 from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
-from symdyn.scene import schema
+from symdyn.scene import Scene, SceneUnits, schema
+from symdyn.scene.values import Letter, spell
+from symdyn.table import Table
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""
@@ -50,8 +52,6 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     closing = closing_of(options, scene)
     if options.units:
-        from symdyn.cli.unit_tables import show_units, unit_facts
-
         units = unit_facts(scene)
         if options.json:
             give(units)
@@ -84,7 +84,8 @@ def show_parts(result: dict[str, Any]) -> None:
     if "frames" in result:
         columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
         rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in result["frames"]]
-        print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
+        title = "Link frames, z along the joint's axis; lengths in m, angles in deg or rad"
+        print_table(Table(columns, rows, title=title))
     for parameter in result.get("base_parameters", ()):
         formula = short(parameter["formula"])
         print(f"{parameter['name']} {formula}" if formula[0] == "≈" else f"{parameter['name']} = {formula}")
@@ -111,26 +112,28 @@ def show(facts: dict[str, Any]) -> None:
         print(f"{asking(facts['leaves'])}\n")
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
-        print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
+        print_table(Table(("", "name", "where", "law"), rows, title="What acts beside gravity and drives"))
     show_loops(facts)
     if facts.get("inputs"):
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["inputs"]]
-        print_table("Inputs; passed as inputs, in this order", ("name", "unless given", "unit", ""), rows)
+        title = "Inputs; passed as inputs, in this order"
+        print_table(Table(("name", "unless given", "unit", ""), rows, title=title))
     if facts.get("outputs"):
         rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["outputs"]]
-        print_table("Outputs", ("name", "formula", "unit", ""), rows)
+        print_table(Table(("name", "formula", "unit", ""), rows, title="Outputs"))
     if facts["parameters"]:
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["parameters"]]
-        print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
+        title = "Parameters; free ones are passed as params, in this order"
+        print_table(Table(("name", "value", "unit", ""), rows, title=title))
     for said in (*facts.get("values_with_units", ()), *facts.get("doubtful_units", ())):
         print(f"{said}\n")
-    columns = ("function", "shape", "formulation", "mul ", "add ", "div ", "sin/cos ", "other ")
+    columns = ("function", "shape", "formulation", "mul", "add", "div", "sin/cos", "other")
     rows = []
     for function in facts["functions"]:
         operations = function["operations"]
         shape = " x ".join(map(str, function["shape"])) or "scalar"
         rows.append((function["name"], shape, function["formulation"], *(str(count) for count in operations.values())))
-    print_table("Operations of one call that depend on the state", columns, rows)
+    print_table(Table(columns, rows, range(3, 8), "Operations of one call that depend on the state"))
     print(f"with --functions also: {', '.join(facts['on_request'])}\n")
     show_skipped(facts)
 
@@ -168,11 +171,13 @@ def show_skipped(facts: dict[str, Any]) -> None:
     if moved:
         once = facts["prepare"]
         moved.append((f"prepare, {once['values']} values", str(Counts(**once["operations"]))))
-        print_table("On parameters alone; --prepare does it once", ("function", "operations"), moved)
+        title = "On parameters alone; --prepare does it once"
+        print_table(Table(("function", "operations"), moved, title=title))
     report = facts["skipped"]
     if not report:
         return
-    print_table("Left out or merged", ("step", "why"), [(one["step"], one["why"]) for one in report])
+    steps = [(one["step"], one["why"]) for one in report]
+    print_table(Table(("step", "why"), steps, title="Left out or merged"))
     measured = [one for one in report if one["saved"]]
     rows = [
         (name, *(_saving(one["saved"].get(name)) for one in measured))
@@ -180,7 +185,8 @@ def show_skipped(facts: dict[str, Any]) -> None:
         if any(name in one["saved"] for one in measured)
     ]
     title = "What that saved, multiplications/additions (d: divisions, s: sin/cos, o: other); + is what it costs"
-    print_table(title, ("function", *(f"{one['step']} " for one in measured)), rows)
+    heads = ("function", *(one["step"] for one in measured))
+    print_table(Table(heads, rows, range(1, len(heads)), title))
 
 
 def _saving(counts: dict[str, int] | None) -> str:
@@ -222,3 +228,55 @@ def _label(joint: dict[str, Any]) -> str:
         words.append(f"from {limits['lower'] or '-oo'} to {limits['upper'] or 'oo'}")
     words += [f"{key} up to {limits[key]}" for key in ("velocity", "effort") if limits[key]]
     return f"{joint['child']}  ({', '.join(words)})"
+
+
+def unit_facts(scene: Scene) -> dict[str, Any]:
+    """Return letters with their units and how these are known, columns with theirs, and numbers that carry one."""
+    units, known = SceneUnits(scene).letters, SceneUnits(scene).dimensions
+    joints = {name: joint.name for joint in scene.joints for name in (*joint.coordinates, *joint.rates, *joint.drives)}
+    given: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    said, names = {one.name for one in given if one.unit}, {one.name for one in given}
+    letters = []
+    for name, unit in units.items():
+        if name in said or name not in names:
+            how = "it says so" if name in said else f"joint {joints[name]}" if name in joints else ""
+            told_unit = unit if name in said else scene.shown_unit(unit)
+            letters.append({"name": name, "unit": told_unit, "known": how})
+        elif not scene.dimensionless and (told := known.letter(name)) is not None:
+            origin = known.origins[name]
+            two = any(name in dict(pair.ratio.letters) for pair in known.disagreeing)
+            beside = (
+                "" if name in known.certain else ", and another elsewhere" if two else ", by a number taken as plain"
+            )
+            letters.append({"name": name, "unit": unit or told.text, "known": f"{origin.place.words}{beside}"})
+        else:
+            letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
+    columns = [{"name": name, "unit": unit} for name, unit in SceneUnits(scene).outputs.items()]
+    columns += [{"name": name, "unit": scene.shown_unit("m")} for name in scene.point_letters]
+    numbers = [
+        {"number": spell(one.number), "where": one.place.words, "unit": one.dimension.text}
+        for one in ([] if scene.dimensionless else known.carried)
+    ]
+    return {
+        "name": scene.name,
+        "checked": not scene.dimensionless,
+        "letters": letters,
+        "columns": columns,
+        "numbers": [one for k, one in enumerate(numbers) if one not in numbers[:k]],
+        "doubtful": list(SceneUnits(scene).doubtful),
+    }
+
+
+def show_units(facts: dict[str, Any]) -> None:
+    """Print them for people."""
+    if not facts["checked"]:
+        print(f"{facts['name']}: is without dimensions on purpose, so that none is checked\n")
+    rows = [(one["name"], one["unit"], one["known"]) for one in facts["letters"]]
+    print_table(Table(("name", "unit", "known by"), rows, title="Letters"))
+    if facts["columns"]:
+        columns = [tuple(one.values()) for one in facts["columns"]]
+        print_table(Table(("column", "unit"), columns, title="Outputs and points"))
+    for one in facts["numbers"]:
+        print(f"{one['number']} in {one['where']} would have to be {one['unit']}")
+    for said in facts["doubtful"]:
+        print(said)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.seconds import seconds
@@ -17,7 +18,7 @@ from symdyn.cli.trajectory_options import (
     pairs,
 )
 from symdyn.errors import SimulateError
-from symdyn.simulation import AskedMotion
+from symdyn.simulation import Problem, inverse, motion_times, read_motion, read_path
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -65,14 +66,20 @@ def run(options: argparse.Namespace) -> int:
     laws, paths = flattened(options.motion), flattened(options.path)
     if not laws and not paths:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
-    asked, start, _ = collected(
-        lambda: AskedMotion.read(scene, laws, paths, forces_told(scene, options), options.until, options.every),
+    problem = Problem(scene, forces_told(scene, options))
+    motion, path, _, times, start, _ = collected(
+        lambda: read_motion(scene, laws),
+        lambda: read_path(scene, paths),
+        lambda: problem.inputs,
+        lambda: motion_times(laws, paths, options.until, options.every),
         lambda: pairs(options.start, "--start"),
         lambda: check_outputs(scene, options),
     )
+    problem = replace(problem, start=start)  # type: ignore[arg-type]
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")
-        trajectory = asked.run(start, options.reactions, lambda line: say(f"symdyn: {line}"))  # type: ignore[attr-defined]
+        told = lambda line: say(f"symdyn: {line}")  # noqa: E731
+        trajectory = inverse(problem, motion, times, options.reactions, told, path=path)  # type: ignore[arg-type]
     deliver(trajectory, options)
     if trajectory.complete:
         return 0

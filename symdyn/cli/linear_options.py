@@ -14,7 +14,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear import System, locus_over
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation import CHECKS
+from symdyn.simulation import CHECKS, Problem
 
 ENDINGS = {
     "bode": (".csv", *PICTURES),
@@ -92,10 +92,8 @@ def rates_of(options: argparse.Namespace) -> dict[str, str]:
 
 def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
-    found = locus_over(
-        scene, options.over, pairs(options.at, "--at"), rates_of(options), flattened(options.forces),
-        split(options.independent) or (), options.anywhere,
-    )  # fmt: skip
+    problem = Problem(scene, flattened(options.forces), pairs(options.at, "--at"), rates_of(options))
+    found = locus_over(problem, options.over, split(options.independent) or (), options.anywhere)
     title = f"{scene.name}: eigenvalues over {found.name}"
-    lines = found.lines() + written(options.locus or [], found.table, lambda kind: found.plot(title, kind))
+    lines = found.lines() + written(options.locus or [], found.table().csv, lambda kind: found.plot(title, kind))
     return lines, found.as_json()

@@ -94,9 +94,9 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.bode(options.hertz or None)
     if not options.bode:
-        return found.table().splitlines(), found.as_json()
+        return found.table().csv().splitlines(), found.as_json()
     title = f"{system.found.scene.name}: frequency response"
-    return written(options.bode, found.table, lambda kind: found.plot(title, kind)), found.as_json()
+    return written(options.bode, found.table().csv, lambda kind: found.plot(title, kind)), found.as_json()
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:

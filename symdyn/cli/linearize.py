@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear import System, SystemsFile, find_systems
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
-from symdyn.simulation import read_forces, read_start
+from symdyn.simulation import Problem
 
 FORMATS: Mapping[str, Callable[[System], str]] = {"text": System.text, "latex": System.latex}
 
@@ -95,16 +96,15 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     """Return the linear systems that the options ask for, and what is said of how they were found."""
     outputs = [] if options.outputs is None else split_commas(options.outputs) or [""]
     independent = split(options.independent) or ()
-    forces, start = collected(
-        lambda: read_forces(scene, flattened(options.forces), differentiable=True),
-        lambda: (
-            None
-            if options.at == REST or options.along is not None
-            else read_start(scene, pairs(options.at, "--at"), rates_of(options))
-        ),
+    problem = Problem(scene, flattened(options.forces))
+    if options.at == REST or options.along is not None:
+        where = REST if options.along is None else Path(options.along)
+        return find_systems(problem, where, outputs, independent, options.anywhere)
+    _, start = collected(
+        lambda: problem.driving, lambda: Problem(scene, (), pairs(options.at, "--at"), rates_of(options)).initial
     )
-    where = start if options.along is None else Path(options.along)
-    return find_systems(scene, where, forces, outputs, independent, options.anywhere)  # type: ignore[arg-type]
+    problem = replace(problem, start=start)  # type: ignore[arg-type]
+    return find_systems(problem, "start", outputs, independent, options.anywhere)
 
 
 def _text(system: System, options: argparse.Namespace) -> str:

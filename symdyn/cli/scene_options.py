@@ -68,9 +68,9 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
 
 def add_formulation(verb: argparse.ArgumentParser) -> None:
     """Add the choice of the derivation that becomes code: those that a first look at a scene can be had by."""
-    from symdyn.dynamics import OUTPUTS, Unasked
+    from symdyn.dynamics import OUTPUTS
 
-    looked_at = [row.formulations.items() for row in OUTPUTS.values() if row.unasked is Unasked.AT_A_LOOK]
+    looked_at = [row.formulations.items() for row in OUTPUTS.values() if row.default_in == "overview"]
     formulations = [formulation for some in looked_at for formulation in some]
     growing = {name for name, formulation in formulations if formulation.up_to < inf}
     verb.add_argument(

@@ -10,7 +10,7 @@ from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.simulation import Trajectory, check_run, feedback_of, read_forces, read_start, simulate
+from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate
 
 CTRL_C = 130
 
@@ -61,10 +61,14 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compute, write, and tell how well the laws were kept."""
     scene = read_scene_to_move(options)
-    formulas = (*options.stop, *options.report)
+    run = Run(
+        options.until, options.every, options.method, options.rtol, options.atol, options.stop, options.ignore_limits
+    )
     forces, start, _, feedback, _, _ = collected(
-        lambda: read_forces(scene, forces_told(scene, options)),
-        lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
+        lambda: Problem(scene, forces_told(scene, options)).driving,
+        lambda: (
+            Problem(scene, (), pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")).initial
+        ),
         lambda: _check_feedback(options),
         lambda: (
             None
@@ -75,26 +79,17 @@ def run(options: argparse.Namespace) -> int:
             )
         ),
         lambda: check_outputs(scene, options),
-        lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
+        lambda: run.checked(scene, options.report),
     )
     with Bar(f"simulating {scene.name}") as progress:
         trajectory = simulate(
-            scene,
-            forces,  # type: ignore[arg-type]
-            options.until,
-            start,  # type: ignore[arg-type]
-            None,
-            options.method,
-            options.rtol,
-            options.atol,
-            options.stop,
-            options.report,
-            options.every,
-            options.reactions,
-            progress,
-            lambda line: say(f"symdyn: {line}"),
+            Problem(scene, forces, start),  # type: ignore[arg-type]
+            reports=options.report,
+            reactions=options.reactions,
             feedback=feedback,  # type: ignore[arg-type]
-            ignore_limits=options.ignore_limits,
+            progress=progress,
+            say=lambda line: say(f"symdyn: {line}"),
+            **vars(run),
         )
     deliver(trajectory, options)
     ended = status(trajectory)

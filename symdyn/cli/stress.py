@@ -35,8 +35,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         give(found.as_dict())
     else:
-        columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
-        print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, found.rows())
+        print_table(found.table)
         for line in found.lines:
             print(line)
         not_shown = f", {len(found.not_shown)} not shown" if found.not_shown else ""

@@ -11,10 +11,12 @@ from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.seconds import seconds
 from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import flattened, forces_told, pairs
+from symdyn.cli.trajectory_options import forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
+from symdyn.simulation import Problem, Run
 from symdyn.study import DESIGNS, FORMS, SUFFIX, Runs, sweep
+from symdyn.table import Table
 
 CTRL_C = 130
 
@@ -104,27 +106,14 @@ def run(options: argparse.Namespace) -> int:
     if file is not None:
         _check(file)
     check_outcome(options)
-    asked = {
-        "until": 10.0 if options.until is None else options.until,
-        "forces": flattened(options.forces),
-        "start": pairs(options.start, "--start") or None,
-        "start_rates": pairs(options.start_rates, "--start-rates") or None,
-        "every": options.every,
-    }
+    start, rates = pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")
+    problem = Problem(scene, forces_told(scene, options), start, rates)
+    run = {name: one for name, one in vars(options).items() if name in Run.Fields.__annotations__ and one is not None}
     with Bar(f"sweeping {scene.name}") as progress:
         runs = sweep(
-            scene,
+            problem,
             options.over,
             options.measure,
-            until=options.until,
-            forces=forces_told(scene, options),
-            start=pairs(options.start, "--start") or None,
-            start_rates=pairs(options.start_rates, "--start-rates") or None,
-            every=options.every,
-            method=options.method,
-            rtol=options.rtol,
-            atol=options.atol,
-            ignore_limits=options.ignore_limits,
             design=options.design,
             count=options.count,
             seed=options.seed,
@@ -136,13 +125,14 @@ def run(options: argparse.Namespace) -> int:
             at=options.at,
             progress=progress,
             say=say,
+            **run,
         )
     if file is not None:
         if file.suffix == TABLE:
             runs.to_csv(file)
         print_paths(file)
     nothing = not any(runs.known(name).size for name in runs.measures) and runs.complete
-    tell(runs, options, lambda: {} if nothing or runs.left else tell_outcome(runs, scene, options, asked))
+    tell(runs, options, lambda: {} if nothing or runs.left else tell_outcome(runs, problem, Run(**run), options))
     if nothing:
         why = runs.told.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
         fail(f"no run has measures; run 0: {why}")
@@ -187,7 +177,8 @@ def tell(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[str
             for name, one in told["measures"].items()
         ]
         title = f"{runs.scene}: {len(runs)} runs over {', '.join(runs.names)} ({runs.about['design']})"
-        print_table(title, ("measure", "unit", "mean ", "sd ", "least ", "5 % ", "median ", "95 % ", "most "), rows)
+        heads = ("measure", "unit", "mean", "sd", "least", "5 %", "median", "95 %", "most")
+        print_table(Table(heads, rows, range(2, 9), title))
     for count, what in ((runs.failed, "failed, and have no measures"), (runs.stopped, "ended before their time")):
         if count:
             say(f"{count} of {len(runs)} runs {what}")

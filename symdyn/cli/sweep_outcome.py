@@ -9,8 +9,9 @@ from typing import Any
 from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene
+from symdyn.simulation import Problem, Run
 from symdyn.study import PLOTS, Runs, beside, check_study_plot
+from symdyn.table import Table
 
 DIGITS = 4
 
@@ -37,13 +38,13 @@ def check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
 
 
-def tell_outcome(runs: Runs, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def tell_outcome(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
     if runs.has_indices:
         told["indices"] = _indices(runs, options.json)
     if options.first_order:
-        told["first_order"] = _first_order(runs, scene, options, requested)
+        told["first_order"] = _first_order(runs, problem, run, options)
     if options.plot is not None:
         runs.save_plot(options.plot, kind=options.plot_kind)
         wrote(options.plot)
@@ -76,13 +77,14 @@ def _indices(runs: Runs, quiet: bool) -> dict[str, Any]:
             )
             rows.append((measure, name, *shown))
     if rows and not quiet:
-        print_table("Sobol's indices, with 95 % intervals", ("measure", "name", "first order ", "total "), rows)
+        heads = ("measure", "name", "first order", "total")
+        print_table(Table(heads, rows, (2, 3), "Sobol's indices, with 95 % intervals"))
     return told
 
 
-def _first_order(runs: Runs, scene: Scene, options: argparse.Namespace, requested: dict[str, Any]) -> dict[str, Any]:
+def _first_order(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
     """Return standard deviations both ways, and print them."""
-    found = beside(runs, scene, options.over, options.measure, **requested)
+    found = beside(runs, problem, run, options.over, options.measure)
     rows = []
     for one in found:
         shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())
@@ -94,7 +96,8 @@ def _first_order(runs: Runs, scene: Scene, options: argparse.Namespace, requeste
                 f"{len(runs)} runs: it is not linear over what varies; trust the runs"
             )
     if not options.json:
-        print_table("standard deviations", ("measure", "unit", "first order ", "runs ", "variance is due to"), rows)
+        heads = ("measure", "unit", "first order", "runs", "variance is due to")
+        print_table(Table(heads, rows, (2, 3), "standard deviations"))
     return {
         one.measure: {"first_order": one.first_order, "runs": one.runs, "shares": dict(one.shares), "near": one.near}
         for one in found

@@ -7,15 +7,15 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Self
-from unicodedata import combining, east_asian_width
 
 from symdyn.errors import printable
 from symdyn.rounding import digits_or, finite
+from symdyn.table import Table
 
 PREFIX = "symdyn: "
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
@@ -142,49 +142,22 @@ def print_rich(shown: Any) -> None:
     Piped(width=width, highlight=False, markup=False, emoji=False).print(shown)
 
 
-def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout; columns whose name ends in a space are numbers and aligned to the right."""
-    if not sys.stdout.isatty() and len(head := next(lines := _lines_of(title, columns, rows))) <= WIDTH:
-        print(head, *lines, sep="\n")
+def print_table(table: Table[Any]) -> None:
+    """Print a table on stdout; on a terminal, and where it is too wide for a page, rich breaks its lines."""
+    rule = "─" if (sys.stdout.encoding or "").lower().startswith("utf") else "-"
+    text = table.text(rule)
+    if not sys.stdout.isatty() and len(text.partition("\n")[0]) <= WIDTH:
+        print(text)
         return
     from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    from rich.table import Table as Broken
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
-    for column in columns:
-        table.add_column(column.rstrip(), justify="right" if column.endswith(" ") else "left")
-    for row in rows:
-        table.add_row(*row)
-    print_rich(table)
-
-
-def _lines_of(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Iterate over the lines of a table as it is outside of terminals; where one is too long, rich breaks it."""
-    cells = [[column.rstrip() for column in columns], *rows]
-    widths = [max(map(_width, column)) for column in zip(*cells, strict=True)]
-    whole = sum(widths) + 3 * len(widths) - 1
-    plain = (sys.stdout.encoding or "").lower().startswith("utf")
-
-    def line(row: Sequence[str]) -> str:
-        gaps = [" " * (width - _width(text)) for text, width in zip(row, widths, strict=True)]
-        padded = (
-            gap + text if name.endswith(" ") else text + gap for text, gap, name in zip(row, gaps, columns, strict=True)
-        )
-        return f" {'   '.join(padded)} "
-
-    yield title + " " * (whole - _width(title))
-    yield " " * whole
-    yield line(cells[0])
-    yield f" {('─' if plain else '-') * (whole - 2)} "
-    yield from map(line, cells[1:])
-    yield " " * whole
-
-
-def _width(text: str) -> int:
-    """Return how many columns a text takes: accents none, ideographs two."""
-    if text.isascii():
-        return len(text)
-    return sum(0 if combining(one) else 1 + (east_asian_width(one) in "WF") for one in text)
+    shown = Broken(title=table.title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    for k, column in enumerate(table.columns):
+        shown.add_column(column, justify="right" if k in table.numbers else "left")
+    for row in table.rows:
+        shown.add_row(*row)
+    print_rich(shown)
 
 
 def asking(leaves: Sequence[str]) -> str:

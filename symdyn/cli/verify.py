@@ -28,6 +28,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneUnits, parse, read_bindings
 from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
+from symdyn.table import Table
 from symdyn.verdict import Verdict
 from symdyn.verify import Certificate, Rigorous, certify, rigorous
 
@@ -192,8 +193,9 @@ def show_bounds(result: Rigorous) -> None:
     ]
     lines += [(function, f"{number} others", *("0" for _ in modules)) for function, number in exact.items() if number]
     lines.sort(key=lambda line: list(exact).index(line[0]))
-    columns = ("function", "entry", *(f"{module} " for module in modules))
-    print_table(f"{result.scene}: guaranteed error (in ulps of the entry)", columns, lines)
+    columns = ("function", "entry", *modules)
+    title = f"{result.scene}: guaranteed error (in ulps of the entry)"
+    print_table(Table(columns, lines, range(2, len(columns)), title))
     states = max((len(states) for states in result.states.values()), default=0)
     print(
         f"Guaranteed at {states} state{'s' * (states != 1)}; balls of up to {result.bits} bits; --json has the states."
@@ -217,7 +219,8 @@ def show(certificate: Certificate) -> None:
             f"{finding.verdict} at entry {finding.where}" if finding.verdict == Verdict.DIFFERENT else finding.verdict
         )
         rows.append((finding.claim, verdict, str(finding.degree or ""), sure))
-    print_table(f"{certificate.scene}: equations", ("claim", "verdict", "degree ", "chance of error "), rows)
+    heads = ("claim", "verdict", "degree", "chance of error")
+    print_table(Table(heads, rows, (2, 3), f"{certificate.scene}: equations"))
     fields = certificate.fields
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
@@ -242,10 +245,10 @@ def show(certificate: Certificate) -> None:
 
 def show_measured(certificate: Certificate, measured: Sequence[tuple[str, ...]]) -> None:
     """Print how far built code is off."""
-    columns = ("function", "module", "median ", "max ", "of bound ", "")
+    columns = ("function", "module", "median", "max", "of bound", "")
     states = max(one.states for one in certificate.accuracy)
     title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
-    print_table(title, columns, measured)
+    print_table(Table(columns, measured, (2, 3, 4), title))
     print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
 
 
@@ -263,6 +266,7 @@ def show_written(certificate: Certificate) -> None:
         for one in certificate.written
     ]
     if rows:
-        columns = ("target", "file", "sha256", "arithmetic", "functions ", "bytes of fixed text ")
-        print_table("Files read back: the same functions, constants rounded correctly", columns, rows)
+        columns = ("target", "file", "sha256", "arithmetic", "functions", "bytes of fixed text")
+        title = "Files read back: the same functions, constants rounded correctly"
+        print_table(Table(columns, rows, (4, 5), title))
         print("Fixed text (sines, tiles, loops over blocks) is that of the templates, and measured.\n")

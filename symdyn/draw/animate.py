@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, native
 from symdyn.draw.corner import with_corner
 from symdyn.draw.label_places import Put, put
 from symdyn.draw.pictures import body_names, lines, mechanism
@@ -68,7 +68,7 @@ def animation(
             position.
     """
     check_arguments(animation, locals(), DrawError)
-    (fps,), scene = doubles(fps), scene_of(scene)
+    (fps,), scene = native(float, fps), scene_of(scene)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}

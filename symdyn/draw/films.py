@@ -17,7 +17,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, doubles, flags, wholes
+from symdyn.arguments import check_arguments, native
 from symdyn.draw.animate import animation, as_arrays, moments, moving
 from symdyn.draw.canvas import require
 from symdyn.draw.gltf import glb
@@ -122,7 +122,7 @@ def film(
     cart.svg True
     """
     check_arguments(film, locals(), DrawError)
-    (fps,), (loop,), scene = doubles(fps), flags(loop), scene_of(scene)
+    (fps,), (loop,), scene = native(float, fps), native(bool, loop), scene_of(scene)
     reel = Reel(fps, _sides(size), loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]
@@ -139,7 +139,7 @@ def _sides(size: int | tuple[int, int] | None) -> int | tuple[int, int] | None:
     try:
         return index(size)  # type: ignore[arg-type]
     except TypeError:
-        width, height = wholes(*size)  # type: ignore[misc]
+        width, height = native(int, *size)  # type: ignore[misc]
         return width, height
 
 

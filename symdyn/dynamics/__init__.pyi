@@ -15,7 +15,7 @@ from .loops.continuation import assemble as assemble, consistent as consistent, 
 from .loops.partition import LoopChoices as LoopChoices
 from .outputs.derive import called as called, derive as derive, derive_one as derive_one, loop_alone as loop_alone
 from .outputs.named_functions import Argument as Argument, Equations as Equations, Function as Function
-from .outputs.output import Formulation as Formulation, Output as Output, Unasked as Unasked
+from .outputs.output import Formulation as Formulation, Output as Output
 from .outputs.output_table import OUTPUTS as OUTPUTS
 from .outputs.regressor_outputs import linear_parameters as linear_parameters
 from .outputs.requested import Requested as Requested, available as available

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
 from symdyn.identification.criteria import CRITERIA
@@ -93,8 +93,7 @@ def excite(
         SceneError: a value that the scene cannot have, or of no parameter.
     """
     check_arguments(excite, locals(), IdentifyError)
-    (period, every), (terms, starts, seed) = doubles(period, every), wholes(terms, starts, seed)
-    scene = scene_of(scene)
+    (period, every), (terms, starts, seed) = native(float, period, every), native(int, terms, starts, seed)
     scene = scene_of(scene, values)
     faults = Faults("")
     for fault in fits(scene):

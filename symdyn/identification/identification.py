@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
@@ -22,6 +22,7 @@ from symdyn.identification.validation import Fit
 from symdyn.scene import INERTIAL, Scene
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -115,13 +116,20 @@ class Identification(Shown):
             IdentifyError: a level that is not between 0 and 1.
         """
         check_arguments(Identification.interval, locals(), IdentifyError)
-        (level,) = doubles(level)
+        (level,) = native(float, level)
         if not 0 < level < 1:
             raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
         from scipy.stats import t
 
         wide = float(t.ppf(0.5 + level / 2, self.regression.freedom)) * self.errors
         return np.stack([self.after - wide, self.after + wide], axis=1)
+
+    @property
+    def tables(self) -> tuple[Table[str], ...]:
+        """Base parameters before and after, gains of drives where there are some, how driving forces are predicted."""
+        from symdyn.identification.report_sections import fit_table, gain_table, parameter_table
+
+        return parameter_table(self), *([gain_table(self)] if self.gains else []), fit_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a row a parameter: its value, its standard error, its unit, what the scene says, whether data tell it.

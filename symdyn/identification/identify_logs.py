@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError
 from symdyn.identification.calibrated_gains import doubts
 from symdyn.identification.filtered import Motion, choose_band, motions
@@ -70,8 +70,7 @@ def identify(
         DerivationError: the scene has no driving forces.
     """
     check_arguments(identify, locals(), IdentifyError)
-    band, hold_back = doubles(band, hold_back)
-    scene = scene_of(scene)
+    band, hold_back = native(float, band, hold_back)
     scene = scene_of(scene, values)
     if not scene.velocities:
         raise IdentifyError(f"{scene.name}: nothing moves: no joint has a coordinate")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, listed, suggestion, velocity_name
-from symdyn.simulation import Forces, Values, read_forces, read_start
+from symdyn.simulation import Forces, Problem
 from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
 
 FEWEST = 10
@@ -39,21 +39,23 @@ class Measured:
 
 
 def read_measured(
-    scene: Scene, data: Entries, forces: Entries, measured: Sequence[str] | None, pieces: int
+    problem: Problem, data: Entries, measured: Sequence[str] | None, pieces: int
 ) -> tuple[tuple[str, ...], tuple[Measured, ...], tuple[str, ...]]:
     """Return the names of the columns that are fitted, the pieces of all logs, and notes.
 
     Args:
-        scene: the mechanism, its parameters bound.
+        problem: the mechanism, and what is known of driving forces beside the columns of the logs.
         data: files, arrays by name or tables, one a log.
-        forces: what is known of driving forces beside the columns of the logs, as `simulate` takes it.
         measured: names of the columns that are fitted; None for all coordinates and velocities that the logs have.
         pieces: into how many pieces, of a start each, every log is cut.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
-    faults, known = Faults(""), (*scene.coordinates, *scene.velocities)
+    scene, forces, faults = problem.scene, problem.forces, Faults("")
+    known = (*scene.coordinates, *scene.velocities)
+    if isinstance(forces, Forces):
+        raise SimulateError("forces: logs give some of them; give the others as text or by name, not read")
     logs = [data] if not isinstance(data, (list, tuple)) else data
     tables = list[Columns]()
     for one in logs:
@@ -87,10 +89,11 @@ def read_measured(
         columns = {name: one.values[name] for name in drives if name in one.values}
         given = Forces()
         with faults.noted():
-            entries = [] if forces is None else forces if isinstance(forces, list) else [forces]
-            given = read_forces(scene, [*entries, *([{TIME: one.t, **columns}] if columns else [])])
+            entries = [*forces] if isinstance(forces, list | tuple) else [forces]
+            entries += [{TIME: one.t, **columns}] if columns else []
+            given = replace(problem, forces=entries).driving
         silent = [name for k, name in enumerate(drives) if name not in columns and k not in given.formulas]
-        if silent and not forces:
+        if silent and "forces" not in problem.given:
             notes[f"{one.source}: no column of {listed(silent)}, which is taken as zero"] = None
         for part in np.array_split(np.arange(len(one.t)), pieces):
             x = np.column_stack([one.values[name][part] for name in names])
@@ -100,7 +103,7 @@ def read_measured(
 
 
 def first_state(
-    scene: Scene, names: Sequence[str], piece: Measured, guess: tuple[Values | None, Values | None]
+    scene: Scene, names: Sequence[str], piece: Measured, guess: tuple[dict[str, Any], dict[str, Any]]
 ) -> tuple[Array, tuple[str, ...]]:
     """Return a guess of the state at the first sample, shape (nx,), and notes.
 
@@ -121,6 +124,5 @@ def first_state(
                 rates[rate] = float(parts[1] / s[-1])
         else:
             rates[name] = float(parts[0])
-    own = [dict(one) if isinstance(one, dict) else {} for one in guess]
-    found = read_start(scene, {**start, **own[0]}, {**rates, **own[1]})
+    found = Problem(scene, (), start | guess[0], rates | guess[1]).initial
     return np.concatenate([found.q, found.u]), found.notes

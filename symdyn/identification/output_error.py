@@ -12,20 +12,21 @@ References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import Any, Unpack
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
-from symdyn.errors import IdentifyError, SimulateError
+from symdyn.arguments import with_fields
+from symdyn.errors import IdentifyError
 from symdyn.identification.measured import FEWEST, Measured, first_state, read_measured
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
-from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of
+from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, listed, suggestion
-from symdyn.simulation import Values, opened
+from symdyn.simulation import Problem, opened
 from symdyn.simulation.prescribed import Entries, parameter_values
 
 TELLS = 1e-7
@@ -41,16 +42,14 @@ WHITE, FAR = 0.5, 3.0
 """Correlation from sample to sample, and residuals over the scatter of neighbouring samples, that are worth a word."""
 
 
+@with_fields(Problem)
 def output_error(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     data: Entries,
     parameters: str | Sequence[str] | None = None,
     measured: str | Sequence[str] | None = None,
-    forces: Entries | None = None,
-    start: Values | None = None,
-    start_rates: Values | None = None,
-    values: Mapping[str, object] | None = None,
     pieces: int = 1,
+    **fields: Unpack[Problem.Fields],
 ) -> OutputFit:
     """Return the parameters with which simulated runs are closest to measured ones.
 
@@ -61,26 +60,25 @@ def output_error(
     0.55
 
     Args:
-        scene: the mechanism, its parameters bound: the search begins at their values.
+        scene: the mechanism, its parameters bound: the search begins at their values; or a `Problem`.
         data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
             or a list of such, one a log, each with a start of its own.
         parameters: names of those that are looked for; None takes all but gravity's that the data tell
             and says which they do not.
         measured: which columns are fitted; None for all coordinates and velocities that the logs have.
+        pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
+        **fields: of `Problem`.
         forces: driving forces that the logs have no columns of, as `simulate` takes them.
         start: guesses of coordinates at the start that were not measured, by name.
         start_rates: likewise of velocities.
-        values: of parameters, in place of those that the scene gives.
-        pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
 
     Raises:
         SimulateError: with every fault of the arguments and the data, one line each.
         IdentifyError: data that do not tell the parameters apart, a motion that forgets its start, no run.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    check_arguments(output_error, locals(), SimulateError)
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
+    problem, _ = Problem.requested(output_error, locals())
+    scene, guess = problem.scene, problem.by_name
     parameter_values(scene)
     faults, known = Faults(""), [one.name for one in scene.parameters]
     asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)
@@ -89,7 +87,7 @@ def output_error(
             faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
     faults.close(IdentifyError)
     wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
-    names, logs, notes = read_measured(scene, data, forces or [], wanted, pieces)
+    names, logs, notes = read_measured(problem, data, wanted, pieces)
     down = {name for part in scene.gravity for name in part.symbols}
     free = tuple(one.name for one in opened(scene).scene.free_parameters if one.name not in down)
     chosen = tuple(dict.fromkeys(free if asked is None else asked))
@@ -98,13 +96,13 @@ def output_error(
             f"{scene.name}: parameters: none is looked for; name one in [parameters], beside gravity's, or all by "
             "--symbolic"
         )
-    search, more = _begin(scene, names, logs, chosen, (start, start_rates))
+    search, more = _begin(scene, names, logs, chosen, guess)
     if asked is None:
         told = _told(search)
         held = [name for name in chosen if name not in told]
         if held:
             more = (*more, f"the data tell {listed(told)}; {listed(held)} kept as given: others can stand for them")
-            search, _ = _begin(scene, names, logs, told, (start, start_rates))
+            search, _ = _begin(scene, names, logs, told, guess)
     positive = {one.name for one in scene.parameters if one.positive}
     least = np.full(len(search.before), -np.inf)
     least[: len(search.parameters)] = [POSITIVE if name in positive else -np.inf for name in search.parameters]
@@ -116,7 +114,7 @@ def _begin(
     names: Sequence[str],
     logs: Sequence[Measured],
     parameters: tuple[str, ...],
-    guess: tuple[Values | None, Values | None],
+    guess: tuple[dict[str, Any], dict[str, Any]],
 ) -> tuple[Search, tuple[str, ...]]:
     """Return the search where it begins, and notes."""
     known, pieces, notes = opened(scene).values, [], dict[str, None]()

@@ -9,9 +9,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import UnknownNameError
+from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import listed, suggestion
 from symdyn.shown import Shown
+from symdyn.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +89,15 @@ class OutputFit(Shown):
         """The scene with the parameters that were found."""
         return bind(self.scene, self.values)
 
-    def table(self) -> tuple[tuple[str, str, float, float, float], ...]:
+    def table(self) -> Table[str]:
         """Return name, unit, before, after and standard error of every estimate."""
-        rows = zip(
-            self.names, self.units, self.before.tolist(), self.estimate.tolist(), self.standard_errors.tolist(),
-            strict=True,
-        )  # fmt: skip
-        return tuple(rows)
+        columns = zip(self.names, self.units, self.before, self.estimate, self.standard_errors, strict=True)
+        rows = [
+            (name, unit, in_digits(before, 5), in_digits(after, 5), in_digits(error, 2))
+            for name, unit, before, after, error in columns
+        ]
+        heads = ("parameter", "unit", "before", "after", "standard error")
+        return Table(heads, rows, range(2, 5), f"parameters of {self.scene.name}")
 
     def _place(self, name: str) -> int:
         if name not in self.names:

@@ -20,16 +20,21 @@ from symdyn.identification import charts
 from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
-from symdyn.identification.report_bodies import scene_section
-from symdyn.identification.report_sections import Picture, ReportTable, Section, figure
+from symdyn.identification.physical import Physical
+from symdyn.identification.report_sections import Picture, Section, figure, fit_table, gain_table, parameter_table
 from symdyn.identification.scene import Identified
+from symdyn.identification.unknowns import ten_of_body
 from symdyn.simulation.prescribed import drive_names
+from symdyn.table import Table
 
 LAGS = 40
 """Of autocorrelations, each half a period of the band."""
 
 MOST_BINS = 41
 """Of histograms, from -5 to 5 standard deviations."""
+
+MOST_BODIES = 24
+"""Bodies whose ellipsoids are drawn."""
 
 
 def report(identification: Identification, made: Identified | None = None, command: str = "") -> str:
@@ -51,12 +56,12 @@ def report(identification: Identification, made: Identified | None = None, comma
         _outliers(identification),
     ]
     if made is not None:
-        sections.append(scene_section(made))
+        sections.append(_scene(made))
     parts = [one for one in sections if one is not None]
     facts = {
         "title": printable(f"Identification of {identification.scene.name}", keep=""),
         "command": printable(command, keep=""),
-        "facts": list(_facts(identification)),
+        "facts": Table(("", ""), list(_facts(identification)), title="What it rests on"),
         "notes": [printable(note, keep="") for note in identification.notes],
         "sections": parts,
     }
@@ -79,62 +84,21 @@ def _facts(identification: Identification) -> Iterator[tuple[str, str]]:
 
 
 def _parameters(identification: Identification) -> Section:
-    rows = []
-    columns = (
-        identification.names,
-        identification.before,
-        identification.after,
-        identification.errors,
-        identification.interval(),
-        identification.regression.told,
-    )
-    for name, before, after, error, (low, high), told in zip(*columns, strict=True):
-        if told:
-            moved = (after - before) / error if error else float("nan")
-            more = (
-                figure(error, 2),
-                figure(low),
-                figure(high),
-                figure(100 * error / abs(after), 2) if after else "",
-                figure(moved, 2),
-            )
-        else:
-            more = ("not told", "", "", "", "")
-        rows.append((name, figure(before), figure(after), *more))
-    heads = (
-        "parameter",
-        "before",
-        "after",
-        "standard error",
-        "95 % from",
-        "to",
-        "% of it",
-        "moved, in standard errors",
-    )
     words = (
         "Base parameters: what a motion can tell of masses and inertias. Before is what the scene says; after is what "
         "the data say; SI units. An interval holds the true value in 95 of 100 logs, if the model is right.",
     )
-    table = ReportTable("Base parameters before and after", heads, (False, *(True,) * 7), tuple(rows))
-    return Section("Parameters", words, (table,))
+    return Section("Parameters", words, (parameter_table(identification),))
 
 
 def _gains(identification: Identification) -> Section | None:
     if not identification.gains:
         return None
-    rows = tuple(
-        (one.drive, one.unit, figure(one.value), figure(one.error, 2), figure(100 * one.error / abs(one.value), 2))
-        if isfinite(one.error)
-        else (one.drive, one.unit, "\u2013", "not told", "")
-        for one in identification.gains
-    )
-    heads = ("drive", "unit", "gain", "standard error", "% of it")
     words = (
         "What the column of a drive is multiplied by to become its force. Their errors go with those of the other "
         "parameters: in the covariance they are one with them.",
     )
-    table = ReportTable("Gains of drives", heads, (False, False, *(True,) * 3), rows)
-    return Section("Gains", words, (table,))
+    return Section("Gains", words, (gain_table(identification),))
 
 
 def _untold(identification: Identification) -> Section:
@@ -142,19 +106,11 @@ def _untold(identification: Identification) -> Section:
     if not identification.untold:
         return Section(title, ("The data tell every base parameter.",))
     rows = tuple((one.combination, one.why or "not known", one.helps) for one in identification.untold)
-    table = ReportTable(
-        "Combinations that keep the value of the scene", ("combination", "why", "what would help"), (False,) * 3, rows
-    )
-    return Section(title, (), (table,))
+    heads = ("combination", "why", "what would help")
+    return Section(title, (), (Table(heads, rows, title="Combinations that keep the value of the scene"),))
 
 
 def _fits(identification: Identification) -> Section:
-    rows = tuple(
-        (one.drive, one.unit, figure(one.size), figure(one.error, 3), figure(one.percent, 2), figure(one.before, 3),
-         figure(one.held_back, 3), figure(one.held_back_percent, 2))
-        for one in identification.fits
-    )  # fmt: skip
-    heads = ("drive", "unit", "measured", "error", "%", "error before", "error held back", "%")
     held = any(isfinite(one.held_back) for one in identification.fits)
     words = (
         "Root mean squares; errors are those in the band.",
@@ -162,8 +118,7 @@ def _fits(identification: Identification) -> Section:
         if held
         else "Nothing was held back: --hold-back 0.25 judges the parameters by data that they were not fitted to.",
     )
-    table = ReportTable("Driving forces, measured and predicted", heads, (False, False, *(True,) * 6), rows)
-    return Section("Driving forces", words, (table,))
+    return Section("Driving forces", words, (fit_table(identification),))
 
 
 def _outliers(identification: Identification) -> Section:
@@ -183,7 +138,7 @@ def _outliers(identification: Identification) -> Section:
     )
     heads = ("log", "drive", "from, s", "to, s", "samples", "largest error")
     words = ("Samples that no noise of their drive explains; they were not fitted.",)
-    return Section(title, words, (ReportTable("Samples left out", heads, (False, False, *(True,) * 4), rows),))
+    return Section(title, words, (Table(heads, rows, range(2, 6), "Samples left out"),))
 
 
 # Pictures
@@ -279,3 +234,73 @@ def autocorrelation(
             products[lag - 1] += float(mean[:-lag] @ mean[lag:])
     lags = products[: max(1, min(LAGS, count // 4))] / (power or 1.0)
     return lags, 1.96 / np.sqrt(max(count, 1))
+
+
+# The identified scene
+
+
+def _scene(made: Identified) -> Section:
+    """Return what became of the scene."""
+    tables, pictures = [], list[Picture]()
+    if made.named is not None:
+        one = made.named
+        rows = tuple(
+            (name, figure(before), figure(value), figure(error, 2) if isfinite(error) else "not told")
+            for name, before, value, error in zip(one.names, one.before, one.values, one.errors, strict=True)
+        )
+        heads = ("parameter", "before", "after", "standard error")
+        tables.append(Table(heads, rows, range(1, 4), "Parameters with names"))
+    legend: tuple[tuple[str, str], ...] = ()
+    if made.physical is not None:
+        tables.append(_bodies(made.physical))
+        acting = _acting(made.physical)
+        tables += [acting] if acting.rows else []
+        pictures = list(_ellipsoids(made.physical))
+        legend = (("c0 dash", "as declared"), ("c1", "identified"))
+    words = tuple(printable(note, keep="") for note in made.notes)
+    if pictures:
+        words += (
+            "Ellipsoids are solid ones of even density with the same mass, centre of mass and inertia, in the frame "
+            "of the body.",
+        )
+    return Section("The identified scene", words, tuple(tables), tuple(pictures), legend, small=True)
+
+
+def _bodies(physical: Physical) -> Table[str]:
+    rows = []
+    before, after = physical.unknowns.ten(physical.unknowns.values), physical.unknowns.ten(physical.values)
+    margins = zip(physical.before, physical.margins, strict=True)
+    for name, was, now, (old, new) in zip(physical.unknowns.bodies, before, after, margins, strict=True):
+        for label, ten, margin in (("before", was, old), ("after", now, new)):
+            mass, centre, moments, _ = ten_of_body(ten)
+            rows.append((name, label, figure(mass), *map(figure, centre), *map(figure, moments), figure(margin, 2)))
+    heads = ("body", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3", "margin")
+    caption = (
+        "Masses, centres of mass and principal moments about them; margin: smallest eigenvalue of the pseudo-inertia "
+        "by its trace, above zero for what a body can be"
+    )
+    return Table(heads, rows, range(2, 10), caption)
+
+
+def _acting(physical: Physical) -> Table[str]:
+    count = 10 * len(physical.unknowns.bodies)
+    known = physical.unknowns
+    rows = tuple(
+        (name, figure(before), figure(after))
+        for name, before, after in zip(known.names[count:], known.values[count:], physical.values[count:], strict=True)
+    )
+    return Table(("parameter", "before", "after"), rows, (1, 2), "Friction, armatures and what else acts")
+
+
+def _ellipsoids(physical: Physical) -> Iterator[Picture]:
+    before, after = physical.unknowns.ten(physical.unknowns.values), physical.unknowns.ten(physical.values)
+    for name, was, now in list(zip(physical.unknowns.bodies, before, after, strict=True))[:MOST_BODIES]:
+        for i, j, words in ((0, 1, "xy"), (0, 2, "xz")):
+            shown = []
+            for kind, ten in (("c0 dash", was), ("c1", now)):
+                mass, centre, _, spread = ten_of_body(ten)
+                if mass > 0 and np.isfinite(spread).all():
+                    shown.append((kind, centre[[i, j]], 5 * spread[np.ix_([i, j], [i, j])]))
+            if shown:
+                told = f"{name}: inertia ellipsoid before and after, seen along {'zy'[words == 'xz']}"
+                yield Picture(charts.ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification.by_name import places_of
 from symdyn.identification.identification import Identification
@@ -79,7 +79,7 @@ def identified(
         SceneError: parameters of the geometry without a value; or parameters were found that bodies cannot have.
     """
     check_arguments(identified, locals(), IdentifyError)
-    total_mass, spread = doubles(total_mass, spread)
+    total_mass, spread = native(float, total_mass, spread)
     told = told_combinations(identification)
     scene = identification.model.scene
     declared = {parameter.name for parameter in identification.scene.parameters}

@@ -2,12 +2,13 @@
 
 from .axis import Axis as Axis
 from .bode import Bode as Bode, bode as bode
-from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium, equilibria as equilibria
+from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .linearization import Linearization as Linearization, Point as Point
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
     linearize_at_rest as linearize_at_rest,
+    rests as rests,
 )
 from .locus import root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum
@@ -16,7 +17,6 @@ from .over_values import locus_over as locus_over, systems as systems
 from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
 from .record import SystemsFile as SystemsFile
 from .regulator import Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
-from .report import number as number
 from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, find_systems as find_systems

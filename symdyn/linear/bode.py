@@ -14,6 +14,7 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Complexes
 from symdyn.linear.ranges import numbers
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -62,15 +63,14 @@ class Bode:
             if np.any(self.response[:, i, k])
         ]
 
-    def table(self) -> str:
-        """Return lines of CSV: frequency, Hz, then decibels and degrees of each pair."""
+    def table(self) -> Table[str | float]:
+        """Return a row a frequency: that in Hz, then decibels and degrees of each pair."""
         head = ["frequency_Hz"]
         columns = [self.hertz]
         for title, size, phase in self.pairs:
             head += [f"{title} dB", f"{title} deg"]
             columns += [size, phase]
-        rows = [",".join(repr(float(x)) for x in row) for row in np.stack(columns, axis=1)]
-        return "\n".join([",".join(head), *rows, ""])
+        return Table(head, np.stack(columns, axis=1).tolist(), range(len(head)))
 
     def plot(self, title: str, kind: str) -> bytes:
         """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""

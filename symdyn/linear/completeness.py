@@ -34,8 +34,9 @@ MOST_UNKNOWNS, MOST_SOLUTIONS = 4, 32
 """Sines, cosines and slides, and complex solutions, that are few."""
 
 
-def complete(prepared: Prepared, equilibria: Equilibria) -> bool:
+def complete(equilibria: Equilibria) -> bool:
     """Tell whether it is proved that a tree has no positions of rest but those found; False where nothing is proved."""
+    prepared = equilibria.prepared
     if prepared.scene.is_closed or prepared.functions.multipliers or prepared.functions.inputs or equilibria.singular:
         return False
     if prepared.forces.tables or any(place.family for place in equilibria.places):

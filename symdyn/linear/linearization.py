@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import walked, wholes
+from symdyn.arguments import native, walked
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.axis import Axis
@@ -25,6 +25,7 @@ from symdyn.linear.zeros import zeros
 from symdyn.scene import Scene
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
+from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ class Linearization(Shown):
         """
         given = ("positions",) if moving is None else ("positions", "moving")
         positions, *told = (
-            wholes(*one) for one in walked(Linearization.without, locals(), *given, error=LinearizeError)
+            native(int, *one) for one in walked(Linearization.without, locals(), *given, error=LinearizeError)
         )
         if strange := [k for k in positions if not 0 <= k < self.positions]:
             raise LinearizeError(f"positions: there is no {strange[0]}; give some of 0 to {self.positions - 1}")
@@ -180,12 +181,12 @@ class Linearization(Shown):
 
         return where(self)
 
-    def mode_table(self) -> tuple[tuple[str, ...], list[tuple[str, float, float, str]]]:
-        """Return heads and a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
+    def mode_table(self) -> Table[str | float]:
+        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
         from symdyn.linear.report import HEAD, eigenvalue, shape
 
         rows = [(eigenvalue(one, self), one.frequency, one.damping, shape(one, self)) for one in self.modes]
-        return HEAD, rows
+        return Table(HEAD, rows, (1, 2), "modes")
 
     def latex(self) -> str:
         """Return the system in LaTeX, in numbers."""

@@ -5,31 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
+from types import MappingProxyType
+from typing import Unpack
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, doubles
+from symdyn.algebra import Array
+from symdyn.arguments import native, with_fields
 from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.steady import at_rest, settled
+from symdyn.linear.steady import settled
 from symdyn.rounding import in_digits
-from symdyn.scene import SceneLike, SceneUnits, scene_of
-from symdyn.simulation import Forces, Start, Trajectory, read_start
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
+from symdyn.simulation import Forces, Problem, Trajectory
+from symdyn.simulation.prescribed import Entries
 
 
+@with_fields(Problem)
 def linearize(
-    scene: SceneLike,
-    at: Mapping[str, str] | Start | None = None,
-    rates: Mapping[str, str] | None = None,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    scene: SceneLike | Problem,
+    *,
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
     t: float = 0.0,
-    values: Mapping[str, object] | None = None,
     anywhere: bool = False,
+    **fields: Unpack[Problem.Fields],
 ) -> Linearization:
     """Return how a mechanism moves next to a point, to first order.
 
@@ -44,16 +48,13 @@ def linearize(
     ((4, 4), (4, 1))
 
     Args:
-        scene: the mechanism, its parameters bound.
-        at: formulas by coordinate, in place of what the scene says of its start; or a whole state.
-        rates: formulas by velocity.
-        forces: driving forces and inputs at the point, from `read_forces`, or what that takes; deviations from them are
-            the inputs of the system.
+        scene: the mechanism, its parameters bound; or a `Problem`. Its start is the point, and deviations from its
+            forces are the inputs of the system.
+        **fields: of `Problem`.
         outputs: formulas in what outputs of scenes may name, and in outputs, one by one or as "x,theta"; without, the
             outputs of the scene, or else all coordinates.
         independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
         t: time, s, of what depends on it.
-        values: of parameters, in place of those that the scene gives.
         anywhere: take points too that are neither of rest nor of a steady motion.
 
     Raises:
@@ -61,19 +62,17 @@ def linearize(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: loops cannot be closed, or friction is ideal.
     """
-    check_arguments(linearize, locals(), SimulateError)
-    (t,), scene = doubles(t), scene_of(scene)
+    (problem, _), (t,) = Problem.requested(linearize, locals()), native(float, t)
     if not math.isfinite(t):
         raise SimulateError(f"t = {t}: give a finite time, s")
-    scene = scene_of(scene, values)
-    asked = prepared(scene, forces, outputs, independent)
-    start = read_start(scene, at, rates)
+    asked, start = prepared(problem, outputs, independent), problem.initial
     return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
 
 
 def linearize_at_rest(
-    scene: SceneLike,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    scene: SceneLike | Problem,
+    *,
+    forces: Forces | Entries = (),
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
     values: Mapping[str, object] | None = None,
@@ -82,17 +81,16 @@ def linearize_at_rest(
 
     Arguments and errors as of `linearize`.
     """
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
-    asked = prepared(scene, forces, outputs, independent)
-    found = equilibria(asked)
-    return tuple(at_rest(asked, place) for place in found.places), found
+    problem = Problem.requested(linearize_at_rest, locals())[0].refused("rest is looked for", "start", "start_rates")
+    found = equilibria(prepared(problem, outputs, independent))
+    return found.systems, found
 
 
 def linearize_along(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     run: Trajectory,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    *,
+    forces: Forces | Entries = (),
     outputs: str | Sequence[str] = (),
     independent: str | Sequence[str] = (),
 ) -> tuple[Linearization, ...]:
@@ -101,8 +99,8 @@ def linearize_along(
     Independent positions and velocities are those of the first sample.
     Arguments and errors as of `linearize`; where `forces` give a drive a formula, that feeds back.
     """
-    scene = scene_of(scene)
-    return along(prepared(scene, forces, outputs, independent), run)
+    problem = Problem.requested(linearize_along, locals())[0].refused("points are a run's", "start", "start_rates")
+    return along(prepared(problem, outputs, independent), run)
 
 
 def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
@@ -121,22 +119,43 @@ def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     return tuple(found)
 
 
+def rests(
+    scene: Scene, values: Mapping[str, float] = MappingProxyType({}), start: Array | None = None, t: float = 0.0
+) -> Equilibria:
+    """Return where a mechanism rests without drives, what is next to each place, and how they were found.
+
+    Unlike `linearize_at_rest` it takes places at which a motion moves no mass, or coordinates are singular.
+
+    Args:
+        scene: the mechanism.
+        values: of parameters that have none in the scene, SI; whether bodies can have them is not looked at.
+        start: coordinates on which nothing depends stay as here, shape (nq,), in place of as the scene starts.
+        t: time, s, of what depends on it.
+
+    Raises:
+        LinearizeError, SimulateError, DerivationError: as of `linearize`.
+    """
+    given = {name: Quantity.number(Fraction(value)) for name, value in values.items()}
+    parameters = tuple(p if p.value is not None else replace(p, value=given.get(p.name)) for p in scene.parameters)
+    return equilibria(prepared(Problem(replace(scene, parameters=parameters))), t, start=start)
+
+
 MOST = 6
-"""Places where branches meet that are told one by one."""
+"""Places without a linear motion that are told one by one."""
 
 
-def told_of(places: Equilibria, requested: Prepared) -> list[str]:
+def told_of(places: Equilibria) -> list[str]:
     """Return what is said of how positions of rest were found."""
-    count, crossings = len(places.places), len(places.crossings)
+    count, others = len(places.places), [*places.crossings, *places.locked]
     starts = f"from {places.starts} seeded starts of Newton's method"
     if count:
-        sure = complete(requested, places)
+        sure = complete(places)
         there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
         lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
-    elif crossings:
+    elif others:
         lines = [
-            f"{crossings} position{'s' * (crossings > 1)} of rest found {starts}, none with one linear motion next to "
-            "it; there may be more"
+            f"{len(others)} position{'s' * (len(others) > 1)} of rest found {starts}, none with one linear motion next "
+            "to it; there may be more"
         ]
     else:
         lines = [f"no position of rest was found {starts}"]
@@ -150,9 +169,14 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
             f"{places.singular} of them led to where angles are singular, a wheel lies flat or loops lose rank and "
             "balance nothing, which are no equilibria"
         )
-    lines += [_crossing(requested, place, places.idle) for place in places.crossings[:MOST]]
-    if len(places.crossings) > MOST:
-        lines.append(f"and at {len(places.crossings) - MOST} places more where branches of loops meet")
+    for some, where in ((places.crossings, "branches of loops meet"), (places.locked, "coordinates are singular")):
+        lines += [_unmoved(places, place, where) for place in some[:MOST]]
+        if len(some) > MOST:
+            lines.append(f"and at {len(some) - MOST} places more where {where}")
+    if unseeded := sum(not place.found for place in (*places.places, *others)):
+        lines.append(
+            f"to {unseeded} of these positions no seed led: they are exact, or a force changes its sign next to them"
+        )
     if any(place.family for place in places.places):
         lines.append("where equilibria are not isolated, one of each family is told")
     if places.more:
@@ -160,13 +184,14 @@ def told_of(places: Equilibria, requested: Prepared) -> list[str]:
     return lines
 
 
-def _crossing(requested: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
-    """Return what is said of a place where it rests and branches of loops meet."""
-    units = SceneUnits(requested.scene).coordinates
+def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
+    """Return what is said of a place where it rests and has no linear motion."""
+    scene = places.prepared.scene
+    units = SceneUnits(scene).coordinates
     values = [
-        f"{name} = {requested.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
-        for name, x, unit in zip(requested.scene.coordinates, place.q, units, strict=True)
-        if name not in idle
+        f"{name} = {scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
+        for name, x, unit in zip(scene.coordinates, place.q, units, strict=True)
+        if name not in places.idle
     ]
-    times = f"{place.found} start{'s' * (place.found > 1)}"
-    return f"it rests at {', '.join(values)} ({times}), where branches of loops meet: it has no one linear motion there"
+    times = f" ({place.found} start{'s' * (place.found > 1)})" if place.found else ""
+    return f"it rests at {', '.join(values)}{times}, where {where}: it has no one linear motion there"

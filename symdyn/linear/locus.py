@@ -23,6 +23,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.ranges import MOST
 from symdyn.rounding import in_digits
+from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -105,15 +106,15 @@ class Locus:
             lines.append(f"{self.name} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
         return lines
 
-    def table(self) -> str:
-        """Return lines of CSV: the value, real and imaginary parts of the branches, 1/s, and how many grow."""
+    def table(self) -> Table[str | float]:
+        """Return a row a value: that, real and imaginary parts of the branches, 1/s, and how many grow."""
         n = self.branches.shape[1]
         head = [self.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
-        lines = [",".join(head)]
-        for x, row, count in zip(self.values, self.branches, self.growing, strict=True):
-            parts = [repr(float(y)) for value in row for y in (value.real, value.imag)]
-            lines.append(",".join([repr(float(x)), *parts, str(int(count))]))
-        return "\n".join([*lines, ""])
+        rows = [
+            (float(x), *(float(y) for value in row for y in (value.real, value.imag)), int(count))
+            for x, row, count in zip(self.values, self.branches, self.growing, strict=True)
+        ]
+        return Table(head, rows, range(len(head)))
 
     def plot(self, title: str, kind: str) -> bytes:
         """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""

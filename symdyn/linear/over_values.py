@@ -16,36 +16,30 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.equilibrium import nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.locus import Locus, root_locus
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.ranges import read_values
+from symdyn.linear.search import nearest
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Parameter
-from symdyn.simulation import Forces, opened, read_forces, read_start
+from symdyn.simulation import Problem, opened
 
 
 def systems(
-    scene: Scene,
-    name: str,
-    at: Mapping[str, str] | None = None,
-    rates: Mapping[str, str] | None = None,
-    forces: Sequence[str] | Mapping[str, str] = (),
-    outputs: str | Sequence[str] = (),
-    independent: str | Sequence[str] = (),
-    anywhere: bool = False,
+    problem: Problem, name: str, independent: str | Sequence[str] = (), anywhere: bool = False
 ) -> Callable[[float], Linearization]:
-    """Return the system at a value of a name; arguments and errors as of `linearize`.
+    """Return the system at a value of a name; forces are texts or formulas by name, else as of `linearize`.
 
     Raises:
         LinearizeError: the name is no parameter, and no formula has it.
     """
-    formulas = [*(at or {}).values(), *(rates or {}).values()]
-    formulas += list(forces.values()) if isinstance(forces, Mapping) else list(forces)
+    scene, forces = problem.scene, problem.forces
+    parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
+    formulas = [str(one) for part in parts for one in part.values()]
     taken = {
         *scene.coordinates,
         *scene.velocities,
@@ -70,11 +64,11 @@ def systems(
     def system(value: float) -> Linearization:
         bound = bind(scene, {name: value})
         form = opened(bound).scene
-        read = read_forces(bound, forces, differentiable=True) if forces else Forces()
+        here = replace(problem, scene=bound)
         if form not in derived:
-            derived[form] = prepared(bound, read, outputs, independent)
-        asked = replace(derived[form], scene=bound, forces=read)
-        start = read_start(bound, at, rates)
+            derived[form] = prepared(here, (), independent)
+        asked = replace(derived[form], scene=bound, forces=here.driving)
+        start = here.initial
         still = bool(np.abs(start.u).max() <= STILL)
         like, slim = known.get((form, still), (None, None))
         found = asked.at(start.q, start.u, 0.0, start.notes, like=like)
@@ -109,15 +103,7 @@ def stays(system: Linearization) -> bool:
     return bool(np.all(np.abs(system.point.udot[velocities]) <= BALANCED * size))
 
 
-def locus_over(
-    scene: Scene,
-    specified: str,
-    at: Mapping[str, str],
-    rates: Mapping[str, str],
-    forces: Sequence[str],
-    independent: Sequence[str] = (),
-    anywhere: bool = False,
-) -> Locus:
+def locus_over(problem: Problem, specified: str, independent: Sequence[str] = (), anywhere: bool = False) -> Locus:
     """Return the root locus over what `read_values` reads; other arguments and errors as of `systems`, `root_locus`."""
-    name, values = read_values(specified, scene=scene)
-    return root_locus(name, values, systems(scene, name, at, rates, forces, (), independent, anywhere))
+    name, values = read_values(specified, scene=problem.scene)
+    return root_locus(name, values, systems(problem, name, independent, anywhere))

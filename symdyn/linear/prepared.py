@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,8 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import force_unit, split_commas
-from symdyn.simulation import Forces, opened, read_forces
+from symdyn.scene.values import Faults, force_unit
+from symdyn.simulation import Forces, Problem, opened
 
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
@@ -139,14 +139,10 @@ class Prepared:
         return independent(here, positions, [k for k, name in enumerate(names) if name not in other.states.names[p:]])
 
 
-def prepared(
-    scene: Scene,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
-    outputs: str | Sequence[str] = (),
-    independent: str | Sequence[str] = (),
-) -> Prepared:
+def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: str | Sequence[str] = ()) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
     independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
+    scene, faults = problem.scene, Faults("")
     found = opened(scene)
     if not scene.velocities:
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
@@ -155,13 +151,10 @@ def prepared(
             f"{scene.name}: --independent: it has no loops and no rows, all its coordinates are independent; leave "
             "--independent out"
         )
-    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, differentiable=True)
-    if forces.functions:
-        raise LinearizeError(
-            [f"{one.where}: a function has no derivatives; write a formula" for one in forces.functions]
-        )
+    forces = problem.driving
+    forces.check_differentiable(faults)
+    faults.close(LinearizeError)
     looked = read_outputs(scene, outputs)
-    independent = split_commas(independent) if isinstance(independent, str) else independent
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
     if not scene.is_closed:
         closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values

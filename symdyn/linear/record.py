@@ -18,6 +18,7 @@ from symdyn.linear.axis import Axis
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.report import as_json
 from symdyn.simulation import write_whole
+from symdyn.table import Table
 
 
 def arrays(systems: Sequence[Linearization]) -> dict[str, Any]:
@@ -56,21 +57,18 @@ def write_mat(systems: Sequence[Linearization], file: IO[bytes]) -> None:
 def csv_text(systems: Sequence[Linearization]) -> str:
     """Return A, B, C, D one below the other: the matrix, its row, and a column for every state and input."""
     first = systems[0]
-    lines = [",".join(["t", "matrix", "row", "unit", *map(_cell, (*first.states.names, *first.inputs.names))])]
+    heads = ("t", "matrix", "row", "unit", *first.states.names, *first.inputs.names)
+    rows: list[tuple[str | float, ...]] = []
     for one in systems:
         for left, right, axis, name in ((one.A, one.B, one.states, "rate"), (one.C, one.D, one.outputs, "output")):
             units = [_rate(unit) if name == "rate" else unit for unit in axis.units]
             for row, unit, x, w in zip(axis.names, units, left.tolist(), right.tolist(), strict=True):
-                lines.append(",".join([repr(one.point.t), name, _cell(row), _cell(unit), *map(repr, (*x, *w))]))
-    return "\n".join(lines) + "\n"
+                rows.append((one.point.t, name, row, unit, *x, *w))
+    return Table(heads, rows).csv()
 
 
 def _rate(unit: str) -> str:
     return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
-
-
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if any(x in text for x in ',"\n') else text
 
 
 def _about(one: Linearization) -> dict[str, Any]:

@@ -5,7 +5,6 @@ Formulas stand where the mechanism is small; numbers in all other cases, to six 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -44,7 +44,7 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
     for letter, (rows, columns) in every.items():
         matrix: Array = getattr(system, letter)
         if matrix.size and (letter in "AB" or matrix.any()):
-            lines += [*_table(letter, matrix, rows, columns), ""]
+            lines += [*Table.matrix(letter, rows.names, columns.names, matrix.tolist()).lines(), ""]
         elif matrix.size:
             lines += [f"{letter} = 0", ""]
     if formulas is not None:
@@ -108,22 +108,6 @@ def where(system: Linearization) -> str:
     return f"at {', '.join(parts)}" + (f"; {shown('t', point.t, 's')}" if point.t else "")
 
 
-def _table(letter: str, matrix: Array, rows: Axis, columns: Axis) -> list[str]:
-    """Return a matrix with names on its rows and columns."""
-    size = float(np.abs(matrix).max(initial=0.0))
-    cells = [[letter, *columns.names]]
-    cells += [[name, *(number(x, size) for x in row)] for name, row in zip(rows.names, matrix.tolist(), strict=True)]
-    return _aligned(cells)
-
-
-def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [
-        "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:], widths[1:], strict=True))]).rstrip()
-        for row in cells
-    ]
-
-
 def _formulas(letter: str, rows: Rows, axes: tuple[Axis, Axis]) -> list[str]:
     """Return the entries that are no numbers as formulas."""
     return [
@@ -138,13 +122,11 @@ def _modes(system: Linearization) -> list[str]:
     """Return a line a mode: eigenvalue, frequency, damping, what moves."""
     if not system.modes:
         return ["all eigenvalues are zero"]
-    heads, rows = system.mode_table()
-    cells = [
-        list(heads),
-        *([first, number(hertz), number(damping, 1.0), moves] for first, hertz, damping, moves in rows),
+    rows = [
+        (eigenvalue(one, system), number(one.frequency), number(one.damping, 1.0), shape(one, system))
+        for one in system.modes
     ]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return ["  ".join(x.ljust(w) for x, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+    return Table(HEAD, rows).lines()
 
 
 HEAD = ("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape")
@@ -191,7 +173,7 @@ def latex(system: Linearization, formulas: Symbolic | None = None) -> str:
         size = float(np.abs(matrix).max(initial=0.0))
         if rows is not None:
             return [[write.unbroken(entry) for entry in row] for row in rows]
-        return [[_latex_number(number(x, size)) for x in row] for row in matrix.tolist()]
+        return [[write.scientific(number(x, size)) for x in row] for row in matrix.tolist()]
 
     def column(axis: Axis) -> str:
         return str(BMatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names]))
@@ -207,11 +189,6 @@ def latex(system: Linearization, formulas: Symbolic | None = None) -> str:
     for name, form in formulas.defined if formulas is not None else ():
         rows.append(rf"{write.unbroken(Symbol(name))} &= {write.unbroken(form)}")
     return "\n".join([r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"])
-
-
-def _latex_number(text: str) -> str:
-    mantissa, _, exponent = text.partition("e")
-    return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
 
 def _escaped(name: str) -> str:

@@ -16,14 +16,14 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
-from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
+from symdyn.linear.search import nearest
 from symdyn.linear.spinning import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
-from symdyn.simulation import opened, read_start
+from symdyn.simulation import Problem, opened
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
@@ -151,9 +151,9 @@ def _apart(one: Array, other: Array) -> float:
     return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
 
-def at_rest(requested: Prepared, place: Equilibrium) -> Linearization:
+def at_rest(requested: Prepared, q: Array) -> Linearization:
     """Return the system at a position of rest; errors as of `settled`."""
-    found = requested.at(place.q, np.zeros(len(requested.scene.velocities)))
+    found = requested.at(q, np.zeros(len(requested.scene.velocities)))
     if why := _passing(requested, found):
         raise LinearizeError(f"{requested.scene.name}: {why}")
     return with_families(requested, found)
@@ -372,7 +372,8 @@ def steady_at_start(scene: Scene) -> tuple[Linearization, Array] | None:
 
     None where it starts at rest, or there is none; errors as of `linearize`.
     """
-    asked, start = prepared(scene), read_start(scene)
+    problem = Problem(scene)
+    asked, start = prepared(problem), problem.initial
     if np.abs(start.u).max(initial=0.0) <= MOVES:
         return None
     near = steady_next_to(asked, asked.at(start.q, start.u))

@@ -22,12 +22,11 @@ from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
 from symdyn.linear.report import as_json, latex, text
 from symdyn.linear.run_files import read_run
 from symdyn.linear.sampled import Sampled, along_a_step, sampled
-from symdyn.linear.steady import at_rest, settled
+from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.weights import read_weights
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene
-from symdyn.simulation import Forces, Start
+from symdyn.simulation import Problem
 
 
 @dataclass(frozen=True)
@@ -86,31 +85,30 @@ def _words(mode: Mode) -> str:
 
 
 def find_systems(
-    scene: Scene,
-    where: Start | Path | None,
-    forces: Forces,
+    problem: Problem,
+    where: Path | str,
     outputs: Sequence[str] = (),
     independent: Sequence[str] = (),
     anywhere: bool = False,
 ) -> tuple[list[System], Sequence[str]]:
     """Return the linear systems of a scene, and what is said of how they were found.
 
-    `where` is a state; a file of a run, for a system at every sample; or None for all positions of rest. Other
-    arguments as of `linearize`.
+    `where` is a file of a run, for a system at every sample; "rest" for all positions of rest; "start" for where the
+    problem starts. Other arguments as of `linearize`.
 
     Raises:
         LinearizeError: as of `linearize`; no position of rest, or a file that is no run of the scene.
     """
-    asked = prepared(scene, forces, outputs, independent)
+    asked = prepared(problem, outputs, independent)
     if isinstance(where, Path):
-        return [System(asked, one, None) for one in along(asked, read_run(scene, where))], ()
-    if where is not None:
-        found = settled(asked, asked.at(where.q, where.u, notes=where.notes), anywhere)
+        return [System(asked, one, None) for one in along(asked, read_run(problem.scene, where))], ()
+    if where != "rest":
+        start = problem.initial
+        found = settled(asked, asked.at(start.q, start.u, notes=start.notes), anywhere)
         return [System(asked, found, symbolic(asked, found))], ()
     places = equilibria(asked)
-    systems = [at_rest(asked, place) for place in places.places]
-    notes = told_of(places, asked)
-    if not systems:
-        way = "" if places.crossings else "; give forces that hold it, as in --forces NAME=FORMULA"
-        raise LinearizeError([f"{scene.name}: {notes[0]}{way}", *notes[1:]])
-    return [System(asked, one, symbolic(asked, one)) for one in systems], notes
+    notes = told_of(places)
+    if not places.systems:
+        way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
+        raise LinearizeError([f"{problem.scene.name}: {notes[0]}{way}", *notes[1:]])
+    return [System(asked, one, symbolic(asked, one)) for one in places.systems], notes

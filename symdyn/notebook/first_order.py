@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from symdyn.algebra import Array
-from symdyn.linear import Linearization, number
-from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, table, verdict
+from symdyn.linear import Linearization
+from symdyn.notebook.page import Markup, beside, head, note, notes, shown, verdict
 from symdyn.simulation import Sensitivity
+from symdyn.table import Table
 
 WIDEST = 16
 """Columns of a matrix that are shown."""
@@ -20,14 +19,13 @@ def linearization(system: Linearization) -> list[Markup]:
     told = system.stability
     states, inputs, outputs = system.states.names, system.inputs.names, system.outputs.names
     axes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
-    shown = [_matrix(letter, getattr(system, letter), *axes[letter]) for letter in axes]
-    heads, modes = system.mode_table()
+    matrices = [_matrix(letter, getattr(system, letter), *axes[letter]) for letter in axes]
     return [
         head(system.scene.name, f"linearised {system.manner}"),
         verdict(told.verdict != "unstable", told.words),
         note(system.place),
-        beside(*shown),
-        table(heads, modes, "modes"),
+        beside(*matrices),
+        shown(system.mode_table()),
         *(note(line) for line in told.lines),
         *notes(system.notes),
     ]
@@ -57,8 +55,4 @@ def _matrix(name: str, matrix: Array, rows: Sequence[str], columns: Sequence[str
         return note(f"{name} = 0")
     if len(columns) > WIDEST:
         return note(f"{name}: {len(rows)} × {len(columns)} numbers")
-    size = float(np.abs(matrix).max(initial=0.0))
-    body: list[list[Cell]] = [
-        [row, *(float(number(x, size)) for x in cells)] for row, cells in zip(rows, matrix, strict=True)
-    ]
-    return table((name, *columns), body)
+    return shown(Table.matrix(name, rows, columns, matrix.tolist()))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.notebook.page import Markup, head, note, notes, table
+from symdyn.notebook.page import Markup, head, note, notes, shown, table
 
 
 def output_fit(result: OutputFit) -> list[Markup]:
     """Return what was found, before and after, and how far the run is from what was measured."""
-    columns = ("", "unit", "before", "after", "standard error")
     scatter = ", ".join(f"{name} {size:.3g}" for name, size in zip(result.measured, result.noise, strict=True))
     return [
         head(result.scene.name, f"parameters by output error, {result.runs} runs"),
-        table(columns, list(result.table()), "estimates"),
+        shown(result.table()),
         note(f"residuals: {scatter}; condition number {result.condition:.3g}; {result.dof} degrees of freedom"),
         *notes(result.notes),
     ]

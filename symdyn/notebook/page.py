@@ -9,10 +9,12 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from symdyn.emit import in_html, verbatim
 from symdyn.emit.print import BREAK
 from symdyn.extras import EXTRAS, install
+from symdyn.table import Table
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,10 @@ class Markup:
     """HTML that is whole: what came from a scene is escaped."""
 
     html: str
+
+    def __html__(self) -> str:
+        """Return it to who asks what needs no escape."""
+        return self.html
 
 
 Cell = str | int | float | Markup
@@ -92,25 +98,14 @@ def folded(summary: str, *parts: Markup) -> Markup:
 def table(columns: Sequence[str], rows: Iterable[Sequence[Cell]], caption: str = "") -> Markup:
     """Return a table; columns of numbers stand to the right, and a table without rows is nothing."""
     listed = [list(row) for row in rows]
-    if not listed:
-        return Markup("")
-    right = [all(isinstance(cell, (int, float)) for cell in column) for column in zip(*listed, strict=True)]
-    kinds = [' class="number"' if number else "" for number in right]
-    top = f"<caption>{in_html(caption)}</caption>" if caption else ""
-    if any(columns):
-        cells = "".join(f"<th{kind}>{in_html(name)}</th>" for kind, name in zip(kinds, columns, strict=True))
-        top += f"<thead><tr>{cells}</tr></thead>"
-    body = "\n".join(
-        "<tr>" + "".join(f"<td{kind}>{_cell(cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
-        for row in listed
-    )
-    return Markup(f"<table>{top}<tbody>\n{body}\n</tbody></table>")
+    columns_of = zip(*listed, strict=True)
+    numbers = [k for k, cells in enumerate(columns_of) if all(isinstance(cell, (int, float)) for cell in cells)]
+    return shown(Table(columns, listed, numbers, caption))
 
 
-def _cell(cell: Cell) -> str:
-    if isinstance(cell, Markup):
-        return cell.html
-    return in_html(f"{cell:.6g}" if isinstance(cell, float) else str(cell))
+def shown(found: Table[Any]) -> Markup:
+    """Return a table; one without rows is nothing."""
+    return Markup(found.html() if found.rows else "")
 
 
 def formulas(lines: Iterable[str]) -> Markup:

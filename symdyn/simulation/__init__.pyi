@@ -11,15 +11,17 @@ from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .feedback.gains import state_names as state_names
-from .forward import check_run as check_run, simulate as simulate
+from .forward import simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
-from .initial import Start as Start, Values as Values, read_start as read_start
+from .initial import Start as Start
 from .integrate import METHODS as METHODS
-from .inverse_run import AskedMotion as AskedMotion, inverse as inverse
+from .inverse_run import inverse as inverse
 from .panels import check_columns as check_columns
 from .plot import write_picture as write_picture
 from .prescribed.forces import Forces as Forces, read_forces as read_forces
-from .prescribed.scene_motion import read_motion as read_motion
+from .prescribed.path_entries import read_path as read_path
+from .prescribed.scene_motion import motion_times as motion_times, read_motion as read_motion
+from .problem import Problem as Problem, Run as Run
 from .reaction_columns import axes_of as axes_of
 from .record import CHECKS as CHECKS, write_whole as write_whole
 from .timed_runs import TimedRuns as TimedRuns

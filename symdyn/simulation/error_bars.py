@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,19 +16,17 @@ from symdyn.draw import FilledFigure
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
-from symdyn.scene import Scene
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation.columns import FORCES, Column
 from symdyn.simulation.force_slopes import force_slopes
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import Values, read_start
 from symdyn.simulation.inverse_run import inverse
 from symdyn.simulation.panels import chosen
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.path_entries import read_path
 from symdyn.simulation.prescribed.scene_motion import read_motion
+from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.record import check_plot
 from symdyn.simulation.tables import columns_csv, frame
 from symdyn.simulation.trajectory import Trajectory
@@ -71,57 +69,45 @@ class Uncertainty(Shown):
 
     @classmethod
     def of_run(
-        cls,
-        scene: Scene,
-        names: Sequence[str],
-        covariance: Array,
-        forces: Forces | Entries,
-        until: float,
-        start: Values | None,
-        start_rates: Values | None,
-        every: float | None,
-        requested: Sequence[str],
+        cls, problem: Problem, run: Run, names: Sequence[str], covariance: Array, requested: Sequence[str]
     ) -> Uncertainty:
         """Return the uncertainty of a run by that of `names`, shape (k,), of this covariance, shape (k, k).
 
-        `requested` are columns or patterns, none for the usual ones; other arguments as of `simulate`.
+        `requested` are columns or patterns, none for the usual ones; of the run `until` and `every` are looked at.
 
         Raises:
             SimulateError: with every fault of the arguments; forces that have no derivative; or a run that fails.
             UnknownNameError: a column that is none.
         """
-        given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-        initial = read_start(scene, start, start_rates)
-        notes: list[str] = []
-        run = simulate(scene, given, until, initial, every=every, say=notes.append)
-        if len(run.t) < 2 and run.complete:
+        scene, until, every = problem.scene, run.until, run.every
+        made = simulate(problem.as_read, until=until, every=every, say=lambda _: None)
+        if len(made.t) < 2 and made.complete:
             raise SimulateError(f"{scene.name}: every = {every}: the run to {until:g} s has one sample; give less")
-        if len(run.t) < 2:
-            raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
-        found = variations(run, given, initial, names)
-        columns = _columns(run, requested)
-        said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
-        return cls(run, tuple(names), covariance, columns, found.slopes(run, columns), (*run.notes, *said))
+        if len(made.t) < 2:
+            raise SimulateError(f"{scene.name}: {made.stopped}; there is nothing to tell the uncertainty of")
+        found = variations(made, problem.driving, problem.initial, names)
+        columns = _columns(made, requested)
+        said = () if made.complete else (f"{made.stopped}: the uncertainty is that of the rows until then",)
+        return cls(made, tuple(names), covariance, columns, found.slopes(made, columns), (*made.notes, *said))
 
     @classmethod
     def of_forces(
         cls,
-        scene: Scene,
+        problem: Problem,
         names: Sequence[str],
         covariance: Array,
         motion: Entries,
         path: Entries,
         times: npt.ArrayLike,
-        start: Values | None,
-        forces: Forces | Entries,
         requested: Sequence[str],
     ) -> Uncertainty:
         """Return the uncertainty of what a motion takes; arguments as of `of_run` and `inverse`."""
+        scene = problem.scene
         laws, ways = read_motion(scene, motion), read_path(scene, path)
-        notes: list[str] = []
 
         def told(values: Mapping[str, float]) -> Trajectory:
-            return inverse(scene, laws, times, say=notes.append, values=values, path=ways, start=start, forces=forces)
+            moved = replace(problem, values=values)
+            return inverse(moved, laws, times, say=lambda _: None, path=ways)
 
         run = told({})
         columns = chosen(run.names, requested, scene.name) if requested else _columns(run, ())

@@ -10,26 +10,24 @@ changes while the independent start is held: what depends on it follows the para
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Unpack
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, with_fields
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.simulation.forward import check_run
-from symdyn.simulation.initial import Start, Values, read_start
 from symdyn.simulation.integrate.method import DOUBLES
 from symdyn.simulation.integrate.tape import UNHEARD
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.problem import Problem
 from symdyn.simulation.run import Outlook
 from symdyn.simulation.variations import Variations
 
@@ -81,20 +79,19 @@ class Sensitivity(Shown):
         return float(self.matrix[self.rows.index(names[0]), self.columns.index(names[1])])
 
 
+@with_fields(Problem)
 def sensitivity(
-    scene: SceneLike,
-    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
+    scene: SceneLike | Problem,
+    *,
     until: float = 10.0,
-    start: Values | Start | None = None,
-    start_rates: Values | None = None,
     parameters: str | Sequence[str] | None = None,
     of: str | Sequence[str] | None = None,
     by: str = "forward",
     rtol: float | None = None,
     atol: float | None = None,
-    values: Mapping[str, object] | None = None,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    **fields: Unpack[Problem.Fields],
 ) -> Sensitivity:
     """Return how the state at the end of a run depends on its start and on parameters.
 
@@ -106,17 +103,14 @@ def sensitivity(
     (1, 5)
 
     Args:
-        scene: the mechanism, its parameters bound.
-        forces: driving forces, from `read_forces`, or what that takes.
+        scene: the mechanism, its parameters bound; or a `Problem`.
+        **fields: of `Problem`.
         until: time of the end, s.
-        start: formulas by coordinate, in place of what the scene says; or a whole state.
-        start_rates: formulas by velocity.
         parameters: name of the one that is varied, or names; None for all that are free in the equations.
         of: a position or velocity at the end, or several; None for all. Adjoints cost by them, not by the columns.
         by: "forward", variational equations, or "adjoint".
         rtol: relative tolerance of a step; None takes 1e-12.
         atol: absolute tolerance of a step; None takes rtol.
-        values: of parameters, in place of those that the scene gives.
         progress: called with the share that is done: to 0.5 of the run, from there on of its derivatives.
         say: called with lines for the user: how long a long run takes.
 
@@ -125,18 +119,10 @@ def sensitivity(
             jump.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    check_arguments(sensitivity, locals(), SimulateError)
-    until, rtol, atol = doubles(until, rtol, atol)
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
-    faults = Faults("")
-    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-    with faults.noted():
-        initial = read_start(scene, start, start_rates)
-    with faults.noted():
-        check_run(scene, until, None, rtol, atol, finest=DOUBLES)
-    for one in forces.functions:
-        faults.add(one.where, "a function has no derivatives; write a formula")
+    problem, run = Problem.requested(sensitivity, locals())
+    scene, faults = problem.scene, Faults("")
+    forces, initial, _, _ = problem.posed(run, faults, finest=DOUBLES)
+    forces.check_differentiable(faults)
     if by not in DOORS:
         faults.add("by", f"{by} is not known; {suggestion(by, DOORS)}")
     every, known = state_names(scene), [one.name for one in scene.parameters]
@@ -149,27 +135,35 @@ def sensitivity(
         if name not in known:
             faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
     faults.close(SimulateError)
-    system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
+    system = state_equations(scene, forces, (), problem.whole)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
-    outlook, told = Outlook(until, say), progress or UNHEARD
+    outlook, told = Outlook(run.until, say), progress or UNHEARD
 
     def look(t: float) -> None:
         outlook.look(t)
-        told(t / until / 2)
+        told(t / run.until / 2)
 
     def later(part: float) -> None:
         told((1 + part) / 2)
 
     of_run = Variations.of(
-        system, x, np.array([0.0, until]), None, parameters, RTOL if rtol is None else rtol, atol, DOORS[by], look
+        system,
+        x,
+        np.array([0.0, run.until]),
+        None,
+        parameters,
+        RTOL if run.rtol is None else run.rtol,
+        run.atol,
+        DOORS[by],
+        look,
     )
     end, tape = of_run.tape.x[-1], of_run.tape
     covectors = _ends(of_run.flow, end)[[every.index(name) for name in rows]]
     matrix = covectors @ of_run.forward(later)[-1].T if by == "forward" else of_run.backward(covectors, later)
     if not np.all(np.isfinite(matrix)):
-        raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {until:g} s")
+        raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {run.until:g} s")
     q, u, notes = end[: system.nq], end[system.nq :], (*initial.notes, *system.notes, *of_run.notes)
-    return Sensitivity(scene, until, q, u, rows, of_run.names, matrix, by, tape.method, len(tape.steps), notes)
+    return Sensitivity(scene, run.until, q, u, rows, of_run.names, matrix, by, tape.method, len(tape.steps), notes)
 
 
 def _each(names: str | Sequence[str]) -> tuple[str, ...]:

@@ -50,12 +50,14 @@ class Start:
     formulas: tuple[Quantity, ...] = ()
 
     @classmethod
-    def guess(cls, scene: Scene, start: Values | None = None) -> Array:
+    def guess(cls, scene: Scene, start: Values | Start | None = None) -> Array:
         """Return coordinates as the scene and the user say, loops open or closed, shape (nq,).
 
         Raises:
             SimulateError: with every fault, one line each.
         """
+        if isinstance(start, Start):
+            return start.q
         faults = Faults("")
         q, _, _ = _position(scene, start, parameter_values(scene), faults)
         faults.close(SimulateError)
@@ -89,7 +91,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     moved = scene.led_velocities
     given_u: list[int] = []
     velocities, units = scene.velocities, SceneUnits(scene).letters
-    for name, text in _by_name(rates, "start rates", faults).items():
+    for name, text in by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
         formula, value = _value(text, values, f"start rates: {name}", faults, units.get(named, ""))
@@ -148,7 +150,7 @@ def _position(
     formulas, given = [*start_of(scene).position], list[int]()
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     units = SceneUnits(scene).letters
-    for name, text in _by_name(start, "start", faults).items():
+    for name, text in by_name(start, "start", faults).items():
         k = _index(name, scene.coordinates, "start", faults)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
         if k is not None and formula is not None and value is not None:
@@ -168,8 +170,8 @@ def no_equations(numbers: Numbers, q: Array) -> None:
         raise SimulateError(f"start: {why}")
 
 
-def _by_name(values: Values | None, what: str, faults: Faults) -> Mapping[str, Any]:
-    """Return formulas by name, none after a fault."""
+def by_name(values: object, what: str, faults: Faults) -> Mapping[str, Any]:
+    """Return formulas and numbers by name, none after a fault."""
     if isinstance(values, str):
         return words(split_commas(values), what, faults)
     if values is None or isinstance(values, Mapping):

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import SimulateError, quoted
-from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of
+from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
@@ -30,12 +29,13 @@ from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, drive_names, places_of, read_inputs
+from symdyn.simulation.prescribed.forces import Forces, drive_names, places_of
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.path_entries import read_path
 from symdyn.simulation.prescribed.point_path import ScenePath
-from symdyn.simulation.prescribed.scene_motion import SceneMotion, motion_times, read_motion
+from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
+from symdyn.simulation.problem import Problem
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.signal_columns import input_columns, output_columns
 from symdyn.simulation.trajectory import END, Trajectory
@@ -49,7 +49,7 @@ NOTHING = 1e-7
 
 
 def inverse(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     motion: SceneMotion | Entries = (),
     times: npt.ArrayLike = (),
     reactions: bool | str = False,
@@ -57,7 +57,7 @@ def inverse(
     values: Mapping[str, object] | None = None,
     path: ScenePath | Entries = (),
     start: Values | None = None,
-    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
+    forces: Forces | Entries = (),
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -71,7 +71,7 @@ def inverse(
     [[10.0, 4.0], [17.2811, 6.427], [34.7645, 12.2548]]
 
     Args:
-        scene: the mechanism, its parameters bound.
+        scene: the mechanism, its parameters bound; or a `Problem`, without start rates.
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
@@ -89,18 +89,15 @@ def inverse(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: the drives do not fit the loops.
     """
-    check_arguments(inverse, locals(), SimulateError)
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
-    motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
+    problem, _ = Problem.requested(inverse, locals())
+    scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
+    motion, path, forces = _read(problem, motion, path)
     t = _times(times)
-    path = path if isinstance(path, ScenePath) else read_path(scene, path)
     axes = _check(scene, motion, path, t, reactions)
-    forces = forces if isinstance(forces, Forces) else read_inputs(scene, forces)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
     functions = InverseFunctions(scene, path)
-    guess = Start.guess(scene, start)
+    guess = Start.guess(scene, problem.start)
     laws = _laws(scene, motion, guess)
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
     finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
@@ -142,48 +139,18 @@ def inverse(
     return Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped, notes=tuple(notes))
 
 
-@dataclass(frozen=True)
-class AskedMotion:
-    """A motion that is prescribed: of a scene, its laws, paths of its points, what is given of inputs, and times."""
-
-    scene: Scene
-    motion: SceneMotion
-    path: ScenePath
-    forces: Forces
-    times: Array
-
-    @classmethod
-    def read(
-        cls,
-        scene: Scene,
-        laws: Sequence[str],
-        paths: Sequence[str],
-        forces: Sequence[str],
-        until: float | None,
-        every: float | None,
-    ) -> AskedMotion:
-        """Return what words and files say; until and every, s, of None are those of the one table among them.
-
-        Raises:
-            SimulateError: with every fault of all, one line each.
-        """
-        faults = Faults("")
-        with faults.noted():
-            motion = read_motion(scene, laws)
-        with faults.noted():
-            path = read_path(scene, paths)
-        with faults.noted():
-            given = read_inputs(scene, forces)
-        with faults.noted():
-            times = motion_times(laws, paths, until, every)
-        faults.close(SimulateError)
-        return cls(scene, motion, path, given, times)
-
-    def run(self, start: Values, reactions: str, say: Callable[[str], None]) -> Trajectory:
-        """Return the driving forces that it takes; arguments and errors as of `inverse`."""
-        return inverse(
-            self.scene, self.motion, self.times, reactions, say, path=self.path, start=start, forces=self.forces
-        )  # fmt: skip
+def _read(
+    problem: Problem, motion: SceneMotion | Entries, path: ScenePath | Entries
+) -> tuple[SceneMotion, ScenePath, Forces]:
+    """Return laws, paths and what is given of inputs; SimulateError with every fault of all."""
+    scene, faults = problem.scene, Faults("")
+    read = (
+        faults.taken(lambda: motion if isinstance(motion, SceneMotion) else read_motion(scene, motion), SceneMotion()),
+        faults.taken(lambda: path if isinstance(path, ScenePath) else read_path(scene, path), ScenePath()),
+        faults.taken(lambda: problem.inputs, Forces()),
+    )
+    faults.close(SimulateError)
+    return read
 
 
 def _times(times: npt.ArrayLike) -> Array:

@@ -11,6 +11,7 @@ from symdyn.draw import FilledFigure
 from symdyn.emit import in_html, render
 from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import check_plot, write_whole
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,8 +46,7 @@ def write_picture(
         write_whole(path, picture(kind[1:]))
         return
     svg = picture("svg").decode()
-    safe = [(in_html(name), in_html(text)) for name, text in facts]
-    inside = {"title": in_html(title), "picture": svg[svg.index("<svg") :], "facts": safe}
+    inside = {"title": in_html(title), "picture": svg[svg.index("<svg") :], "facts": Table(("", ""), facts)}
     write_whole(path, render("plot/page.html.jinja", inside))
 
 

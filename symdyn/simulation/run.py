@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem, integrate
+from symdyn.simulation.integrate.method import Hit, InitialValueProblem, IntegrationError, Method, Piece, integrate
 from symdyn.simulation.trajectory import END, INTERRUPTED
 
 STOPPED = "stopped by an event"
 
 
 @dataclass(frozen=True)
-class Run:
+class Integration:
     """What an integrator has found until it ended.
 
     Attributes:
@@ -45,11 +45,11 @@ class Run:
 
 
 def integrated(
-    problem: Problem,
+    problem: InitialValueProblem,
     method: Method,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
-) -> Run:
+) -> Integration:
     """Return what an integrator finds; `progress` hears the share that is done, `say` how long a long run takes."""
     pieces: list[Piece] = []
     stopped, outlook = END, Outlook(problem.until, say)
@@ -82,7 +82,7 @@ def integrated(
     steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))
     if low is not None and len(low) < len(x):  # where it stands between two samples doubles are enough
         low = np.vstack([low, np.zeros_like(x[len(low) :])])
-    return _real(problem, Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall, low))
+    return _real(problem, Integration(t, x, hits, stopped, steps, evaluations, ready - begin, wall, low))
 
 
 def _low(pieces: list[Piece]) -> Array | None:
@@ -91,7 +91,7 @@ def _low(pieces: list[Piece]) -> Array | None:
     return np.concatenate(parts) if parts else None
 
 
-def _real(problem: Problem, run: Run) -> Run:
+def _real(problem: InitialValueProblem, run: Integration) -> Integration:
     """Return a run without its last row where an event stopped it at a place without accelerations."""
     if run.stopped != STOPPED or len(run.t) < 2:
         return run

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.simulation.columns import Column
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -18,14 +19,11 @@ if TYPE_CHECKING:
 
 
 def columns_csv(names: Sequence[str], table: Array, low: Array | None = None) -> str:
-    """Return a header, then the shortest digits that read back to the same doubles.
-
-    With `low`, what columns from the second on are beyond their doubles, these have 32 digits.
-    """
-    rows = [[*map(repr, row)] for row in table.tolist()]
+    """Return lines of CSV; columns from the second on have 32 digits with `low`, what they are beyond their doubles."""
+    rows: list[list[float | str]] = table.tolist()
     for k, more in enumerate([] if low is None else low.tolist()):
         rows[k][1 : 1 + len(more)] = map(in_full, table[k, 1 : 1 + len(more)].tolist(), more)
-    return "\n".join(map(",".join, [names, *rows])) + "\n"
+    return Table(names, rows).csv()
 
 
 def in_full(high: float, low: float) -> str:

@@ -17,7 +17,7 @@ from symdyn.simulation.extended import Truth, truth
 from symdyn.simulation.forward import ready
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.integrate.method import Piece, Problem, integrate
+from symdyn.simulation.integrate.method import InitialValueProblem, Piece, integrate
 from symdyn.simulation.monitors import observe
 
 ROUNDING = 1e-14
@@ -60,7 +60,7 @@ class TimedRuns:
         """
         times = np.linspace(0.0, until, samples)
         project = Projection(self.system, max(ROUNDING, 1e-2 * tolerance))
-        problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
+        problem = InitialValueProblem(self.system, self.x, times, tolerance, tolerance, (), project)
         pieces: list[Piece] = []
         begin = 0.0
         for piece in integrate(METHODS[name], problem):

@@ -15,7 +15,7 @@ from symdyn.simulation.integrate.method import Hit
 from symdyn.simulation.joint_limits import named, reached
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
-from symdyn.simulation.run import STOPPED, Run
+from symdyn.simulation.run import STOPPED, Integration
 from symdyn.simulation.signal_columns import output_columns
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulation.valueless import valueless
@@ -25,7 +25,7 @@ AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
 
 
 def trajectory_of(
-    system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool], reactions: bool | str
+    system: StateEquations, run: Integration, formulas: Sequence[str], flags: Sequence[bool], reactions: bool | str
 ) -> Trajectory:
     """Return what a run is told as: motion, forces, columns, monitors, events, and what ended it."""
     scene = system.scene
@@ -53,7 +53,9 @@ def trajectory_of(
     return replace(found, extra=apart(scene, columns), monitors=monitors, notes=tuple(seen))
 
 
-def _events(system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool]) -> tuple[Event, ...]:
+def _events(
+    system: StateEquations, run: Integration, formulas: Sequence[str], flags: Sequence[bool]
+) -> tuple[Event, ...]:
     """Return the zeros of formulas, and behind them the limit of a joint that ended the run."""
     nq, nv = system.nq, system.nv
     told = [(hit, formulas[hit.event], flags[hit.event]) for hit in run.hits if hit.event < len(formulas)]
@@ -78,7 +80,7 @@ def _limit(system: StateEquations, hit: Hit, formulas: Sequence[str]) -> Limit |
     return system.limits[k] if k >= 0 else None
 
 
-def _why(system: StateEquations, formulas: Sequence[str], run: Run) -> str:
+def _why(system: StateEquations, formulas: Sequence[str], run: Integration) -> str:
     """Return what ended a run: its time, a formula of the user, where equations end, or what has no value there."""
     if run.stopped in (END, INTERRUPTED):
         return run.stopped

@@ -30,7 +30,7 @@ from symdyn.simulation.integrate.method import IntegrationError
 from symdyn.simulation.integrate.tape import UNHEARD, Tape, Told, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.run import Run
+from symdyn.simulation.run import Integration
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.trajectory_builder import trajectory_of
 from symdyn.unlocked import cached_property
@@ -170,7 +170,7 @@ class Variations:
         if moved:
             scene = bind(system.scene, moved)
             system = system.at(scene, system.forces)
-        return trajectory_of(system, Run(run.t, x, (), END, 0, 0, 0.0, 0.0), (), (), False)
+        return trajectory_of(system, Integration(run.t, x, (), END, 0, 0, 0.0, 0.0), (), (), False)
 
 
 def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[str]) -> Variations:
@@ -207,8 +207,7 @@ def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
     for name in names:
         if name not in every:
             faults.add(scene.name, f"{name} is no parameter, and no position or velocity; {suggestion(name, every)}")
-    for one in forces.functions:
-        faults.add(one.where, "a function has no derivatives; write a formula")
+    forces.check_differentiable(faults)
     faults.close(SimulateError)
 
 

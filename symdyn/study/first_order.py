@@ -13,17 +13,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import KINDS, check_arguments, doubles
+from symdyn.arguments import KINDS, with_fields
 from symdyn.errors import SimulateError, quoted
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, suggestion
-from symdyn.simulation import Forces, Uncertainty, Values, measure_slopes, state_names
+from symdyn.simulation import Problem, Run, Uncertainty, measure_slopes, state_names
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.distributions import Distribution, read_over
 from symdyn.study.runs import Runs
@@ -146,21 +146,19 @@ def _covariance(given: npt.ArrayLike, faults: Faults) -> Array:
     return found
 
 
+@with_fields(Problem)
 def uncertainty(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     over: Mapping[str, Any] | Iterable[str] | str = (),
-    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
-    until: float = 10.0,
     *,
     covariance: npt.ArrayLike | None = None,
-    start: Values | None = None,
-    start_rates: Values | None = None,
+    until: float | None = None,
     every: float | None = None,
     columns: str | Sequence[str] = (),
     motion: Entries | None = None,
     path: Entries = (),
     times: npt.ArrayLike = (),
-    values: Mapping[str, object] | None = None,
+    **fields: Unpack[Problem.Fields],
 ) -> Uncertainty:
     """Return standard deviations of a run's columns at all its samples, to first order.
 
@@ -174,23 +172,21 @@ def uncertainty(
     [0.05774, 0.05774]
 
     Args:
-        scene: the mechanism, its parameters bound.
+        scene: the mechanism, its parameters bound; or a `Problem`.
         over: what is uncertain: texts "NAME=DISTRIBUTION" as `sweep` takes them; or by name such a text, or a number,
             which is a standard deviation about the scene's value. A name is a parameter, or an independent position or
             velocity at the start; nothing for all parameters that have a tolerance. What has a distribution has its
             mean in the run.
-        forces: driving forces as for `simulate`.
-        until: time of the end, s.
+        **fields: of `Problem`.
         covariance: of the names in `over`, shape (k, k), where they are correlated.
-        start: coordinates at the start as for `simulate`; they are held where a parameter moves.
-        start_rates: velocities likewise.
-        every: seconds between samples; None for 200 samples.
+        until: time of the end of a run, s; None for 10.
+        every: seconds between samples of a run; None for 200 of them.
         columns: names of columns or patterns; none for coordinates, velocities, outputs and driving forces.
-        motion: laws of coordinates as `inverse` takes them: the motion is held, and forces are uncertain. Of the
-            arguments above, `until`, `start_rates` and `every` have no part in it.
+        motion: laws of coordinates as `inverse` takes them: the motion is held, forces are uncertain, and no run is
+            made: `until`, `start_rates` and `every` are refused.
         path: as for `inverse`.
         times: s, of the motion.
-        values: of parameters, in place of those that the scene gives.
+        start: coordinates at the start as for `simulate`; they are held where a parameter moves.
 
     Raises:
         SimulateError: with every fault of the arguments; forces that have no derivative; or a run that fails.
@@ -198,41 +194,25 @@ def uncertainty(
         UnknownNameError: a column that is none.
         DerivationError: there are no such dynamics.
     """
-    check_arguments(uncertainty, locals(), SimulateError)
-    until, every = doubles(until, every)
-    scene = scene_of(scene)
-    scene = scene_of(scene, values)
-    faults = Faults("")
-    spread = None
+    problem, run = Problem.requested(uncertainty, locals())
+    scene, faults = problem.scene, Faults("")
     if motion is None:
         unread = [name for name, given in (("path", path), ("times", times)) if np.asarray(given, dtype=object).size]
         faults.lines += [f"{name}: it belongs to a motion, and none is given; leave it out" for name in unread]
     else:
-        unread = [name for name, given in (("start_rates", start_rates), ("every", every)) if given is not None]
+        given = {"start_rates": problem.start_rates, "until": until, "every": every}
+        unread = [name for name, one in given.items() if one is not None]
         faults.lines += [f"{name}: it belongs to a run, and a motion is given; leave it out" for name in unread]
-    with faults.noted():
-        spread = read_spread(scene, over, covariance, faults, starts=motion is None)
+    spread = faults.taken(lambda: read_spread(scene, over, covariance, faults, starts=motion is None), None)
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
-    parameters, places, rates = spread.moved(scene)
-    scene = bind(scene, parameters) if parameters else scene
+    problem = problem.moved(*spread.moved(scene))
     wanted = (columns,) if isinstance(columns, str) else tuple(columns)
     names, C = spread.names, spread.covariance
     if motion is not None:
-        return Uncertainty.of_forces(scene, names, C, motion, path, times, start, forces, wanted)
-    begin, rates_there = _with(start, places), _with(start_rates, rates)
-    return Uncertainty.of_run(scene, names, C, forces, until, begin, rates_there, every, wanted)
-
-
-def _with(given: Values | None, means: Mapping[str, float]) -> Values | None:
-    """Return a start with means in place of what it says."""
-    if not means:
-        return given
-    if isinstance(given, str):
-        pairs = (part.partition("=") for part in given.split(",") if part.strip())
-        given = {name.strip(): text.strip() for name, _, text in pairs}
-    return {**(given or {}), **means}
+        return Uncertainty.of_forces(problem, names, C, motion, path, times, wanted)
+    return Uncertainty.of_run(problem, run, names, C, wanted)
 
 
 NEAR = 0.1
@@ -260,34 +240,26 @@ class Beside:
 
 def beside(
     runs: Runs,
-    scene: SceneLike,
+    problem: Problem,
+    run: Run,
     over: Mapping[str, Any] | Iterable[str] | str,
     measures: Sequence[str],
-    *,
-    forces: Any = (),
-    until: float = 10.0,
-    start: Any = None,
-    start_rates: Any = None,
-    every: float | None = None,
 ) -> tuple[Beside, ...]:
-    """Return the standard deviations of measures to first order beside those of runs; arguments as of `sweep`.
+    """Return the standard deviations of measures to first order beside those of runs of that problem and run.
+
+    Other arguments are as of `sweep`; of the run only `until` and `every` are looked at.
 
     Raises:
         SimulateError: with every fault; or a measure without a value at the means.
     """
-    scene, faults = scene_of(scene), Faults("")
-    spread = None
-    with faults.noted():
-        spread = read_spread(scene, over, None, faults)
+    scene, faults = problem.scene, Faults("")
+    spread = faults.taken(lambda: read_spread(scene, over, None, faults), None)
     faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
-    parameters, places, rates = spread.moved(scene)
-    scene = bind(scene, parameters) if parameters else scene
     named = [text.partition("=") for text in measures]
     names = [name.strip() for name, _, _ in named]
     formulas = [formula.strip() if equals else name for name, equals, formula in named]
-    places, rates = {**(start or {}), **places}, {**(start_rates or {}), **rates}
-    slopes = measure_slopes(scene, formulas, spread.names, forces, until, places, rates, every)
+    slopes = measure_slopes(problem.moved(*spread.moved(scene)), run, formulas, spread.names)
     lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
     if lacking:
         raise SimulateError(f"{scene.name}: to first order there is no value of {', '.join(lacking)}")

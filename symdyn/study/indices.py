@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import doubles, wholes
+from symdyn.arguments import native
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
@@ -69,7 +69,7 @@ class Indices(Shown):
 
 def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -> Indices:
     """Return Sobol's indices of a measure, with intervals; arguments and errors as of `Runs.indices`."""
-    (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
+    (level,), (resamples, seed) = native(float, level), native(int, resamples, seed)
     if not runs.has_indices:
         raise SimulateError(
             f"{runs.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "

@@ -23,7 +23,7 @@ from symdyn.program import Program
 from symdyn.runtime import Loaded, Operand, load
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
-from symdyn.simulation import Measure, read_start
+from symdyn.simulation import Measure, Problem
 from symdyn.simulation.prescribed import Columns, drive_names, number_of, parameter_values, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
@@ -112,7 +112,7 @@ def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Fau
 
 def _places(scene: Scene, call: Called, at: At, varied: Iterable[str], faults: Faults) -> tuple[dict[str, Array], str]:
     """Return every entry of every argument over places, and time, shape (S,) each; and the same in words."""
-    start = read_start(scene)
+    start = Problem(scene).initial
     usual = dict(zip(scene.coordinates, start.q.tolist(), strict=True))
     known = [name for one in call.operands for name in one.entries]
     given, where = _given(scene, at, faults)

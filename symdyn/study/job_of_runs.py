@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, bind
-from symdyn.scene.values import Faults, Parameter, split_commas
-from symdyn.simulation import Forces, Measure, RunBlock, Values, check_run, read_forces, read_start, read_task
-from symdyn.simulation.prescribed import Entries, words
+from symdyn.scene.values import Faults, Parameter
+from symdyn.simulation import Forces, Measure, Problem, Run, RunBlock, read_task
+from symdyn.simulation.prescribed import Entries
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
 from symdyn.study.job import BlockResult, Job, Measured, check_names, impossible, read_measured
@@ -34,18 +34,10 @@ PARTS = 16
 
 
 def runs_job(
-    scene: Scene,
+    problem: Problem,
+    run: Run,
     over: Over,
     measure: str | Sequence[str],
-    until: float,
-    forces: Entries,
-    start: Values | None,
-    start_rates: Values | None,
-    every: float | None,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    ignore_limits: bool,
     design: str | None,
     count: int | None,
     seed: int,
@@ -57,6 +49,10 @@ def runs_job(
     Raises:
         SimulateError: with every fault, those that there are already among them.
     """
+    scene, forces = problem.scene, problem.forces
+    if isinstance(forces, Forces):
+        faults.add("forces", "those that are read say no text for a store; give them as formulas, tables or files")
+        forces = ()
     said = [forces] if isinstance(forces, str) else forces
     letters = _letters(said)
     varied = read_over(scene, over, letters, faults)
@@ -78,32 +74,23 @@ def runs_job(
         "start": [name for name in names if name in scene.coordinates],
         "start_rates": [name for name in names if name in scene.velocities],
     }
-    given = {"start": _given(start, "start", faults), "start_rates": _given(start_rates, "start rates", faults)}
+    start, rates = faults.taken(lambda: problem.by_name, ({}, {}))
+    given = {"start": start, "start_rates": rates}
     for part, table in given.items():
         for name in set(table) & set(parts[part]):
             faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
     measures = tuple(_checked(scene, one, faults) for one in read_measured(measure, faults))
     check_names(measures, names, faults)
-    read = Forces()
+    problem, read = replace(problem, scene=scene, forces=forces), Forces()
     if not scene.free_parameters or not faults.lines:
-        with faults.noted():
-            check_run(scene, until, every, rtol, atol, (), method)
-        with faults.noted():
-            read = read_forces(scene, forces)
-        with faults.noted():
-            read_start(scene, given["start"], given["start_rates"])
+        read, _, _, _ = problem.posed(run, faults)
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     assert planned is not None, "what is missing is a fault"
-    asked = {
-        "until": until, **given, "forces": read, "every": every, "method": method, "rtol": rtol, "atol": atol,
-        "ignore_limits": ignore_limits,
-    }  # fmt: skip
-    plain = asked | {"forces": _said(forces)}
+    plain = {"until": run.until, **given, "forces": _said(forces), **vars(run)}
     told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
-    return Job(
-        "runs", block, scene, planned, measures, asked | {"varied": parts}, told, size or usual_block(planned.count)
-    )
+    asked = {**given, "forces": read, "run": run, "varied": parts}
+    return Job("runs", block, scene, planned, measures, asked, told, size or usual_block(planned.count))
 
 
 def usual_block(count: int) -> int:
@@ -153,10 +140,6 @@ def _text(one: Any) -> str:
     return getattr(one, "__qualname__", type(one).__qualname__)
 
 
-def _given(values: Values | None, what: str, faults: Faults) -> dict[str, Any]:
-    return words(split_commas(values), what, faults) if isinstance(values, str) else dict(values or {})
-
-
 def block(job: Job, first: int, last: int) -> BlockResult:
     """Return measures over runs; those at values that the scene cannot have fail alone, and the others go on."""
     values = job.design.values(first, last)
@@ -204,10 +187,9 @@ def _together(job: Job, values: Array) -> tuple[RunBlock, dict[str, Array]]:
     parts = {
         part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
     }
+    problem, formulas = Problem(job.scene, asked["forces"]), [one.formula for one in job.measures]
     task = read_task(
-        job.scene, asked["forces"], asked["until"], parts["start"], parts["start_rates"], parts["values"],
-        [one.formula for one in job.measures], asked["every"], False, asked["method"], asked["rtol"], asked["atol"],
-        (), job.threads, asked["ignore_limits"],
-    )  # fmt: skip
+        problem, asked["run"], parts["start"], parts["start_rates"], parts["values"], formulas, workers=job.threads
+    )
     found, _ = task.run(job.threads)
     return found, task.measured(found)

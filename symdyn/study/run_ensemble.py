@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.arguments import check_arguments, doubles, flags
-from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, scene_of
-from symdyn.simulation import Forces, Measure, RunBlock, read_task
+from symdyn.arguments import native, with_fields
+from symdyn.scene import SceneLike
+from symdyn.simulation import Forces, Measure, Problem, Run, RunBlock, read_task
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.job import units_of
 from symdyn.study.runs import ENDED, FAILED, NOT_MADE, STOPPED, Ends, Runs
@@ -20,24 +19,20 @@ from symdyn.study.runs import ENDED, FAILED, NOT_MADE, STOPPED, Ends, Runs
 NO_NUMBER = "the motion has no finite value"
 
 
+@with_fields(Run)
 def ensemble(
-    scene: SceneLike,
-    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
-    until: float = 10.0,
+    scene: SceneLike | Problem,
+    *,
+    forces: Forces | Entries = (),
     start: Mapping[str, Any] | str | None = None,
     start_rates: Mapping[str, Any] | str | None = None,
     values: Mapping[str, Any] | str | None = None,
     measures: str | Measure | Sequence[str | Measure] = (),
-    every: float | None = None,
     samples: bool = False,
-    method: str | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    stops: str | Sequence[str] = (),
     workers: int | None = None,
-    ignore_limits: bool = False,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    **fields: Unpack[Run.Fields],
 ) -> Runs:
     """Return many runs of a scene from t = 0 on, each as `simulate` would run it.
 
@@ -53,40 +48,29 @@ def ensemble(
     Interrupted (Ctrl-C), it returns what was done; the other runs are not made, and NaN.
 
     Args:
-        scene: the mechanism; parameters that vary need no value of their own.
+        scene: the mechanism; parameters that vary need no value of their own. Of a `Problem`, what the runs start from
+            goes before its start, name by name.
+        **fields: of `Run`.
         forces: driving forces of all runs, as for `simulate`.
-        until: time of the end, s.
         start: by coordinate, numbers, formulas in parameters, or arrays of shape (N,).
         start_rates: likewise by velocity.
         values: likewise by parameter, without symbols.
         measures: formulas of folds over a run, such as "max(abs(q1)) - end(q2)", see `FOLDS`; they see samples alone.
-        every: seconds between samples; None for 200 samples.
         samples: whether to keep the states at the samples.
-        method: an integrator, a key of `symdyn.simulation.METHODS`; None takes the fastest that applies.
-        rtol: relative tolerance of a step; None is 1e-9, of `gauss` what it takes itself.
-            Below 1e-16 runs have 31 digits (`gauss`), one by one; what is returned are doubles.
-        atol: absolute tolerance of a step; None takes rtol.
-        stops: formulas; where one crosses zero a run ends.
         workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
-        ignore_limits: go on where a joint reaches a limit of its position.
         progress: called with the share that is done.
         say: called with lines for the user.
+        rtol: relative tolerance of a step; None is 1e-9, of `gauss` what it takes itself.
+            Below 1e-16 runs have 31 digits (`gauss`), one by one; what is returned are doubles.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
         SceneError: a value that the scene cannot have.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    check_arguments(ensemble, locals(), SimulateError)
-    (until, every, rtol, atol), (samples, ignore_limits) = (
-        doubles(until, every, rtol, atol),
-        flags(samples, ignore_limits),
-    )
-    began = time.perf_counter()
-    task = read_task(
-        scene_of(scene), forces, until, start, start_rates, values, measures, every, samples, method, rtol, atol, stops,
-        workers, ignore_limits,
-    )  # fmt: skip
+    problem, run = Problem.requested(ensemble, locals(), "start", "start_rates", "values")
+    (samples,), began = native(bool, samples), time.perf_counter()
+    task = read_task(problem, run, start, start_rates, values, measures, samples, workers)
     found, wall = task.run(workers, progress, say)
     preparing = time.perf_counter() - began - wall
     bound, varied = task.scene, task.lanes.varied

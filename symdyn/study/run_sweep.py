@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Unpack
 
-from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.arguments import check_arguments, native, with_fields
 from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, scene_of
+from symdyn.scene import SceneLike
 from symdyn.scene.values import Faults
-from symdyn.simulation import Values
-from symdyn.simulation.prescribed import Entries
+from symdyn.simulation import Problem, Run
 from symdyn.study.distributions import Over
 from symdyn.study.executors import executor
 from symdyn.study.job import Job, block as one_block
@@ -28,8 +27,6 @@ INTERRUPTED = "interrupted"
 
 HERE = "here"
 
-UNTIL = 10.0
-
 USUAL = "inverse_dynamics"
 """What is called where places are given, and no function is."""
 
@@ -39,21 +36,12 @@ NUMBERS = re.compile(r"\d[\d.e+-]*")
 Say = Callable[[str], None]
 
 
+@with_fields(Problem, Run)
 def sweep(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     over: Over = (),
     measure: str | Sequence[str] = (),
     *,
-    until: float | None = None,
-    forces: Entries = (),
-    start: Values | None = None,
-    start_rates: Values | None = None,
-    every: float | None = None,
-    method: str | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    ignore_limits: bool = False,
-    values: Mapping[str, object] | None = None,
     design: str | None = None,
     count: int | None = None,
     seed: int = 0,
@@ -65,6 +53,7 @@ def sweep(
     at: At = None,
     progress: Callable[[float], None] | None = None,
     say: Say | None = None,
+    **fields: Unpack[Run.OfProblem],
 ) -> Runs:
     """Return what comes of many runs of a scene, or of many calls of one of its functions.
 
@@ -77,21 +66,12 @@ def sweep(
     ([0.1, 0.2, 0.3], 3)
 
     Args:
-        scene: the mechanism.
+        scene: the mechanism; or a `Problem`.
         over: what is varied: texts "NAME=DISTRIBUTION" (see `symdyn.study.distributions`), or lists by name; a name is
             a parameter, a coordinate or a velocity at the start, or a letter of the forces. Nothing: all parameters
             that have a tolerance.
         measure: formulas of folds over a run, such as "max(abs(tau2))"; "NAME=FORMULA" names one.
-        until: time of the end of every run, s; None for 10.
-        forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
-        start: coordinates as for `simulate`, the same for every run.
-        start_rates: velocities likewise.
-        every: seconds between the samples that measures see; None for 200 samples.
-        method: as for `symdyn.ensemble`.
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        ignore_limits: go on where a joint reaches a limit of its position; else the run stops there.
-        values: of parameters, in place of those that the scene gives.
+        **fields: of `Problem` and `Run`, the same for every run.
         design: a key of `DESIGNS`; None takes a grid of lists, or random draws of distributions.
         count: how many runs are drawn; None for 1000.
         seed: of what is drawn.
@@ -106,16 +86,15 @@ def sweep(
             arrays (S,); or a .csv file of columns over t. What is not given is where the scene starts, at rest.
         progress: called with the share that is done.
         say: called with lines for the user.
+        forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
+        rtol: relative tolerance of a step; None as for `symdyn.ensemble`.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each; a store of another sweep, or a full disk.
         SceneError: values that the scene cannot have.
     """
-    check_arguments(sweep, locals(), SimulateError)
-    until, every, rtol, atol = doubles(until, every, rtol, atol)
-    (count, seed, workers, block), ignore_limits = wholes(count, seed, workers, block), bool(ignore_limits)
-    bound = scene_of(scene)
-    bound = scene_of(bound, values)
+    problem, run = Problem.requested(sweep, locals())
+    count, seed, workers, block = native(int, count, seed, workers, block)
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:
@@ -126,21 +105,12 @@ def sweep(
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:
-        runs = {"until": until, "forces": forces, "start": start, "start_rates": start_rates, "every": every}
-        runs |= {"method": method, "rtol": rtol, "atol": atol, "ignore_limits": ignore_limits or None}
-        for name in [
-            name
-            for name, said in runs.items()
-            if said is not None and not (isinstance(said, (tuple, list, dict)) and not said)
-        ]:
+        of_runs = [name for name, one in fields.items() if name in vars(run) and one not in (None, False, (), [])]
+        for name in (*problem.given, *of_runs):
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
-        job = places_job(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
+        job = places_job(problem.scene, function or USUAL, at, over, measure, design, count, seed, block, faults)
         return made(job, path, block is not None, scheduler, workers, progress, say)
-    until = UNTIL if until is None else until
-    job = runs_job(
-        bound, over, measure, until, forces, start, start_rates, every, method, rtol, atol, ignore_limits, design,
-        count, seed, block, faults,
-    )  # fmt: skip
+    job = runs_job(problem, run, over, measure, design, count, seed, block, faults)
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, doubles, walked
+from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -187,7 +188,7 @@ class Runs(Shown):
             SimulateError: a quantile that is not from 0 to 1.
         """
         (at,) = walked(Runs.quantiles, locals(), "at", error=SimulateError)
-        at = doubles(*at)
+        at = native(float, *at)
         if not all(0 <= one <= 1 for one in at):
             raise SimulateError(f"at = {quoted(list(at))}: quantiles are from 0 to 1, such as [0.05, 0.5, 0.95]")
         known = self.known(name)
@@ -231,9 +232,7 @@ class Runs(Shown):
         """
         check_arguments(Runs.to_csv, locals(), EmitError)
         names, numbers = self.table()
-        lines = [",".join(map(_cell, names))]
-        lines += [",".join([*map(repr, row), WORDS[int(code)]]) for *row, code in numbers.tolist()]
-        text = "\n".join(lines) + "\n"
+        text = Table(names, [(*row, WORDS[int(code)]) for *row, code in numbers.tolist()]).csv()
         if file is not None:
             write_file(file, text)
         return text
@@ -317,8 +316,3 @@ class Runs(Shown):
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
         found.attrs |= {"units": dict(self.units), "scene": self.scene, "told": dict(self.told), **self.about}
         return found
-
-
-def _cell(text: str) -> str:
-    """Return a cell of CSV."""
-    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\n') else text

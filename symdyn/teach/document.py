@@ -14,6 +14,7 @@ from typing import Union
 from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
+from symdyn.table import Table
 
 # Names
 
@@ -155,14 +156,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Values:
-    """A table; every cell is prose, which may be one form or one number."""
-
-    head: tuple[Words, ...]
-    rows: tuple[tuple[Words, ...], ...]
-
-
-@dataclass(frozen=True)
 class Bar:
     """One bar: a signed value and its part of the sum of absolute values, 0 to 1."""
 
@@ -226,7 +219,7 @@ class Room:
     lines: int
 
 
-Block = Union[Words, Formula, Braced, Matrix, Picture, Values, Shares, Box, Fold, Blank, Room]
+Block = Union[Words, Formula, Braced, Matrix, Picture, Table[Words], Shares, Box, Fold, Blank, Room]
 
 
 # The document

@@ -15,7 +15,8 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform
-from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
+from symdyn.table import Table
+from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Words
 from symdyn.teach.languages import Language, fill, language_of
 from symdyn.teach.masses import Mass, masses
 from symdyn.teach.mathematics import about, equals, written
@@ -141,7 +142,7 @@ class Prose:
         """Return steps under their heading."""
         return Section(key, self.text(f"section.{key}"), tuple(steps))
 
-    def table(self, heads: Sequence[str | Symbol], rows: Iterable[Sequence[str | Form | Words]]) -> Values:
+    def table(self, heads: Sequence[str | Symbol], rows: Iterable[Sequence[str | Form | Words]]) -> Table[Words]:
         """Return a table; heads are symbols or keys of words, without "table." before those of all lessons.
 
         Its units are shown as the scene has them: of one without dimensions radians alone.
@@ -156,7 +157,7 @@ class Prose:
             for row in rows
         )
         cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in plain)
-        return Values(tuple(shown), tuple(cells))
+        return Table(tuple(shown), tuple(cells))
 
 
 @dataclass

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import Form, Number
+from symdyn.algebra import Form
 from symdyn.emit import in_latex
 from symdyn.emit.print import BREAK, Latex, PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
@@ -88,18 +88,12 @@ class Spelling:
         r"""Return (left, "= right") with \underbrace{coefficient}_{name} rate, as (5.40)."""
         text = ""
         for brace in formula.terms:
-            terms = brace.form.terms
-            negative = bool(brace.under) and all(term.split_sign()[0] < 0 for term in terms)
-            value = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in terms) if negative else brace.form
-            shown = self.inline(value)
+            sign, shown = "+", self.inline(brace.form)
             if brace.under:
-                shown = f"({shown})" if len(terms) > 1 else shown
-                name = self.symbols[brace.under]
-                shown = rf"\underbrace{{{shown}}}_{{{'-' if negative else ''}{name}}}"
+                sign, shown = self._write.underbraced(brace.form, self.symbols[brace.under])
             rate = self.inline(brace.rate)
             shown += "" if rate == "1" else rf"\, {rate}"
-            sign = "-" if negative else "+"
-            text += f" {BREAK}{sign} {shown}" if text else f"{'-' if negative else ''}{shown}"
+            text += f" {BREAK}{sign} {shown}" if text else f"{sign.removeprefix('+')}{shown}"
         sign = self.sign(*(brace.form for brace in formula.terms))
         return self(formula.left), f"{sign} {text or '0'}"
 

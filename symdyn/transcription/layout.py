@@ -11,7 +11,7 @@ from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, suggestion, velocity_name
-from symdyn.simulation import Start, read_start
+from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, read_formula
 from symdyn.transcription.grid import Grid, numbered
 from symdyn.transcription.local import Written
@@ -23,11 +23,6 @@ Number = str | float
 
 CLOSE = 1e-9
 """What a start or an end may be beyond its bounds by rounding."""
-
-
-def texts(given: Mapping[str, Number] | None) -> dict[str, str]:
-    """Return formulas as they are read."""
-    return {name: str(value) for name, value in (given or {}).items()}
 
 
 def known_names(where: str, names: Sequence[str], known: Sequence[str] | Mapping[str, object], faults: Faults) -> None:
@@ -146,7 +141,7 @@ class Layout:
         if faults.lines:
             return None
         try:
-            return read_start(self.scene, texts(end))
+            return Problem(self.scene, start=end).initial
         except SimulateError:
             return None
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from operator import index
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, FormulaError, spell, suggestion
-from symdyn.simulation import Start, read_start
+from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, parameter_values, read_formula
 from symdyn.transcription.grid import grid
-from symdyn.transcription.layout import Layout, Number, Range, ends_of, known_names, texts
+from symdyn.transcription.layout import Layout, Number, Range, ends_of, known_names
 from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.source import source
 from symdyn.transcription.tableaux import METHODS
@@ -27,7 +27,7 @@ MOST = 100_000
 
 
 def collocation(
-    scene: SceneLike,
+    scene: SceneLike | Problem,
     until: float | tuple[float, float],
     intervals: int | Sequence[float] = 50,
     method: str = "hermite_simpson",
@@ -55,7 +55,8 @@ def collocation(
     (147,)
 
     Args:
-        scene: the mechanism, its parameters bound. Its drives are unknowns, its inputs held where the scene has them.
+        scene: the mechanism, its parameters bound; or a `Problem`, without forces. Its drives are unknowns, its inputs
+            held where the scene has them.
         until: time of the end, s; or between which two it is looked for.
         intervals: how many of equal length; or the shares of time where they end, 0 … 1.
         method: a key of `METHODS`.
@@ -74,18 +75,16 @@ def collocation(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: the equations do not exist, or have no derivative.
     """
-    check_arguments(collocation, locals(), SimulateError)
-    declared = scene_of(scene)
+    problem, _ = Problem.requested(collocation, locals(), "until", "method")
+    declared = problem.refused("drives are looked for, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
     try:
-        scene = declared.held()
+        problem = replace(problem, scene=declared.held())
     except FormulaError as fault:
         raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
-    faults = Faults("")
-    first = Start(np.zeros(0), np.zeros(0))
-    with faults.noted():
-        first = read_start(scene, start if isinstance(start, Start) else texts(start), texts(start_rates))
+    scene, faults = problem.scene, Faults("")
+    first = faults.taken(lambda: problem.initial, Start(np.zeros(0), np.zeros(0)))
     values = parameter_values(scene)
     mesh = _mesh(intervals, faults)
     free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
@@ -110,7 +109,7 @@ def collocation(
     rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
-    given = {"start": start, "start rates": start_rates, "end": end, "end rates": end_rates}
+    given = {"start": problem.start, "start rates": problem.start_rates, "end": end, "end rates": end_rates}
     kept = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in declared.inputs)
     notes = (*kept, *first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
     return Collocation(

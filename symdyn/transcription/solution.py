@@ -185,7 +185,7 @@ class Solution(Shown):
         place = self.problem.place
         start = Start(self.z[place["q"][0]], self.z[place["u"][0]])
         options = {"ignore_limits": True} | options
-        return simulate(self.scene, self.forces, until=self.duration, start=start, **options)
+        return simulate(self.scene, forces=self.forces, until=self.duration, start=start, **options)
 
     def _forces(self) -> Array:
         """Return all driving forces at the stages, those of prescribed motions as well, shape (S, nv)."""

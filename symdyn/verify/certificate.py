@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from symdyn.arguments import check_arguments, walked, wholes
+from symdyn.arguments import check_arguments, native, walked
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit import Sources
 from symdyn.emit.code import SINGLE, ShortSines
@@ -195,7 +195,7 @@ def certify(
         (targets,) = walked(certify, locals(), "targets")
     if real not in SINGLE:
         raise VerifyError(f"real type {real!r} is not measured; give {' or '.join(SINGLE)}")
-    asked, (seed,) = targets is not None, wholes(seed)
+    asked, (seed,) = targets is not None, native(int, seed)
     scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
     sines = ShortSines.find(accuracy, real)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from symdyn.dynamics import (
     Function,
     Requested,
-    Unasked,
     Workspace,
     derive_one,
     formulations_lacking,
@@ -29,12 +28,12 @@ def taken(
 ) -> tuple[tuple[str, ...], tuple[Function, ...], list[str], list[Unclaimed]]:
     """Return outputs, those that become code, what is left out, and what does not exist: for None all worth certifying.
 
-    These are what a scene has unasked, kinematics of the last body, and what no one writes unasked.
+    These are what a scene has by default, kinematics of the last body, and what no one writes by default.
     """
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
         return outputs, choose(workspace, outputs, formulation), [], []
-    wanted = Requested.of(workspace, Unasked.PROVED)
+    wanted = Requested.of(workspace, "verify")
     known_formulation(workspace.scene, wanted.outputs, formulation)
     functions: list[Function] = []
     why: dict[str, str] = {}

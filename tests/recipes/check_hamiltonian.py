@@ -14,7 +14,7 @@ import pytest
 
 import symdyn
 from symdyn.cli import main
-from symdyn.dynamics import OUTPUTS, Formulation, Output, Unasked, Workspace, available, derive_one
+from symdyn.dynamics import OUTPUTS, Formulation, Output, Workspace, available, derive_one
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingProgram
 from symdyn.program import Candidates, formulate, lower
@@ -88,11 +88,13 @@ def test_it_is_told_of_springs() -> None:
 
 
 CHANGED = {
-    "lacks": ("told", lambda: None),
-    "unasked": (Unasked.NEVER, lambda: NAME not in available(scene("two_link"))[0]),
+    "may_fail": ("reported", lambda: None),
+    "default_in": ("request", lambda: NAME not in available(scene("two_link"))[0]),
     "exists": (lambda scene: False, lambda: NAME not in available(scene("two_link"))[0]),
-    "loops_only": (True, lambda: refused("two_link", "about closed loops and rows")),
-    "in_loops": ("refuse", lambda: refused("four_bar", "about trees") and NAME not in available(scene("four_bar"))[0]),
+    "when_constrained": (
+        "refuse",
+        lambda: refused("four_bar", "about trees") and NAME not in available(scene("four_bar"))[0],
+    ),
     "cubic": (True, lambda: NAME not in available(scene("quadruped"))[0]),
     "place": ("point", lambda: refused("two_link", f"write {NAME}:NAME")),
 }
@@ -111,8 +113,13 @@ def test_another_word_in_a_field_is_heard(field: str, monkeypatch: pytest.Monkey
     assert heard() is not False
 
 
+def test_what_trees_do_not_have_is_refused_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(OUTPUTS, NAME, replace(OUTPUTS[NAME], when_constrained="only"))
+    assert refused("two_link", "about closed loops and rows")
+
+
 def test_what_is_of_the_tree_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(OUTPUTS, NAME, replace(OUTPUTS[NAME], in_loops="tree"))
+    monkeypatch.setitem(OUTPUTS, NAME, replace(OUTPUTS[NAME], when_constrained="tree"))
     function = derive_one(Workspace(scene("four_bar")), NAME)
     assert function.name == f"tree_{NAME}"
     assert function.text.endswith("of the spanning tree, as if nothing closed it")

@@ -13,7 +13,7 @@ from flint import arb_mat
 
 from symdyn.algebra import Balls, Floats
 from symdyn.bench.reference import Reference, column, norm, reference
-from symdyn.dynamics import Equations, Function, Requested, Unasked, Workspace, derive_one, row_of
+from symdyn.dynamics import Equations, Function, Requested, Workspace, derive_one, row_of
 from symdyn.emit import emit
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
@@ -71,7 +71,7 @@ class Calls:
 def looked_at(scene: Scene) -> tuple[str, ...]:
     """Return the outputs that a first look at a scene shows, as far as it has them."""
     there, _ = Requested.of(Workspace(scene)).available()
-    return tuple(name for name in there if row_of(name)[0].unasked is Unasked.AT_A_LOOK)
+    return tuple(name for name in there if row_of(name)[0].default_in == "overview")
 
 
 class Interpreted:

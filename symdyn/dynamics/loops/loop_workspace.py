@@ -212,12 +212,12 @@ class LoopWorkspace:
         given = self.w.prescribed
         return self.reduction.led(given.place, given.acceleration)
 
-    def drives_of(self, forces: list[Expr]) -> list[Expr]:
+    def drives_of(self, forces: Sequence[Expr]) -> list[Expr]:
         """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
         G = self.G(self.recursive)
         return self.at_drives(forces, G, self.driven.solve_transposed(G, forces))
 
-    def at_drives(self, forces: list[Expr], G: Matrix, multipliers: list[Expr]) -> list[Expr]:
+    def at_drives(self, forces: Sequence[Expr], G: Matrix, multipliers: Sequence[Expr]) -> list[Expr]:
         """Return f - Gᵀ λ at driven velocities, zero at passive ones; without any drive, at independent ones."""
         graph = self.w.graph
         tau = [graph.zero] * self.w.state.n

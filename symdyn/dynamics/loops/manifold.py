@@ -21,11 +21,10 @@ from dataclasses import dataclass
 from symdyn.dynamics.loops.dense import Matrix
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.mechanism.state import State
-from symdyn.graph import Expr, Graph, gradient, substitute, tangents
+from symdyn.graph import Expr, Graph, Slopes, gradient, operands, substitute, tangents
 from symdyn.unlocked import cached_property
 
 Seeds = dict[Expr, Expr]
-Slopes = dict[str, list[Expr]]
 Solve = Callable[[Partition, Matrix, Sequence[Expr]], dict[int, Expr]]
 
 
@@ -148,24 +147,24 @@ class Manifold:
             return seeds | self._following(self.gains, seeds, self.state.qdd, gaining)
         return seeds | dict(zip(self.state.tau, amounts["tau"], strict=True))
 
-    def pulled(self, phi: Expr, arguments: Sequence[str]) -> Slopes:
+    def pulled(self, phi: Expr, arguments: Sequence[str], partials: Slopes = operands) -> dict[str, list[Expr]]:
         """Return the slopes of one number along what is independent, by argument, by sweeps backwards.
 
         What follows is taken out of the sum by multipliers: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is taken off
         φ, and so on with u and with q. One sweep for each, last that of all that is left.
         """
-        found, known, state = Slopes(), dict[Expr, Expr](), self.state
-        found["tau"] = gradient(phi, state.tau)
+        known, state = dict[Expr, Expr](), self.state
+        found = {"tau": gradient(phi, state.tau, partials)}
         for name, symbols, vanishing in (("qdd", state.qdd, self.gains), ("qd", state.qd, self.powers)):
             if name not in arguments:
                 continue
-            slopes = substitute(gradient(phi, symbols), known)
+            slopes = substitute(gradient(phi, symbols, partials), known)
             y = self.partition.solve_transposed(self.G, slopes)
             found[name] = self._left(self.G, self.partition, slopes, y)
             fixed = [self.graph.symbol(f"y {name}[{k}]") for k in range(len(y))]
             known |= dict(zip(fixed, y, strict=True))
             phi = phi - self.graph.total(a * x for a, x in zip(fixed, vanishing, strict=True))
-        partial = dict(zip(state.q, substitute(gradient(phi, state.q), known), strict=True))
+        partial = dict(zip(state.q, substitute(gradient(phi, state.q, partials), known), strict=True))
         slopes = [self.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
         y = self.places.solve_transposed(self.held, slopes)
         found["q"] = self._left(self.held, self.places, slopes, y)

@@ -6,12 +6,12 @@ from functools import partial
 
 from symdyn.dynamics.mechanism import centroidal
 from symdyn.dynamics.outputs import result_labels as labels
-from symdyn.dynamics.outputs.output import Formulation, Output, Unasked, by_differentiation
+from symdyn.dynamics.outputs.output import Formulation, Output, by_differentiation
 
 MOMENTUM = ("px", "py", "pz", "Lx", "Ly", "Lz")
 """Entries of momentum, and of angular momentum about the centre of mass."""
 
-_row = partial(Output, in_loops="same", unasked=Unasked.NEVER)
+_row = partial(Output, when_constrained="same", default_in="request")
 
 CENTROIDAL: dict[str, Output] = {
     "centre_of_mass": _row(

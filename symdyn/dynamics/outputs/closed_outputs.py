@@ -11,7 +11,7 @@ from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.reduction import accelerations
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
 from symdyn.dynamics.outputs import result_labels as labels
-from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Own, by_differentiation, by_lagrange
+from symdyn.dynamics.outputs.output import FORCES, Constrained, Formulation, Output, by_differentiation, by_lagrange
 from symdyn.dynamics.outputs.tree_formulations import flat
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -144,18 +144,18 @@ def _positions(w: Workspace) -> list[Expr]:
     return positions(w)
 
 
-FORWARD_IN_LOOPS = Own(
+CONSTRAINED_FORWARD = Constrained(
     {"crba": Formulation(forward), "lagrange": by_lagrange(lagrange_forward)},
     "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
     ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
 )
-INVERSE_IN_LOOPS = Own(
+CONSTRAINED_INVERSE = Constrained(
     {"rnea": Formulation(inverse), "lagrange": by_lagrange(lagrange_inverse)},
     "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
 )
-DRIVES_IN_LOOPS = Own({"crba": Formulation(drives), "lagrange": by_lagrange(lagrange_drives)})
+CONSTRAINED_DRIVES = Constrained({"crba": Formulation(drives), "lagrange": by_lagrange(lagrange_drives)})
 
-_of_loops = partial(Output, in_loops="same", loops_only=True)
+_of_loops = partial(Output, when_constrained="only")
 
 
 def _both(of: Callable[[LoopWorkspace, Constraints], Sequence[Expr]]) -> dict[str, Formulation]:
@@ -174,7 +174,7 @@ OF_LOOPS: dict[str, Output] = {
         (labels.kept_rows,),
         "m or 1",
         formulations=_both(LoopWorkspace.residual),
-        lacks="told",
+        may_fail="reported",
     ),
     "constraint_jacobian": _of_loops(
         "rows G(q) of the loops: G qd = 0, and the multipliers do the power lambda.G qd",
@@ -183,7 +183,7 @@ OF_LOOPS: dict[str, Output] = {
         (labels.kept_rows, labels.velocities),
         "m or 1",
         formulations=_both(lambda loops, rows: flat(loops.G(rows))),
-        lacks="told",
+        may_fail="reported",
     ),
     "constraint_bias": _of_loops(
         "velocity products Gdot qd of the loops: G qdd + Gdot qd = 0",
@@ -192,7 +192,7 @@ OF_LOOPS: dict[str, Output] = {
         (labels.kept_rows,),
         "m/s^2 or 1/s^2",
         formulations=_both(LoopWorkspace.bias),
-        lacks="told",
+        may_fail="reported",
     ),
     "multipliers": _of_loops(
         "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
@@ -207,7 +207,7 @@ OF_LOOPS: dict[str, Output] = {
         },
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
-        lacks="told",
+        may_fail="reported",
     ),
     "tree_forces": _of_loops(
         "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
@@ -228,7 +228,7 @@ OF_LOOPS: dict[str, Output] = {
         "rad/s or m/s",
         formulations={"partition": Formulation(velocities), "normal": Formulation(normal_velocities)},
         depends=("independent",),
-        lacks="told",
+        may_fail="reported",
     ),
     "positions": _of_loops(
         "positions q at which the loop is closed, from the independent one, on the branch of the start",
@@ -238,7 +238,7 @@ OF_LOOPS: dict[str, Output] = {
         "rad or m",
         formulations={"closed form": Formulation(_positions)},
         depends=("independent",),
-        lacks="silently",
+        may_fail="silently",
     ),
 }
 """Rows of the table that only closed scenes have."""

@@ -124,7 +124,7 @@ def _named(
 def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:
     """Return how an output is called, as a function without entries; `timed` are arguments that its row has not."""
     scene = workspace.scene
-    tree = row.in_loops == "tree" and scene.is_closed
+    tree = row.when_constrained == "tree" and scene.is_closed
     labels = tuple(axis(workspace) for axis in row.axes)
     return Function(
         name=name_in_code(row, request, scene),
@@ -144,7 +144,7 @@ def _called(workspace: Workspace, request: str, row: Output, place: str, timed: 
 def called(workspace: Workspace, request: str) -> Function | None:
     """Return how an output is called, as a function without entries, derived only where it may not exist.
 
-    It is a loop over a table where code would be one unasked. None where derivations say what the arguments are: of
+    It is a loop over a table where code would be one by default. None where derivations say what the arguments are: of
     closed scenes, and of what depends on time or inputs.
 
     Raises:
@@ -158,7 +158,7 @@ def called(workspace: Workspace, request: str) -> Function | None:
     if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
         return None
     refuse_large(workspace, request)
-    return derive_one(workspace, request) if row.lacks != "never" else _called(workspace, request, row, place)
+    return derive_one(workspace, request) if row.may_fail != "never" else _called(workspace, request, row, place)
 
 
 def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:

@@ -1,6 +1,6 @@
 """Derivatives along one direction, of one weighted sum, and of second order: their formulations.
 
-    J        derivatives of an output f along X_1 … X_N, a column each (see `derivative_outputs`)
+    J        derivatives of an output f along X_1 … X_N, a column each (see `tangent_space`)
     d        a direction of every argument: dq along the velocities, dqd, dqdd or dtau
     φ        Σ w_i f_i, the entries of f with weights; f itself if it is one number
     jvp      J d                          vjp      wᵀ J, X_k φ
@@ -20,26 +20,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import chain
 
-from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.dynamics.outputs import tree_formulations
-from symdyn.dynamics.outputs.derivative_outputs import (
-    SWEEPS,
-    Direction,
-    along_all,
-    directions_of,
-    entries_of,
-    forward,
-    reverse,
-)
-from symdyn.dynamics.outputs.named_functions import DIRECTIONS, WEIGHTS, direction
+from symdyn.dynamics.loops.manifold import Seeds
+from symdyn.dynamics.outputs.derivative_outputs import entries_of
+from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Output
-from symdyn.dynamics.outputs.turns import turns
+from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.aba import aba
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Slopes, operands, substitute, tangents
+from symdyn.graph import Expr, Slopes, tangents
 
 Ways = Sequence[str]
 """Arguments along which an output is differentiated."""
@@ -48,20 +38,9 @@ Way = Callable[..., Sequence[Expr]]
 """Takes the workspace, the row of f, the arguments along which that is differentiated, and a place if f is of one."""
 
 
-def moving(w: Workspace, along: Ways) -> Direction:
-    """Return how fast each symbol moves along d."""
-    found: Direction = {}
-    for name in along:
-        ways = directions_of(w, name)
-        for amount, way in zip(direction(w.graph, DIRECTIONS[name], len(ways)), ways, strict=True):
-            for symbol, h in way.items():
-                found[symbol] = found.get(symbol, w.graph.zero) + amount * h
-    return found
-
-
 def amounts(w: Workspace, along: Ways) -> list[Expr]:
     """Return the entries of d in the order of the columns of J."""
-    return [one for name in along for one in direction(w.graph, DIRECTIONS[name], len(directions_of(w, name)))]
+    return list(chain.from_iterable(FREE.amounts(w, along).values()))
 
 
 def weights(w: Workspace, count: int, row: Output) -> tuple[Expr, ...]:
@@ -72,77 +51,54 @@ def weights(w: Workspace, count: int, row: Output) -> tuple[Expr, ...]:
 def weighted(w: Workspace, row: Output, *place: str) -> Expr:
     """Return φ."""
     entries = entries_of(w, row, *place)
-    return w.graph.total(a * f for a, f in zip(weights(w, len(entries), row), entries, strict=True))
+    return _sum(w, weights(w, len(entries), row), entries)
 
 
-def cheaper(w: Workspace, nodes: Sequence[Expr], sweep: Callable[[Slopes], list[Expr]]) -> list[Expr]:
-    """Return what a sweep over nodes finds, turns read as such or not: by the variant that costs least."""
-    state = (*w.state.q, *w.state.qd, *w.state.qdd, *w.state.tau)
-    return min((sweep(slopes) for slopes in (operands, turns(nodes))), key=lambda found: cost(found, state))
+def _sum(w: Workspace, weights: Sequence[Expr], entries: Sequence[Expr]) -> Expr:
+    return w.graph.total(a * f for a, f in zip(weights, entries, strict=True))
 
 
 # J d and wᵀ J
 
 
+def along_one(w: Workspace, seeds: Seeds, entries: Sequence[Expr], formulation: str = "") -> list[Expr]:
+    """Return J d of entries by one sweep forward; Lagrange's equations prove the others, and read no turns."""
+    sweep = partial(tangents, entries, seeds)
+    return sweep() if formulation == "lagrange" else cheaper(w, entries, sweep)
+
+
+def pulled_back(
+    w: Workspace, entries: Sequence[Expr], weights: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways
+) -> list[Expr]:
+    """Return wᵀ J of entries by one sweep backwards, likewise."""
+    phi = _sum(w, weights, entries)
+    sweep = partial(space.pulled, w, formulation, along, phi)
+    return sweep() if formulation == "lagrange" else cheaper(w, [phi], sweep)
+
+
 def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d by one sweep forward."""
     entries = entries_of(w, row, *place)
-    return cheaper(w, entries, partial(tangents, entries, moving(w, along)))
+    return along_one(w, FREE.direction(w, "", along), entries)
 
 
 def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d from J."""
-    J, d = reverse(entries_of(w, row, *place), along_all(w, along)), amounts(w, along)
+    J, d = reverse(entries_of(w, row, *place), FREE.seeds(w, "", along)), amounts(w, along)
     return [w.graph.total(a * b for a, b in zip(J[k : k + len(d)], d, strict=True)) for k in range(0, len(J), len(d))]
 
 
 def vjp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return wᵀ J by one sweep backwards."""
-    phi = [weighted(w, row, *place)]
-    return cheaper(w, phi, partial(reverse, phi, along_all(w, along)))
+    entries = entries_of(w, row, *place)
+    return pulled_back(w, entries, weights(w, len(entries), row), FREE, "", along)
 
 
 def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return wᵀ J from J."""
     entries = entries_of(w, row, *place)
-    columns = (tangents(entries, one) for one in along_all(w, along))
-    return [
-        w.graph.total(a * x for a, x in zip(weights(w, len(entries), row), column, strict=True)) for column in columns
-    ]
-
-
-# The same of forward dynamics, from inverse dynamics: M δq̈ = δτ - δID at q̈ = FD held, and M⁻¹ is shared with FD
-
-
-def solved_jvp(w: Workspace, row: Output, along: Ways) -> list[Expr]:
-    """Return J d of forward dynamics."""
-    forces = w.forces(list(w.state.qdd))
-    carried = cheaper(w, forces, partial(tangents, forces, moving(w, ("q", "qd"))))
-    carried = substitute(carried, dict(zip(w.state.qdd, entries_of(w, row), strict=True)))
-    pushed = direction(w.graph, DIRECTIONS["tau"], w.state.n)
-    return _accelerated(w, [push - force for push, force in zip(pushed, carried, strict=True)])
-
-
-def solved_vjp(w: Workspace, row: Output, along: Ways) -> list[Expr]:
-    """Return wᵀ J of forward dynamics: μ = M⁻¹ w, then -μᵀ ∂ID and μ itself."""
-    w_ = direction(w.graph, WEIGHTS, w.state.n)
-    free = [w.graph.zero if k in w.prescribed.place else one for k, one in enumerate(w_)]
-    mu = _accelerated(w, free)
-    carried = w.graph.total(a * force for a, force in zip(w_, w.forces(list(w.state.qdd)), strict=True))
-    slopes = [-one for one in cheaper(w, [carried], partial(reverse, [carried], along_all(w, ("q", "qd"))))]
-    known = dict(zip((*w_, *w.state.qdd), (*mu, *entries_of(w, row)), strict=True))
-    return [*substitute(slopes, known), *mu]
-
-
-def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
-    """Return M⁻¹ f as forward dynamics finds it; 0 where a motion is prescribed."""
-    if w.once(tree_formulations.cheaper_forward) == "aba":
-        return aba(w.held.weightless, w.still, forces)
-    free, found = w.prescribed.free, [w.graph.zero] * w.state.n
-    M = [[w.composite_mass[i][j] for j in free] for i in free]
-    for k, x in zip(free, solve(w.tree.velocity_parents(free), M, [forces[k] for k in free]), strict=True):
-        found[k] = x
-    return found
+    columns = (tangents(entries, one) for one in FREE.seeds(w, "", along))
+    return [_sum(w, weights(w, len(entries), row), column) for column in columns]
 
 
 # Second order
@@ -150,7 +106,7 @@ def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
 
 def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H row by row, from wᵀ J; its lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
-    directions, slopes = along_all(w, along), first(w, row, along, *place)
+    directions, slopes = FREE.seeds(w, "", along), first(w, row, along, *place)
     N = len(directions)
 
     def entries(read: Slopes) -> list[Expr]:
@@ -167,21 +123,21 @@ def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *pla
 
 def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H row by row, a sweep forward for each column of each row."""
-    directions, entry = along_all(w, along), weighted(w, row, *place)
+    directions, entry = FREE.seeds(w, "", along), weighted(w, row, *place)
     return forward(forward([entry], directions), directions)
 
 
 def hessian_vector(first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H d: wᵀ J moved along d."""
     slopes = first(w, row, along, *place)
-    return cheaper(w, slopes, partial(tangents, slopes, moving(w, along)))
+    return cheaper(w, slopes, partial(tangents, slopes, FREE.direction(w, "", along)))
 
 
 def hessian_vector_backwards(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H d: the gradient of φ's slope along d, and brackets: d_j X_j X_k = X_k d_j X_j + d_j [X_j, X_k]."""
-    directions, d, phi = along_all(w, along), amounts(w, along), weighted(w, row, *place)
+    directions, d, phi = FREE.seeds(w, "", along), amounts(w, along), weighted(w, row, *place)
     slopes = reverse([phi], directions)
-    found = reverse(tangents([phi], moving(w, along)), directions)
+    found = reverse(tangents([phi], FREE.direction(w, "", along)), directions)
     return [
         one + w.graph.total(d[j] * value * slopes[m] for j in range(len(d)) for m, value in _brackets(w, along, j, k))
         for k, one in enumerate(found)
@@ -201,7 +157,7 @@ LARGEST = 4_000
 
 def tensor(sweep: str, name: str, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return X_j X_k f_i, j running fastest, then k; DerivationError where these are too many."""
-    entries, directions = entries_of(w, row, *place), along_all(w, along)
+    entries, directions = entries_of(w, row, *place), FREE.seeds(w, "", along)
     m, N = len(entries), len(directions)
     if m * N * N > LARGEST:
         raise DerivationError(

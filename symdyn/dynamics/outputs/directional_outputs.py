@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from symdyn.dynamics.outputs.derivative_outputs import COLUMNS, EACH, SWEEPS, derived, differentiable, rows_of
+from symdyn.dynamics.outputs import implicit
+from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, rows_of
 from symdyn.dynamics.outputs.directional_formulations import (
     HESSIAN,
     TENSOR,
@@ -19,21 +20,32 @@ from symdyn.dynamics.outputs.directional_formulations import (
     hessian_vector_backwards,
     jvp,
     jvp_of_rows,
-    solved_jvp,
-    solved_vjp,
     tensor,
     vjp,
     vjp_of_columns,
 )
-from symdyn.dynamics.outputs.named_functions import DIRECTIONS, WEIGHTS
+from symdyn.dynamics.outputs.named_functions import WEIGHTS
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.result_labels import Axis
+from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace
+from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
+from symdyn.graph import Expr
 
-JVPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": solved_jvp}}
+
+def _decided(rule: Callable[..., list[Expr]]) -> Way:
+    """Return the way that the equations of motion have to derivatives of what they decide."""
+
+    def way(w: Workspace, row: Output, along: Sequence[str]) -> list[Expr]:
+        return rule(implicit.motion, implicit.accelerations, FREE, along, w)
+
+    return way
+
+
+JVPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.jvp)}}
 """Ways to J d of an output beside a sweep, by its name and theirs."""
 
-VJPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": solved_vjp}}
+VJPS: dict[str, dict[str, Way]] = {"forward_dynamics": {"solved": _decided(implicit.vjp)}}
 """Ways to wᵀ J of an output beside a sweep, by its name and theirs."""
 
 
@@ -42,23 +54,23 @@ def _slopes(name: str) -> dict[str, Way]:
     return {**VJPS.get(name, {}), "reverse": vjp}
 
 
-def _row(name: str, row: Output, text: str, ways: Mapping[str, Way], **changes: object) -> Output:
-    """Return a row of derivatives along all arguments of an output; {d} in its text is J, block by block."""
+def _formulations(name: str, row: Output, ways: Mapping[str, Way]) -> dict[str, Formulation]:
+    """Return ways along all arguments of an output."""
     along = differentiable(row)
     if not along:
         raise DerivationError(f"{name} takes {', '.join(row.arguments) or 'nothing'}; it has no derivatives by that")
-    J = f"[{' | '.join(f'd{row.result}/d{one}' for one in along)}]"
 
     def formulation(way: Way) -> Formulation:
         return Formulation(lambda w, *place: way(w, row, along, *place))
 
-    return derived(
-        row,
-        along,
-        text=f"{text.format(d=J, f=row.result)}, of {row.text}",
-        formulations={one: formulation(way) for one, way in ways.items()},
-        **changes,
-    )
+    return {one: formulation(way) for one, way in ways.items()}
+
+
+def _row(name: str, row: Output, text: str, ways: Mapping[str, Way], **changes: object) -> Output:
+    """Return a row of derivatives along all arguments of an output; {d} in its text is J, block by block."""
+    formulations, along = _formulations(name, row, ways), differentiable(row)
+    text = f"{text.format(d=FREE.jacobian(row.result, along), f=row.result)}, of {row.text}"
+    return derived(row, along, text=text, formulations=formulations, **changes)
 
 
 def _given(row: Output, *more: str) -> tuple[str, ...]:
@@ -66,40 +78,55 @@ def _given(row: Output, *more: str) -> tuple[str, ...]:
     return (*row.arguments, *(name for name in more if name != WEIGHTS or row.axes))
 
 
-def _directions(row: Output) -> tuple[str, ...]:
-    return tuple(DIRECTIONS[name] for name in differentiable(row))
+def _directions(row: Output, space: TangentSpace = FREE) -> tuple[str, ...]:
+    return tuple(space.amounts_of[name] for name in differentiable(row))
 
 
-def _columns(row: Output) -> Axis:
-    return lambda w: tuple(label for one in differentiable(row) for label in COLUMNS[one](w))
+def _columns(row: Output, space: TangentSpace = FREE) -> Axis:
+    return lambda w: space.labels(w, differentiable(row))
 
 
-def _jvp_row(name: str, row: Output) -> Output:
-    return _row(
-        name,
+def jvp_row(row: Output, space: TangentSpace, how: str, ways: Mapping[str, Formulation], **changes: object) -> Output:
+    """Return the row of J d of an output along all its arguments, `how` they move in words."""
+    return derived(
         row,
-        "derivative {d} d along one direction d of its arguments",
-        {**JVPS.get(name, {}), "forward": jvp, "rows": jvp_of_rows},
-        arguments=_given(row, *_directions(row)),
+        differentiable(row),
+        text=f"derivative {space.jacobian(row.result, differentiable(row))} d along one direction d{how} of {row.text}",
+        formulations=ways,
+        arguments=_given(row, *_directions(row, space)),
         result=f"d{row.result}",
         units=f"{row.units}, per unit of the direction",
         size=row.size.times(2.2),
+        **changes,
     )
 
 
-def _vjp_row(name: str, row: Output) -> Output:
-    return _row(
-        name,
+def vjp_row(row: Output, space: TangentSpace, how: str, ways: Mapping[str, Formulation], **changes: object) -> Output:
+    """Return the row of wᵀ J of an output along all its arguments, `how` they move in words."""
+    J = space.jacobian(row.result, differentiable(row))
+    return derived(
         row,
-        f"derivatives{' weights^T' if row.axes else ''} {{d}}{_sum(row)}",
-        {**_slopes(name), "columns": vjp_of_columns},
+        differentiable(row),
+        text=f"derivatives{' weights^T' if row.axes else ''} {J}{how} of {row.text}",
+        formulations=ways,
         arguments=_given(row, WEIGHTS),
         weighs=rows_of(row),
-        axes=(_columns(row),),
+        axes=(_columns(row, space),),
         result="slopes",
         units=f"{row.units}{_times(row)}, per unit of what moves",
         size=row.size.times(2),
+        **changes,
     )
+
+
+def _jvp_row(name: str, row: Output) -> Output:
+    ways = {**JVPS.get(name, {}), "forward": jvp, "rows": jvp_of_rows}
+    return jvp_row(row, FREE, " of its arguments,", _formulations(name, row, ways))
+
+
+def _vjp_row(name: str, row: Output) -> Output:
+    ways = {**_slopes(name), "columns": vjp_of_columns}
+    return vjp_row(row, FREE, f"{_sum(row)},", _formulations(name, row, ways))
 
 
 ORDER = "row k, column j: X_j X_k, not symmetric where quaternions turn"

@@ -1,4 +1,7 @@
-"""What can be asked of every output: rows that are made of its row, by what is written behind its name."""
+"""What can be asked of every output: rows that are made of its row, by what is written behind its name.
+
+Closed scenes have rows of their own in place of some, along the manifold of their states.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,13 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME
-from symdyn.dynamics.outputs.derivative_outputs import BESIDE, COLUMNS, by_parameters, derivatives, differentiable
+from symdyn.dynamics.outputs.closed_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
+from symdyn.dynamics.outputs.derivative_outputs import BESIDE, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
 from symdyn.dynamics.outputs.output import Output
+from symdyn.dynamics.outputs.output_table import OUTPUTS
+from symdyn.dynamics.outputs.tangent_space import COLUMNS
+from symdyn.errors import DerivationError
 
 BY = "_by_"
 """Behind the name of an output, before that of an argument or a parameter."""
@@ -35,8 +42,20 @@ WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
 """The same in words, of an output called NAME."""
 
 
-def words_of(name: str, row: Output) -> list[str]:
-    """Return what can be asked of an output, those of arguments that it does not take left out."""
+MANY: dict[str, Output] = {**OUTPUTS, RESIDUAL: MOTION_RESIDUAL}
+"""Rows of which many others can be asked for, by a word behind their name."""
+
+
+def words(of: str, closed: bool) -> list[str]:
+    """Return what can be asked of an output, of closed scenes or of others."""
+    if not closed or of not in ALONG_MANIFOLD:
+        return _words_of(of, MANY[of])
+    by = (f"{of}{BY}parameters", f"{of}{BY}PARAMETER") if of in SOLVED else ()
+    return [*(one for one in CLOSED if one.startswith(f"{of}_")), *by]
+
+
+def _words_of(name: str, row: Output) -> list[str]:
+    """Return the same, those of arguments that it does not take left out."""
     along = differentiable(row)
     taken = [f"{BY}{one}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
     return [
@@ -55,3 +74,22 @@ def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:
             return operator(of, row)
     of, _, parameter = name.partition(BY)
     return by_parameters(of, outputs[of], parameter) if of in outputs and parameter.isidentifier() else None
+
+
+def of_closed(name: str) -> Output | None:
+    """Return the row that closed scenes have for what is asked; None where there is no other than that of all scenes.
+
+    Raises:
+        DerivationError: closed scenes have no such derivatives of what changes along their manifold.
+    """
+    if name in CLOSED:
+        return CLOSED[name]
+    output, by, parameter = name.partition(BY)
+    if by and output in SOLVED and parameter not in MOTION:
+        return ALONG_MANIFOLD[output].by_parameters("" if parameter == "parameters" else parameter)
+    of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
+    if of is None:
+        return None
+    raise DerivationError(
+        f"where loops or rows close a scene there is no {name}; there are {', '.join(words(of, True))}"
+    )

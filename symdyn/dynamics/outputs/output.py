@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from math import inf
 from typing import Literal, get_args
 
@@ -21,24 +20,9 @@ FORCES = "N m (revolute) or N (prismatic)"
 TREE_NAME = "tree_"
 """In front of the name of what is the spanning tree's alone, where loops or rows close a scene."""
 
-InLoops = Literal["same", "own", "tree", "refuse"]
-"""What an output is where loops or rows close a scene: a function of the full state as anywhere, another row, what the
-spanning tree alone would have, nothing."""
-
-
-class Unasked(IntEnum):
-    """Who takes an output without being asked for it, at declared points if it is of one."""
-
-    AT_A_LOOK = 0
-    """All, and who wants a first look."""
-    CALLED = 1
-    """Who loads the functions of a scene, and all below."""
-    WRITTEN = 2
-    """Who writes them, counts them or measures them; too large to be loaded."""
-    PROVED = 3
-    """Who proves them, and then of the last body; no one writes them."""
-    NEVER = 4
-    """No one."""
+DefaultIn = Literal["overview", "load", "generate", "verify", "request"]
+"""Who takes an output that nobody names: a first look at a scene and all behind it; who loads the functions of a scene;
+who writes, counts or measures them, too large to be loaded; who proves them, and then of the last body; no one."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +63,17 @@ def by_differentiation(derive: Callable[..., Sequence[Expr]]) -> Formulation:
 
 
 @dataclass(frozen=True)
-class Own:
+class Constrained:
     """What a row says of scenes with loops or rows alone, "" where the text is the same; the rest is as of trees."""
 
     formulations: dict[str, Formulation]
     text: str = ""
     solves: tuple[str, ...] = ()
+
+
+WhenConstrained = Literal["same", "tree", "refuse", "only"]
+"""What an output is where loops or rows close a scene: a function of the full state as anywhere, what the spanning tree
+alone would have, nothing; a function of the full state that trees do not have."""
 
 
 @dataclass(frozen=True)
@@ -97,16 +86,14 @@ class Output:
         result: short name of the result.
         axes: what its rows stand for, then its columns; () for a scalar.
         units: unit of the result, one line.
-        in_loops: what it is where loops or rows close a scene.
+        when_constrained: what it is where loops or rows close a scene, or what its row says there.
         formulations: derivations by name; the first is the one that code is generated from, unless `prefer` says
             otherwise.
         place: "" for a whole-scene output, "body", "point" or "output" where a name must be given.
-        own: what the row of scenes with loops or rows says, where it is another one.
-        loops_only: whether only these have it.
         exists: which of those that may have it have it without being asked.
-        unasked: who takes it then.
-        lacks: whether a scene may lack it after all, for its mass matrix is singular or its loops cannot be closed;
-            "silently" where most do, and nobody is told.
+        default_in: who takes it then.
+        may_fail: whether a scene may lack it after all, for its mass matrix is singular or its loops cannot be closed;
+            "silently" where most do, and nothing is reported.
         cubic: whether its formulas grow with the cube of the number of coordinates.
         depends: which choices about closed loops its formulas depend on, attributes of `LoopChoices`.
         prefer: which formulation is cheapest for a mechanism, where that depends on it.
@@ -124,14 +111,12 @@ class Output:
     result: str
     axes: tuple[Axis, ...]
     units: str
-    in_loops: InLoops
+    when_constrained: WhenConstrained | Constrained
     formulations: dict[str, Formulation]
     place: Literal["", "body", "point", "output"] = ""
-    own: Own | None = None
-    loops_only: bool = False
     exists: Callable[[Scene], bool] = lambda scene: True
-    unasked: Unasked = Unasked.CALLED
-    lacks: Literal["never", "told", "silently"] = "never"
+    default_in: DefaultIn = "load"
+    may_fail: Literal["never", "reported", "silently"] = "never"
     cubic: bool = False
     depends: tuple[str, ...] = ()
     prefer: Callable[[Workspace], str] | None = None
@@ -144,22 +129,33 @@ class Output:
 
     def __post_init__(self) -> None:
         """Refuse a row that does not say what it is where loops close."""
-        assert self.in_loops in get_args(InLoops), f"{self.result}: in loops it is none of {get_args(InLoops)}"
-        assert (self.own is not None) == (self.in_loops == "own"), f"{self.result}: a row of its own is a row"
+        there, known = self.when_constrained, get_args(WhenConstrained)
+        assert isinstance(there, Constrained) or there in known, (
+            f"{self.result}: when constrained it is none of {known}"
+        )
 
     def exists_in(self, scene: Scene) -> bool:
-        """Tell whether a scene has it without being asked, if it has not to be lacked."""
-        fits = self.in_loops != "refuse" if scene.is_closed else not self.loops_only
-        return fits and self.exists(scene)
+        """Tell whether a scene has it without being asked, if it may not fail."""
+        return self.when_constrained != ("refuse" if scene.is_closed else "only") and self.exists(scene)
+
+    def is_default_in(self, who: DefaultIn) -> bool:
+        """Tell whether someone takes it that nobody names it to."""
+        order = get_args(DefaultIn)
+        return order.index(self.default_in) <= order.index(who)
 
     @property
-    def where_closed(self) -> Output:
+    def constrained(self) -> Output:
         """The row of scenes with loops or rows."""
-        if self.own is None:
+        there = self.when_constrained
+        if not isinstance(there, Constrained):
             return self
-        own, text = self.own, self.own.text or self.text
         return replace(
-            self, text=text, in_loops="same", formulations=own.formulations, own=None, prefer=None, solves=own.solves
+            self,
+            text=there.text or self.text,
+            when_constrained="same",
+            formulations=there.formulations,
+            prefer=None,
+            solves=there.solves,
         )
 
     def preferred(self, workspace: Workspace) -> str:
@@ -169,5 +165,5 @@ class Output:
 
     @property
     def is_large(self) -> bool:
-        """Whether it is written unasked, but loaded only when it is asked for."""
-        return self.unasked is Unasked.WRITTEN
+        """Whether it is written by default, but loaded only when it is asked for."""
+        return self.default_in == "generate"

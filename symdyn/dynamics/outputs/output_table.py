@@ -14,12 +14,16 @@ from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_place
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
 from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
-from symdyn.dynamics.outputs.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
+from symdyn.dynamics.outputs.closed_outputs import (
+    CONSTRAINED_DRIVES,
+    CONSTRAINED_FORWARD,
+    CONSTRAINED_INVERSE,
+    OF_LOOPS,
+)
 from symdyn.dynamics.outputs.output import (
     FORCES,
     Formulation,
     Output,
-    Unasked,
     by_differentiation,
     by_lagrange,
     by_loop,
@@ -57,7 +61,7 @@ _MASS = Output(
         "crba": Formulation(lambda w: formulations.flat(w.composite_mass)),
         "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_mass)),
     },
-    unasked=Unasked.AT_A_LOOK,
+    default_in="overview",
     size=Size((0, 27)),
 )
 _GRAVITY = Output(
@@ -71,7 +75,7 @@ _GRAVITY = Output(
         "lagrange": Formulation(lambda w: w.energy.gravity_forces()),  # never large
         "rnea": Formulation(lambda w: w.gravity_forces),
     },
-    unasked=Unasked.AT_A_LOOK,
+    default_in="overview",
     prefer=formulations.quicker_gravity,
     size=Size((70,)),
 )
@@ -96,15 +100,14 @@ OUTPUTS: dict[str, Output] = {
         "tau",
         VECTOR,
         FORCES,
-        "own",
+        CONSTRAINED_INVERSE,
         {
             "rnea": Formulation(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: w.energy.driving_forces()),
             "rnea_loop": by_loop(rnea_loop),
         },
-        own=INVERSE_IN_LOOPS,
-        unasked=Unasked.AT_A_LOOK,
-        lacks="told",
+        default_in="overview",
+        may_fail="reported",
         depends=("independent",),
     ),
     "forward_dynamics": Output(
@@ -113,16 +116,15 @@ OUTPUTS: dict[str, Output] = {
         "qdd",
         VECTOR,
         "rad/s^2 (revolute) or m/s^2 (prismatic)",
-        "own",
+        CONSTRAINED_FORWARD,
         {
             "crba": Formulation(formulations.forward_crba),
             "aba": Formulation(formulations.forward_aba, trees_only=True),
             "lagrange": by_lagrange(formulations.lagrange_forward),
             "aba_loop": Formulation(formulations.forward_loop, up_to=0, loop=aba_loop),
         },
-        own=FORWARD_IN_LOOPS,
-        unasked=Unasked.AT_A_LOOK,
-        lacks="told",
+        default_in="overview",
+        may_fail="reported",
         depends=("independent", "alpha", "beta"),
         prefer=formulations.cheaper_forward,
         size=Size((550,)),
@@ -149,11 +151,10 @@ OUTPUTS: dict[str, Output] = {
         "tau",
         VECTOR,
         FORCES,
-        "own",
+        CONSTRAINED_DRIVES,
         {"crba": Formulation(formulations.drives_recursive), "lagrange": by_lagrange(formulations.drives_lagrange)},
-        own=DRIVES_IN_LOOPS,
         exists=has_motion,
-        lacks="told",
+        may_fail="reported",
         depends=("independent", "alpha", "beta"),
     ),
     "prescribed_motion": Output(
@@ -183,7 +184,7 @@ OUTPUTS: dict[str, Output] = {
             "derivatives": Formulation(recursive_derivatives.coriolis_matrix, apart=True),
             "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
         },
-        unasked=Unasked.WRITTEN,
+        default_in="generate",
         cubic=True,
         size=Size((0, 0, 15)),
     ),
@@ -227,7 +228,7 @@ OUTPUTS: dict[str, Output] = {
         _MASS,
         text="inertia coefficients k_z of qdd_j, which is M(q)",
         result="k_z",
-        unasked=Unasked.WRITTEN,
+        default_in="generate",
     ),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
@@ -241,7 +242,7 @@ OUTPUTS: dict[str, Output] = {
             "rnea": Formulation(formulations.polarised_coriolis),
             "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.coriolis())),
         },
-        unasked=Unasked.WRITTEN,
+        default_in="generate",
         cubic=True,
         size=Size((0, 0, 13)),
     ),
@@ -257,7 +258,7 @@ OUTPUTS: dict[str, Output] = {
             "rnea": Formulation(formulations.polarised_centrifugal),
             "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.centrifugal())),
         },
-        unasked=Unasked.WRITTEN,
+        default_in="generate",
         cubic=True,
         size=Size((0, 83)),
     ),
@@ -265,9 +266,9 @@ OUTPUTS: dict[str, Output] = {
         _GRAVITY,
         text="gravity coefficients k_G, which is g(q)",
         result="k_G",
-        unasked=Unasked.WRITTEN,
+        default_in="generate",
     ),
-    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN),
+    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", default_in="generate"),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
         ("q", "qd"),
@@ -325,8 +326,8 @@ OUTPUTS: dict[str, Output] = {
         "same",
         _moving(kinematics.acceleration, kinematics.differentiated_acceleration),
         place="body",
-        unasked=Unasked.PROVED,
-        lacks="silently",
+        default_in="verify",
+        may_fail="silently",
     ),
     **OF_LOOPS,
     **REACTIONS,

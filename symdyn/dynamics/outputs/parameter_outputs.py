@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from symdyn.dynamics.outputs.tangent_space import TangentSpace
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
@@ -105,14 +106,15 @@ def _vanishes(formula: Quantity, values: dict[str, Quantity]) -> bool:
 
 def slopes(
     w: Workspace,
-    sweep: Callable[..., list[Expr]],
-    entries_of: Callable[..., Sequence[Expr]],
-    row: object,
-    place: Sequence[str],
     only: str,
+    space: TangentSpace,
+    formulation: str,
+    sweep: Callable[..., list[Expr]],
+    entries_of: Callable[[Workspace], Sequence[Expr]],
 ) -> list[Expr]:
-    """Return ∂f/∂p row by row, on the graph of the workspace."""
+    """Return ∂f/∂p row by row, on the graph of the workspace; all else moves in a tangent space."""
     there: Workspace = w.once(opened)
-    directions = [{there.graph.symbol(name): there.graph.one} for name in names(w, only)]
-    found = sweep(entries_of(there, row, *place), directions)
+    symbols = [there.graph.symbol(name) for name in names(w, only)]
+    entries = entries_of(there)
+    found = sweep(entries, [space.by_parameter(there, formulation, one) for one in symbols])
     return found if there is w else substitute(found, {}, w.graph)

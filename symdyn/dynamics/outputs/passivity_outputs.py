@@ -18,7 +18,7 @@ from functools import partial
 from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.base_columns import Base, base, base_by_lagrange, base_columns, chosen, others
 from symdyn.dynamics.outputs.named_functions import REFERENCE, REFERENCE_RATE, direction
-from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Unasked, by_lagrange
+from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, by_lagrange
 from symdyn.dynamics.outputs.size import Size
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.polarised import polarised
@@ -110,7 +110,7 @@ def _regressor_by_lagrange(w: Workspace) -> list[Expr]:
     return chosen(w, [_polarised(w, column) for column in base_by_lagrange(w)])
 
 
-_row = partial(Output, in_loops="tree", unasked=Unasked.NEVER)
+_row = partial(Output, when_constrained="tree", default_in="request")
 
 PASSIVITY: dict[str, Output] = {
     "coriolis_times": _row(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from symdyn.dynamics.outputs import closed_outputs as loops, result_labels as labels, tree_formulations as formulations
-from symdyn.dynamics.outputs.output import Formulation, Output, Unasked
+from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr, substitute
 
@@ -63,8 +63,8 @@ def _rows(axes: str) -> dict[str, Output]:
         result="R",
         axes=(labels.joints, labels.fixed(*labels.COMPONENTS)),
         units="N and N m",
-        in_loops="same",
-        lacks="told",
+        when_constrained="same",
+        may_fail="reported",
         unique=lambda w: w.once(unique, axes),
     )
     return {
@@ -72,13 +72,13 @@ def _rows(axes: str) -> dict[str, Output]:
             text,
             ("q", "qd", "qdd"),
             formulations={"recursive": Formulation(lambda w: _inverse(w, axes))},
-            unasked=Unasked.NEVER if suffix else Unasked.PROVED,
+            default_in="request" if suffix else "verify",
         ),
         f"forward_reactions{suffix}": usual(
             f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
             formulations={"recursive": Formulation(lambda w: forward_reactions(w, axes))},
-            unasked=Unasked.NEVER,
+            default_in="request",
             depends=("independent", "alpha", "beta"),
         ),
     }

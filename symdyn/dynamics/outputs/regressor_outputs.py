@@ -23,7 +23,7 @@ from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.base_columns import BaseColumns, base_by_lagrange, base_columns, chosen, felt
 from symdyn.dynamics.outputs.closed_outputs import lagrange_drives_of
 from symdyn.dynamics.outputs.linear_forces import Linear, columns, driving, lagrange_driving
-from symdyn.dynamics.outputs.output import Formulation, Output, Own, Unasked, by_lagrange
+from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, by_lagrange
 from symdyn.dynamics.outputs.size import Size
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -65,9 +65,11 @@ def _driven(w: Workspace, entries: Sequence[Expr], drives: Callable[[Workspace, 
     return [column[i] for i in range(w.state.n) for column in found]
 
 
-def _in_loops(recursive: Callable[[Workspace], list[Expr]], differentiated: Callable[[Workspace], list[Expr]]) -> Own:
+def _of_drives(
+    recursive: Callable[[Workspace], list[Expr]], differentiated: Callable[[Workspace], list[Expr]]
+) -> Constrained:
     """Return the row of scenes with loops, for the formulations of the regressor of a tree."""
-    return Own(
+    return Constrained(
         {
             "rnea": Formulation(lambda w: _driven(w, recursive(w), lambda _, forces: w.loops.drives_of(forces))),
             "lagrange": by_lagrange(lambda w: _driven(w, differentiated(w), lagrange_drives_of)),
@@ -109,7 +111,7 @@ def _fewest_by_lagrange(w: Workspace) -> list[Expr]:
     return chosen(w, base_by_lagrange(w))
 
 
-_row = partial(Output, unasked=Unasked.NEVER)
+_row = partial(Output, default_in="request")
 _PER_UNIT = "N m or N, per unit of the parameter"
 
 REGRESSORS: dict[str, Output] = {
@@ -119,11 +121,10 @@ REGRESSORS: dict[str, Output] = {
         "Y",
         (labels.velocities, columns),
         _PER_UNIT,
-        in_loops="own",
+        when_constrained=_of_drives(_whole, _whole_by_lagrange),
         formulations={"rnea": Formulation(_whole), "lagrange": by_lagrange(_whole_by_lagrange)},
-        own=_in_loops(_whole, _whole_by_lagrange),
         size=Size((0, 75)),
-        lacks="told",
+        may_fail="reported",
         depends=("independent",),
     ),
     "base_regressor": _row(
@@ -132,11 +133,10 @@ REGRESSORS: dict[str, Output] = {
         "Y",
         (labels.velocities, base_columns),
         _PER_UNIT,
-        in_loops="own",
+        when_constrained=_of_drives(_fewest, _fewest_by_lagrange),
         formulations={"rnea": Formulation(_fewest), "lagrange": by_lagrange(_fewest_by_lagrange)},
-        own=_in_loops(_fewest, _fewest_by_lagrange),
         size=Size((0, 50)),
-        lacks="told",
+        may_fail="reported",
         depends=("independent",),
     ),
     "energy_regressor": _row(
@@ -145,7 +145,7 @@ REGRESSORS: dict[str, Output] = {
         "Y",
         (labels.fixed("kinetic", "potential"), columns),
         "J, per unit of the parameter",
-        in_loops="same",
+        when_constrained="same",
         formulations={
             "recursive": Formulation(lambda w: _energies(w, Workspace.energies_by_momentum)),
             "lagrange": Formulation(lambda w: _energies(w, lambda there: (there.energy.K, there.energy.P))),
@@ -157,7 +157,7 @@ REGRESSORS: dict[str, Output] = {
         "y",
         (columns,),
         "W, per unit of the parameter",
-        in_loops="tree",
+        when_constrained="tree",
         formulations={
             "rnea": Formulation(lambda w: _power(w, driving)),
             "lagrange": by_lagrange(lambda w: _power(w, lagrange_driving)),

@@ -11,7 +11,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.outputs.closed_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.outputs.derive import derive_one
 from symdyn.dynamics.outputs.operators import WORDS
-from symdyn.dynamics.outputs.output import Unasked
+from symdyn.dynamics.outputs.output import DefaultIn
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.requests import expected, of_place, row_of
 from symdyn.dynamics.outputs.state_matrices import STATE_MATRICES
@@ -23,14 +23,14 @@ from symdyn.scene import Scene
 from symdyn.scene.values import listed
 
 LARGE = 12
-"""Velocities up to which outputs that grow with their cube are wanted unasked."""
+"""Velocities up to which outputs that grow with their cube are wanted by default."""
 
 ASK = "ask with --functions"
 
 
 @dataclass(frozen=True)
 class Requested:
-    """What a scene of its kind has unasked and that is not too large; whether all of it exists derivations tell.
+    """What a scene of its kind has by default and that is not too large; whether all of it exists derivations tell.
 
     Attributes:
         workspace: of the scene.
@@ -43,10 +43,10 @@ class Requested:
     left_out: tuple[str, ...]
 
     LARGEST: ClassVar[int] = 200
-    """Velocities up to which square matrices, and Jacobians of many points, are wanted unasked."""
+    """Velocities up to which square matrices, and Jacobians of many points, are wanted by default."""
 
     @classmethod
-    def of(cls, workspace: Workspace, by: Unasked = Unasked.WRITTEN) -> Requested:
+    def of(cls, workspace: Workspace, by: DefaultIn = "generate") -> Requested:
         """Return what is wanted by who writes; who proves wants the last body's too, and what no one writes.
 
         Raises:
@@ -68,22 +68,22 @@ class Requested:
             square = _square(workspace, wanted)
             wanted = [name for name in wanted if name not in square]
             left_out.append(f"{listed(square, 6)}: left out, since their entries grow with the square of {n}; {ASK}")
-        if by is Unasked.PROVED:
+        if by == "verify":
             wanted += of_place(scene.bodies[-1].name, by)
-            wanted += [name for name in expected(scene, by) if row_of(name)[0].unasked is by]
+            wanted += [name for name in expected(scene, by) if row_of(name)[0].default_in == by]
         return cls(workspace, tuple(wanted), tuple(left_out))
 
     @property
     def on_request(self) -> list[str]:
-        """The outputs of the whole scene that no one has unasked, and how derivatives of all are asked for."""
+        """The outputs of the whole scene that no one has by default, and how derivatives of all are asked for."""
         scene = self.workspace.scene
         alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_closed else ())]
-        return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *alone, *WORDS]
+        return [*(name for name in expected(scene, "request") if name not in expected(scene)), *alone, *WORDS]
 
     @growing()
     def available(self) -> tuple[tuple[str, ...], list[str]]:
         """Return the outputs that exist, derived where that tells, and why all others are left out."""
-        found, faults = self.there(lambda w, name: row_of(name)[0].lacks == "never" or derive_one(w, name))
+        found, faults = self.there(lambda w, name: row_of(name)[0].may_fail == "never" or derive_one(w, name))
         return found, [*self.left_out, *faults]
 
     def there(self, derive: Callable[[Workspace, str], object]) -> tuple[tuple[str, ...], list[str]]:
@@ -94,13 +94,13 @@ class Requested:
         """
         found, faults = [], []
         for name in self.outputs:
-            lacks = row_of(name)[0].lacks
+            may_fail = row_of(name)[0].may_fail
             try:
                 derive(self.workspace, name)
             except DerivationError as fault:
-                if lacks == "never":
+                if may_fail == "never":
                     raise
-                if lacks == "told" and str(fault) not in faults:
+                if may_fail == "reported" and str(fault) not in faults:
                     faults.append(str(fault))
             else:
                 found.append(name)
@@ -114,7 +114,7 @@ def available(
     """Return the outputs that a user expects of a scene without asking, and why others are left out.
 
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
-    dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
+    dynamics where the mass matrix is singular) and what is too large to be wanted by default.
     """
     return Requested.of(Workspace(scene, closing)).available()
 
@@ -125,7 +125,7 @@ def _square(workspace: Workspace, requested: Sequence[str]) -> list[str]:
     What a scene may lack is a vector; what it has rows for is not known before.
     """
     rows = {name: row_of(name)[0] for name in requested}
-    sure = {name: row for name, row in rows.items() if row.lacks == "never"}
+    sure = {name: row for name, row in rows.items() if row.may_fail == "never"}
     sizes = {name: prod(max(1, len(axis(workspace))) for axis in row.axes) for name, row in sure.items()}
     of_points = [name for name, row in sure.items() if row.place]
     if sum(sizes[name] for name in of_points) <= Requested.LARGEST**2:

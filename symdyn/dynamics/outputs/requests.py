@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.outputs.closed_operators import CLOSED, MANY, of_closed, words
-from symdyn.dynamics.outputs.operators import WORDS, of_another
-from symdyn.dynamics.outputs.output import TREE_NAME, Output, Unasked
+from symdyn.dynamics.outputs.closed_derivatives import CLOSED
+from symdyn.dynamics.outputs.operators import MANY, WORDS, of_another, of_closed, words
+from symdyn.dynamics.outputs.output import TREE_NAME, DefaultIn, Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.state_matrices import STATE_MATRICES, state_matrices
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -45,7 +45,7 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
 
 def name_in_code(row: Output, request: str, scene: Scene) -> str:
     """Return what the function of a request is called in code."""
-    return (TREE_NAME if row.in_loops == "tree" and scene.is_closed else "") + request.replace(":", "_")
+    return (TREE_NAME if row.when_constrained == "tree" and scene.is_closed else "") + request.replace(":", "_")
 
 
 def request_of(name: str, scene: Scene) -> str:
@@ -68,14 +68,14 @@ def request_of(name: str, scene: Scene) -> str:
     return name
 
 
-def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:
-    """Return the outputs of the whole scene that one of its kind has unasked."""
-    return [name for name, row in OUTPUTS.items() if not row.place and row.unasked <= by and row.exists_in(scene)]
+def expected(scene: Scene, by: DefaultIn = "generate") -> list[str]:
+    """Return the outputs of the whole scene that one of its kind has by default."""
+    return [name for name, row in OUTPUTS.items() if not row.place and row.is_default_in(by) and row.exists_in(scene)]
 
 
-def of_place(name: str, by: Unasked = Unasked.WRITTEN) -> list[str]:
-    """Return the outputs of a body or point that are wanted unasked."""
-    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.unasked <= by]
+def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
+    """Return the outputs of a body or point that are wanted by default."""
+    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.is_default_in(by)]
 
 
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
@@ -87,7 +87,7 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         place = ""
     row = row or OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
     asked = name.removeprefix(TREE_NAME)
-    if row is None and asked in OUTPUTS and OUTPUTS[asked].in_loops == "tree":
+    if row is None and asked in OUTPUTS and OUTPUTS[asked].when_constrained == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
@@ -100,13 +100,13 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{name} is about the whole scene; write {' or '.join(there_is)}")
     if scene is None:
         return row, place
-    if row.loops_only and not scene.is_closed:
+    if row.when_constrained == "only" and not scene.is_closed:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
-    if row.in_loops == "refuse" and scene.is_closed:
+    if row.when_constrained == "refuse" and scene.is_closed:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
-    return row.where_closed if scene.is_closed else row, place
+    return row.constrained if scene.is_closed else row, place
 
 
 def _those_there(name: str, closed: bool) -> str:

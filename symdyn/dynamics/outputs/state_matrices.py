@@ -18,36 +18,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from symdyn.dynamics.loops.manifold import Seeds
-from symdyn.dynamics.outputs.closed_derivatives import CLOSED_DERIVATIVES, independent_positions, independent_velocities
-from symdyn.dynamics.outputs.closed_slopes import manifold_of
-from symdyn.dynamics.outputs.derivative_outputs import COLUMNS, derivatives
-from symdyn.dynamics.outputs.output import Output, Unasked
+from symdyn.dynamics.outputs.closed_derivatives import CLOSED
+from symdyn.dynamics.outputs.derivative_outputs import derivatives
+from symdyn.dynamics.outputs.output import Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
+from symdyn.dynamics.outputs.tangent_space import (
+    COLUMNS,
+    independent_positions,
+    independent_velocities,
+    manifold_of,
+)
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.graph import Expr
 
 STATE_MATRICES = "state_matrices"
 
-Slopes = Sequence[dict[int, Expr]]
 
-
-def _assembled(
-    w: Workspace,
-    positions: tuple[Sequence[int], Slopes, Sequence[Seeds]],
-    velocities: tuple[Sequence[int], Sequence[Seeds]],
-    accelerations: Sequence[Expr],
-) -> list[Expr]:
-    """Return [A | B] row by row.
-
-    Args:
-        w: the workspace.
-        positions: independent ones, how all directions move with each, and how velocities do.
-        velocities: independent ones, and how all move with each.
-        accelerations: derivatives of forward dynamics, row by row, columns in the order of the state, then forces.
-    """
-    graph, u = w.graph, w.state.qd
-    (places, slopes, following), (speeds, moving) = positions, velocities
+def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
+    """Return [A | B] row by row, from the derivatives of forward dynamics."""
+    graph, u, manifold = w.graph, w.state.qd, manifold_of(w, formulation)
+    places, speeds = manifold.places.independent, manifold.partition.independent
+    slopes, following, moving = manifold.slopes, manifold.by_position, manifold.by_velocity
+    accelerations = w.once(derive)
     width = len(places) + len(speeds) + w.state.n
     found = []
     for k in places:
@@ -61,19 +53,6 @@ def _assembled(
     return found + [entry for k in speeds for entry in accelerations[k * width : (k + 1) * width]]
 
 
-def _of_tree(_: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
-    every, one = range(w.state.n), w.graph.one
-    moving = [{u: one} for u in w.state.qd]
-    still: list[Seeds] = [{} for _ in every]
-    return _assembled(w, (every, [{k: one} for k in every], still), (every, moving), w.once(derive))
-
-
-def _of_manifold(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
-    manifold = manifold_of(w, formulation)
-    positions = (manifold.places.independent, manifold.slopes, manifold.by_position)
-    return _assembled(w, positions, (manifold.partition.independent, manifold.by_velocity), w.once(derive))
-
-
 def _state(w: Workspace) -> tuple[str, ...]:
     if w.scene.is_closed:
         return (*independent_positions(w), *independent_velocities(w))
@@ -83,8 +62,8 @@ def _state(w: Workspace) -> tuple[str, ...]:
 def state_matrices(closed: bool) -> Output:
     """Return the row of [A | B], of scenes that loops or rows close or of others."""
     forward = OUTPUTS["forward_dynamics"]
-    row = CLOSED_DERIVATIVES["forward_dynamics_derivatives"] if closed else derivatives("forward_dynamics", forward)
-    along, which = (_of_manifold, "independent ") if closed else (_of_tree, "")
+    row = CLOSED["forward_dynamics_derivatives"] if closed else derivatives("forward_dynamics", forward)
+    which = "independent " if closed else ""
     return Output(
         f"[A | B] of dx/dt = A x + B tau for small deviations from any motion; x are {which}positions, along the "
         f"directions of the velocities, and {which}velocities",
@@ -94,11 +73,11 @@ def state_matrices(closed: bool) -> Output:
         "rate of the row's entry of x, per unit of the column's",
         "same",
         {
-            name: replace(formulation, derive=partial(along, name, formulation.derive))
+            name: replace(formulation, derive=partial(_assembled, name, formulation.derive))
             for name, formulation in row.formulations.items()
         },
-        unasked=Unasked.NEVER,
-        lacks="told",
+        default_in="request",
+        may_fail="reported",
         depends=row.depends,
         prefer=row.prefer,
         remark=row.remark,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.lagrange.second_kind import Energies
@@ -56,7 +56,7 @@ class Workspace:
         self.derived: dict[tuple[str, str], Function] = {}  # by request and formulation, as `derive_one` finds them
         self._found: dict[tuple[Any, ...], Any] = {}
 
-    def once(self, derive: Callable[..., Any], *asked: str) -> Any:
+    def once(self, derive: Callable[..., Any], *asked: Hashable) -> Any:
         """Return what a derivation gives for the workspace, and for what is asked of it; each runs once.
 
         Formulations may share what they are made of in this way, and rows their formulations. No formulation reads what

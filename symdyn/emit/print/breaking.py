@@ -83,6 +83,12 @@ class Line:
         column = column_of(left for left, _ in pairs)
         return [self._sides(left, right, column) for left, right in pairs]
 
+    @staticmethod
+    def display(lines: Lines) -> str:
+        """Return the align* display of lines."""
+        body = " \\\\\n  ".join(lines)
+        return f"\\begin{{align*}}\n  {body}\n\\end{{align*}}"
+
     def _sides(self, left: str, right: str, column: float) -> Lines:
         if latex_width(left) > COLUMN:
             return self.broken("", f"{left} {BREAK}{right}", column=column)
@@ -116,19 +122,14 @@ def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
     chunk: list[str] = []
     for paragraph in paragraphs:
         if chunk and len(chunk) + len(paragraph) > MOST_LINES:
-            yield _display(chunk)
+            yield Line.display(chunk)
             chunk = []
         chunk += paragraph
         while len(chunk) > MOST_LINES:
-            yield _display(chunk[:MOST_LINES])
+            yield Line.display(chunk[:MOST_LINES])
             chunk = chunk[MOST_LINES:]
     if chunk:
-        yield _display(chunk)
-
-
-def _display(lines: Lines) -> str:
-    body = " \\\\\n  ".join(lines)
-    return f"\\begin{{align*}}\n  {body}\n\\end{{align*}}"
+        yield Line.display(chunk)
 
 
 def together(indices: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ A printer yields text with break marks in front of every + and - at which a line
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -190,12 +191,26 @@ class Latex:
         if self.digits is None:
             text = spell(value)
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}" if "/" in text else text
-        mantissa, _, exponent = significant(value, self.digits).partition("e")
-        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
+        return self.scientific(significant(value, self.digits))
+
+    @staticmethod
+    def scientific(text: str) -> str:
+        r"""Return 1.5e-07 as 1.5 \cdot 10^{-7}."""
+        mantissa, _, exponent = text.partition("e")
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
     def unbroken(self, form: Form) -> str:
         """Return LaTeX without break marks."""
         return self(form).replace(BREAK, "")
+
+    def underbraced(self, form: Form, name: str, widest: float = math.inf) -> tuple[str, str]:
+        r"""Return a sign and \underbrace{form}_{name} behind it, the name alone where the form is wider, pt."""
+        negative = all(term.split_sign()[0] < 0 for term in form.terms)
+        text = self.unbroken(form.negative if negative else form)
+        if latex_width(text) > widest:
+            return "+", name
+        text = f"({text})" if len(form.terms) > 1 else text
+        return ("-" if negative else "+"), rf"\underbrace{{{text}}}_{{{'-' if negative else ''}{name}}}"
 
     def bracketed(self, form: Form) -> str:
         """Return a factor: in brackets if it is a sum or has a sign."""

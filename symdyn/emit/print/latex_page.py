@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number
+from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
@@ -153,8 +153,8 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
         for c in row:
             if c.vanishes:
                 continue
-            sign, shown, short = _braced(c, write)
-            if not short:
+            sign, shown = write.underbraced(c.form, c.names[0], BRACED)
+            if shown == c.names[0]:
                 named.add((c.kind, min(c.places)))
             rate = rf"\, {write.unbroken(c.rate)}" if c.of else ""
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
@@ -163,19 +163,6 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
     if named:
         displays += [WHERE, *_definitions([c for c in page.written if (c.kind, c.indices) in named], write)]
     return displays
-
-
-def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
-    r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
-    name = c.names[0]
-    terms = c.form.terms
-    negative = all(term.split_sign()[0] < 0 for term in terms)
-    value = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in terms) if negative else c.form
-    text = write.unbroken(value)
-    if latex_width(text) > BRACED:
-        return "+", name, False
-    text = f"({text})" if len(terms) > 1 else text
-    return ("-" if negative else "+"), rf"\underbrace{{{text}}}_{{{'-' if negative else ''}{name}}}", True
 
 
 def _matrix(page: Printable, write: Latex) -> list[str]:

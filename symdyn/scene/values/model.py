@@ -16,7 +16,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import ClassVar, TypeAlias
 
-from symdyn.arguments import check_arguments, doubles, walked
+from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
@@ -329,7 +329,7 @@ class Scene(Shown):
     def at_time(self, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
         """Return the values of time, s, and of inputs that nobody gives."""
         check_arguments(Scene.at_time, locals(), SceneError)
-        (t,) = doubles(t)
+        (t,) = native(float, t)
         values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in self.inputs}
         return {graph.symbol(CLOCK): t} | values
 

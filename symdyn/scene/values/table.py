@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, Pose
@@ -86,6 +86,12 @@ class Faults:
             yield
         except (SceneError, SimulateError) as error:
             self.lines += error.faults
+
+    def taken(self, part: Callable[[], T], otherwise: Any) -> T:
+        """Return what a part returns; after a fault, which is taken to the others, something else."""
+        with self.noted():
+            return part()
+        return otherwise
 
     def close(self, error: Callable[[Sequence[str]], Exception] = SceneError) -> None:
         """Raise all faults together, if there are any."""

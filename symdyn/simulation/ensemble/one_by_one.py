@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SimulateError, SymdynError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble.measures import Measure, Sums, read_measures, sums_of
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, nothing
 from symdyn.simulation.equations.parametrised import opened
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.forces import read_forces
+from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.reaction_columns import multiplier_columns
 from symdyn.simulation.trajectory import INTERRUPTED, Trajectory
 from symdyn.simulation.variations import variations
@@ -62,9 +60,10 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
     named = {name for one in task.insides for name in one.symbols}
     try:
         return simulate(
-            task.scene, task.forces, task.until, start, rates, task.method, task.rtol, task.atol, task.stops,
-            every=task.every, reactions=any(name.startswith(LETTERS.reaction) for name in named),
-            say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
+            task.scene, forces=task.forces, start=start, start_rates=rates, values=values or None, until=task.until,
+            every=task.every, method=task.method, rtol=task.rtol, atol=task.atol, stops=task.stops,
+            ignore_limits=task.ignore_limits, reactions=any(name.startswith(LETTERS.reaction) for name in named),
+            say=notes.setdefault,
         )  # fmt: skip
     except MethodError:  # nor would it apply to another run
         raise
@@ -104,36 +103,25 @@ def measured(run: Trajectory, measures: Sequence[Measure]) -> Array:
     return np.array([float(one.value(sums, known)) for one in measures])
 
 
-def measure_slopes(
-    scene: Scene,
-    measures: Sequence[str],
-    names: Sequence[str],
-    forces: Any,
-    until: float,
-    start: Mapping[str, Any],
-    start_rates: Mapping[str, Any],
-    every: float | None,
-) -> Array:
+def measure_slopes(problem: Problem, run: Run, measures: Sequence[str], names: Sequence[str]) -> Array:
     """Return the derivatives of measures of a run by each of the names, shape (measures, names); NaN where none is.
 
     A fold is taken of the run as it is to first order on both sides of every name: the largest value follows the
     sample where it is, and a measure that jumps from one sample to another has no derivative there.
-    Arguments as of `simulate`; names as of `variations`.
+    Names are as of `variations`; of the run only `until` and `every` are looked at.
 
     Raises:
         SimulateError: with every fault.
     """
     faults = Faults("")
-    read = read_measures(scene, measures, faults)
+    read = read_measures(problem.scene, measures, faults)
     faults.close(SimulateError)
-    given = read_forces(scene, forces)
-    initial = read_start(scene, start, start_rates)
-    run = simulate(scene, given, until, initial, every=every, say=lambda _: None)
-    found = variations(run, given, initial, names)
+    made = simulate(problem.as_read, until=run.until, every=run.every, say=lambda _: None)
+    found = variations(made, problem.driving, problem.initial, names)
     slopes = np.zeros((len(read), len(names)))
     for k in range(len(names)):
         step = found.step(k)
-        ahead, behind = (measured(found.beside(run, k, sign * step), read) for sign in (1, -1))
+        ahead, behind = (measured(found.beside(made, k, sign * step), read) for sign in (1, -1))
         slopes[:, k] = (ahead - behind) / (2 * step)
     return slopes
 

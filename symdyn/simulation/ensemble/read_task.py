@@ -11,20 +11,19 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
-from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
+from symdyn.scene.values import Faults, suggestion, velocity_name
 from symdyn.simulation.ensemble import lockstep, one_by_one, taylor_lockstep
 from symdyn.simulation.ensemble.measures import Measure, read_measures
 from symdyn.simulation.ensemble.task import Lanes, RunMode, Task, number
-from symdyn.simulation.forward import check_run
+from symdyn.simulation.initial import by_name
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, held, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula, words
+from symdyn.simulation.prescribed.forces import Forces, held
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula
+from symdyn.simulation.problem import Problem, Run
 
 RTOL = 1e-9
 """Tolerance if none is given."""
@@ -34,21 +33,14 @@ MODES = (lockstep.MODE, taylor_lockstep.MODE, one_by_one.MODE)
 
 
 def read_task(
-    scene: Scene,
-    forces: Forces | Entries,
-    until: float,
+    problem: Problem,
+    run: Run,
     start: object,
     start_rates: object,
     values: object,
     measures: str | Measure | Sequence[str | Measure],
-    every: float | None,
-    samples: bool,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    stops: str | Sequence[str],
-    workers: int | None,
-    ignore_limits: bool,
+    samples: bool = False,
+    workers: int | None = None,
 ) -> Task:
     """Return the runs that are asked for, and how they will be run; arguments as of `symdyn.ensemble`.
 
@@ -57,29 +49,23 @@ def read_task(
         SceneError: a value that the scene cannot have.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    stops = (stops,) if isinstance(stops, str) else tuple(stops)
     texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)
-    faults, given = Faults(""), Forces()
-    lanes = read_lanes(scene, start, start_rates, values, faults)
-    times: npt.NDArray[np.float64] = np.zeros(1)
-    read: tuple[Measure, ...] = ()
-    with faults.noted():
-        given = forces if isinstance(forces, Forces) else read_forces(lanes.scene, forces)
-    with faults.noted():
-        read = read_measures(lanes.scene, texts, faults)
-    with faults.noted():
-        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method)
+    faults = Faults("")
+    lanes = read_lanes(problem, start, start_rates, values, faults)
+    given = faults.taken(lambda: replace(problem, scene=lanes.scene).driving, Forces())
+    read = faults.taken(lambda: read_measures(lanes.scene, texts, faults), ())
+    _, times = faults.taken(lambda: run.checked(lanes.scene), ((), np.zeros(1)))
     if workers is not None and workers < 1:
         faults.add("", f"workers = {workers} is no number of threads; give 1 or more, or none")
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
-    asked = METHODS.get((method or "").lower())
+    asked = METHODS.get((run.method or "").lower())
     usual = asked.rtol if asked is not None and asked.beyond_doubles else RTOL
-    relative = usual if rtol is None else rtol
-    absolute = relative if atol is None else atol
+    relative = usual if run.rtol is None else run.rtol
+    absolute = relative if run.atol is None else run.atol
     task = Task(
-        lanes, given, times, every, read, stops, relative, absolute, None if method is None else method.lower(),
-        samples, ignore_limits, one_by_one.MODE,
+        lanes, given, times, run.every, read, tuple(run.stops), relative, absolute,
+        None if run.method is None else run.method.lower(), samples, run.ignore_limits, one_by_one.MODE,
     )  # fmt: skip
     mode, why = choose(task)
     tolerance = f"tolerance {relative:g}" if relative == absolute else f"tolerances {relative:g}, {absolute:g}"
@@ -89,9 +75,9 @@ def read_task(
             line
             for one in mode.methods
             if not METHODS[one].absolute
-            for line in METHODS[one].tolerances(one, rtol, atol)[2]
+            for line in METHODS[one].tolerances(one, run.rtol, run.atol)[2]
         ),
-        *held(lanes.scene, given, until),
+        *held(lanes.scene, given, run.until),
     )
     return replace(task, mode=mode, notes=notes)
 
@@ -113,17 +99,22 @@ OFF = 1 + 1 / 17
 """Equations are made at values so much off those of a run, lest a zero or an equality there decide their form."""
 
 
-def read_lanes(scene: Scene, start: object, rates: object, values: object, faults: Faults) -> Lanes:
+def read_lanes(problem: Problem, start: object, rates: object, values: object, faults: Faults) -> Lanes:
     """Return the runs of an ensemble; whatever is wrong is among the faults.
 
     Args:
-        scene: the mechanism.
+        problem: the mechanism, and where runs start of which nothing else is given.
         start: numbers, formulas or arrays by coordinate, or formulas as "q1=0.3,q2=pi/2".
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
         values: likewise by parameter, without symbols.
         faults: takes what is wrong.
     """
-    given = {what: _by_name(said, what, faults) for what, said in _said(start, rates, values)}
+    scene, (usual, usual_rates) = problem.scene, problem.by_name
+    given = {
+        "start": {**usual, **by_name(start, "start", faults)},
+        "start rates": {**usual_rates, **by_name(rates, "start rates", faults)},
+        "values": by_name(values, "values", faults),
+    }
     lengths: dict[str, int] = {}
     read: dict[str, dict[str, Any]] = {what: {} for what in given}
     known = {
@@ -168,21 +159,6 @@ def read_lanes(scene: Scene, start: object, rates: object, values: object, fault
                     unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
                     read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
     return Lanes(bound, count, read["start"], read["start rates"], arrays)
-
-
-def _said(start: object, rates: object, values: object) -> tuple[tuple[str, object], ...]:
-    return ("start", start), ("start rates", rates), ("values", values)
-
-
-def _by_name(specified: object, what: str, faults: Faults) -> Mapping[str, Any]:
-    if specified is None:
-        return {}
-    if isinstance(specified, str):
-        return words(split_commas(specified), what, faults)
-    if isinstance(specified, Mapping):
-        return specified
-    faults.add(what, f"a {type(specified).__name__} names nothing; give values by name, such as {{'q1': array}}")
-    return {}
 
 
 def _array(raw: object, where: str, faults: Faults) -> Array | None:

@@ -4,10 +4,10 @@ from symdyn.simulation.integrate import gauss, scipy_ivp, sundials, taylor
 from symdyn.simulation.integrate.method import (
     DOUBLES,
     Hit,
+    InitialValueProblem,
     IntegrationError,
     Method,
     Piece,
-    Problem,
     importable,
     integrate,
 )
@@ -22,10 +22,10 @@ __all__ = [
     "FINEST",
     "METHODS",
     "Hit",
+    "InitialValueProblem",
     "IntegrationError",
     "Method",
     "Piece",
-    "Problem",
     "importable",
     "integrate",
 ]

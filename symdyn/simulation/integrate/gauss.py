@@ -32,7 +32,7 @@ from symdyn.program import Candidates, Program, lower
 from symdyn.runtime import load_functions
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem
+from symdyn.simulation.integrate.method import InitialValueProblem, IntegrationError, Method, Piece
 
 FIRST = 1e-3
 """First step, s."""
@@ -55,7 +55,7 @@ ALMOST = 1 - 1e-6
 REACHED, PAUSED, STUCK, LOST, HALTED = range(5)
 
 
-def run(problem: Problem) -> Iterator[Piece]:
+def run(problem: InitialValueProblem) -> Iterator[Piece]:
     """Yield the pieces of the motion, up to a sample each.
 
     Raises:

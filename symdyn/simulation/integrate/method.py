@@ -23,7 +23,7 @@ class IntegrationError(SimulateError):
 
 
 @dataclass(frozen=True)
-class Problem:
+class InitialValueProblem:
     """One integration from t = 0.
 
     Attributes:
@@ -97,7 +97,7 @@ class Piece:
     low: Array | None = None
 
 
-Run = Callable[[Problem], Iterator[Piece]]
+Integrator = Callable[[InitialValueProblem], Iterator[Piece]]
 
 SHARE = 0.1
 """Part of the tolerance that multistep methods are given for a step: the errors of theirs add up, to ten and more."""
@@ -129,7 +129,7 @@ class Method:
     module: str
     extra: str
     rtol: float
-    run: Run
+    run: Integrator
     refuses: Callable[[StateEquations], str] = lambda system: ""
     finds_events: bool = True
     finest: float = DOUBLES
@@ -167,7 +167,7 @@ LIBRARIES_RAISE = (ArithmeticError, ValueError, RuntimeError, MemoryError)
 """What integrators and linear algebra of others end with, where a state is not finite or a matrix is singular."""
 
 
-def integrate(method: Method, problem: Problem) -> Iterator[Piece]:
+def integrate(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
     """Yield the pieces of a motion; whatever a library ends with is told in words, and what came before it stands.
 
     Raises:

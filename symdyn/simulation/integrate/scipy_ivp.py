@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.simulation.equations.implicit import slopes_in_turn
-from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
+from symdyn.simulation.integrate.method import SHARE, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.steps import follow
 from symdyn.simulation.integrate.watch import IntegrationStep
 
@@ -27,7 +27,7 @@ SMALLEST = 100 * float(np.finfo(np.float64).eps)
 """The smallest relative tolerance that SciPy takes."""
 
 
-def run(problem: Problem, name: str) -> Iterator[Piece]:
+def run(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
     """Yield the pieces of the motion by the integrator that SciPy calls `name`.
 
     Raises:

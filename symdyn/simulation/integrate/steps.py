@@ -9,13 +9,15 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import IntegrationError, Piece, Problem
+from symdyn.simulation.integrate.method import InitialValueProblem, IntegrationError, Piece
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 Resume = Callable[[float, Array], None]
 
 
-def follow(problem: Problem, steps: Iterator[IntegrationStep], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
+def follow(
+    problem: InitialValueProblem, steps: Iterator[IntegrationStep], resume: Resume, slack: float = 1.0
+) -> Iterator[Piece]:
     """Yield a piece a step: its samples, events on its interpolant, and projection at its end.
 
     Steps are made when they are asked for. They `resume` from another state than that of the last one where a
@@ -74,7 +76,7 @@ class Pace:
     LEAST = 1e-9
     """Part of the time by which so many steps must advance it: less is a motion that goes beyond all bounds."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: InitialValueProblem) -> None:
         """Look whether anything jumps."""
         self.jumps = problem.system.once(_jumps)
         self.until, self.begin, self.steps = problem.until, 0.0, 0

@@ -19,7 +19,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
+from symdyn.simulation.integrate.method import SHARE, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.steps import follow
 from symdyn.simulation.integrate.watch import IntegrationStep
 
@@ -30,7 +30,7 @@ SLACK = 1e5
 """A projection makes CVODE begin at order one again: it waits until it is worth that."""
 
 
-def run(problem: Problem, name: str) -> Iterator[Piece]:
+def run(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
     """Yield the pieces of the motion by CVODE's BDF or Adams methods.
 
     Raises:
@@ -52,7 +52,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     return _followed(problem, solver, "CVODE", lambda t, x: (x,), lambda: count)
 
 
-def run_ida(problem: Problem) -> Iterator[Piece]:
+def run_ida(problem: InitialValueProblem) -> Iterator[Piece]:
     """Yield the pieces of the motion by IDA's BDF methods.
 
     Raises:
@@ -74,7 +74,7 @@ def run_ida(problem: Problem) -> Iterator[Piece]:
     return _followed(problem, solver, "IDA", equations.start, lambda: count)
 
 
-def _options(problem: Problem, least: float) -> dict[str, Any]:
+def _options(problem: InitialValueProblem, least: float) -> dict[str, Any]:
     """Return tolerances; SUNDIALS keeps its own warnings, which go to the standard output, to itself."""
     for stream in ("WARNING", "ERROR"):
         os.environ.setdefault(f"SUNLOGGER_{stream}_FILENAME", os.devnull)
@@ -83,7 +83,7 @@ def _options(problem: Problem, least: float) -> dict[str, Any]:
 
 
 def _followed(
-    problem: Problem,
+    problem: InitialValueProblem,
     solver: Any,
     title: str,
     whole: Callable[[float, Array], tuple[Array, ...]],

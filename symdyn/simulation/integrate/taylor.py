@@ -33,7 +33,7 @@ from symdyn.simulation.integrate.heyoka_expressions import (
     size,
     translate,
 )
-from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
+from symdyn.simulation.integrate.method import Hit, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 COMPACT = 250
@@ -58,7 +58,7 @@ SMALLEST = float(np.finfo(np.float64).eps)
 
 
 @contextmanager
-def integrator(problem: Problem) -> Iterator[Any]:
+def integrator(problem: InitialValueProblem) -> Iterator[Any]:
     """Lend heyoka's integrator at the start of a problem; it is compiled once for all values of parameters."""
     system, tolerance = problem.system, problem.rtol
     idle = system.once(_idle).setdefault(tolerance, [])
@@ -91,7 +91,7 @@ def _integrator(system: StateEquations, tolerance: float) -> Any:
         return cached_integrators.integrator([*variables, *entries], options, make) if kept else make()
 
 
-def run(problem: Problem) -> Iterator[Piece]:
+def run(problem: InitialValueProblem) -> Iterator[Piece]:
     """Yield the pieces of the motion by heyoka's Taylor method, `STRETCH` steps each.
 
     Raises:
@@ -101,7 +101,7 @@ def run(problem: Problem) -> Iterator[Piece]:
         yield from _stretches(problem, ta)
 
 
-def _stretches(problem: Problem, ta: Any) -> Iterator[Piece]:
+def _stretches(problem: InitialValueProblem, ta: Any) -> Iterator[Piece]:
     stretch = Stretch(ta, problem)
     times, done = problem.times, 1
     yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
@@ -128,7 +128,7 @@ def _stretches(problem: Problem, ta: Any) -> Iterator[Piece]:
 class Stretch:
     """Some steps of heyoka's, the samples in them, and the events that are `found`."""
 
-    def __init__(self, ta: Any, problem: Problem) -> None:
+    def __init__(self, ta: Any, problem: InitialValueProblem) -> None:
         """Take an integrator that stands at the start."""
         self.ta, self.problem = ta, problem
         self.watch, self.found = Watch(problem), list[Hit]()
@@ -213,7 +213,7 @@ def _stuck(t: float) -> str:
 class Guard:
     """Looks whether the series of a step has the rates that the equations have."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: InitialValueProblem) -> None:
         """Take the tolerance of a problem."""
         self.system, self.limit = problem.system, SLACK * problem.rtol
 

@@ -22,7 +22,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.simulation.equations.crossings import SLACK
 from symdyn.simulation.integrate.looks import FIRST
-from symdyn.simulation.integrate.method import Hit, Problem
+from symdyn.simulation.integrate.method import Hit, InitialValueProblem
 from symdyn.simulation.integrate.passages import DIVISIONS, EPS, MOST, Search, jumps, zero
 
 ROUNDING = 8 * EPS
@@ -76,7 +76,7 @@ class Watch:
     values: Array
     armed: Array
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: InitialValueProblem) -> None:
         """Stand at t = 0."""
         self.problem = problem
         self.entered: dict[int, tuple[float, Array]] = {}

@@ -91,6 +91,11 @@ class Forces:
         """Return the formula of a velocity's driving force, zero where it has none."""
         return self.formulas.get(k, Quantity.ZERO)
 
+    def check_differentiable(self, faults: Faults) -> None:
+        """Add a fault for every function, which has no derivatives."""
+        for one in self.functions:
+            faults.add(one.where, "a function has no derivatives; write a formula")
+
     def tabulated(self, times: Array, n: int) -> Array:
         """Return what the tables give at `times`, shape (..., n); zero where there is none."""
         found = np.zeros((*np.shape(times), n))
@@ -129,7 +134,7 @@ def force_units(scene: Scene) -> tuple[str, ...]:
     return (*forces, *(told[one.name] for one in scene.inputs))
 
 
-def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) -> Forces:
+def read_forces(scene: Scene, entries: Entries) -> Forces:
     """Return the forces, and inputs, that words, files, tables, arrays and functions say.
 
     Args:
@@ -138,7 +143,6 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
             of such lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and
             numbers these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that
             returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
-        differentiable: whether they are to be differentiated: functions are refused.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -195,9 +199,6 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
         one = force_function(names, f"forces: {name}" if name else "forces", function, faults)
         if one is not None and None not in found:
             functions |= {k: one for k in found if k is not None}
-    if differentiable and functions:
-        names = tuple(force_names(scene)[k] for k in functions)
-        faults.add("forces", f"{', '.join(names)}: a function has no derivatives; write a formula")
     faults.close(SimulateError)
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
 

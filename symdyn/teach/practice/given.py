@@ -10,7 +10,8 @@ from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.spatial import Mat
-from symdyn.teach.document import Document, Step, Values, Words
+from symdyn.table import Table
+from symdyn.teach.document import Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.masses import Mass, masses
 from symdyn.teach.practice.derived import shortest
@@ -61,7 +62,7 @@ def _given(scene: Scene, language: str) -> Step:
     heads = [[Words((texts[key],)) for key in keys] for keys in (
         ("table.joint", "given.through", "given.axis"), ("given.body", "given.mass", "given.at", "given.inertia"),
     )]  # fmt: skip
-    tables = (Values(tuple(heads[0]), tuple(joints)), Values(tuple(heads[1]), tuple(bodies)))
+    tables = (Table(tuple(heads[0]), tuple(joints)), Table(tuple(heads[1]), tuple(bodies)))
     reason = texts["given.closed" if scene.loops else "given.reason"]
     return Step("given", Words((texts["given"],)), tables, Words((reason,)))
 

@@ -13,6 +13,7 @@ from math import isclose, nan
 from symdyn.algebra import Floats, Form, Symbol
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.table import Table
 from symdyn.teach.document import (
     ERRATA,
     Blank,
@@ -24,7 +25,6 @@ from symdyn.teach.document import (
     Formula,
     Matrix,
     Step,
-    Values,
     Words,
 )
 from symdyn.teach.student.vocabulary import Names
@@ -114,6 +114,6 @@ def written_out(block: Block) -> Iterator[Form]:
         yield from (form for inner in block.blocks for form in written_out(inner))
     elif isinstance(block, Blank):
         yield from (part for part in block.ask.parts if not isinstance(part, str))
-    elif isinstance(block, (Values, Words)):
-        cells = [cell for row in block.rows for cell in row] if isinstance(block, Values) else [block]
+    elif isinstance(block, (Table, Words)):
+        cells = [cell for row in block.rows for cell in row] if isinstance(block, Table) else [block]
         yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))

@@ -14,6 +14,7 @@ from symdyn.emit import in_html, render
 from symdyn.emit.code import page_stem, stem
 from symdyn.emit.print import BREAK, latex_width
 from symdyn.errors import DerivationError, TeachError
+from symdyn.table import Table
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -26,7 +27,6 @@ from symdyn.teach.document import (
     Picture,
     Room,
     Shares,
-    Values,
     Words,
 )
 from symdyn.teach.interactive.live import absence
@@ -141,8 +141,8 @@ class _Page:
             svg = re.sub(r"<style>.*?</style>\n?", "", svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', lambda _: f'aria-label="{alt}"', svg, count=1)
             yield f"<figure>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
-        elif isinstance(block, Values):
-            yield self._table(block)
+        elif isinstance(block, Table):
+            yield f'<div class="scroll">{block.html(self.words)}</div>'
         elif isinstance(block, Shares):
             yield self._bars(block)
         elif isinstance(block, Box):
@@ -155,13 +155,6 @@ class _Page:
             yield self._blank(block)
         elif isinstance(block, Room):
             yield f'<div class="room" style="height:{2 * block.lines}em"></div>'
-
-    def _table(self, table: Values) -> str:
-        head = "".join(f"<th>{self.words(cell)}</th>" for cell in table.head)
-        rows = "\n".join(
-            "<tr>" + "".join(f"<td>{self.words(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
-        )
-        return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>\n{rows}\n</tbody></table></div>'
 
     def _bars(self, shares: Shares) -> str:
         rows = []

@@ -14,8 +14,9 @@ from pathlib import Path
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import BMatrix, Line, latex_width
+from symdyn.emit.print import BMatrix, Latex, Line, latex_width
 from symdyn.errors import EmitError
+from symdyn.table import Table
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -29,7 +30,6 @@ from symdyn.teach.document import (
     Room,
     Shares,
     Step,
-    Values,
     Words,
 )
 from symdyn.teach.languages import language_of
@@ -117,8 +117,7 @@ class _Page:
         for block, lines in zip(formulas, Line(tagged).aligned(pairs), strict=True):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             rows.append(" \\\\\n  ".join(lines) + tag)
-        inside = " \\\\\n  ".join(rows)
-        return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
+        return Line.display(rows)
 
     def _matrix(self, block: Matrix, room: float) -> str:
         """Return a matrix; one that is too wide with its entries by name, which are written out below it."""
@@ -134,8 +133,8 @@ class _Page:
         written = Line(room).aligned(pairs)
         if (named := BMatrix(rows)).width + aside <= room:
             written.insert(0, [f"{left} &= {named}"])
-        inside = " \\\\\n  ".join(line for paragraph in written for line in paragraph)
-        return f"\\begin{{align*}}\n  {inside}{tag}\n\\end{{align*}}"
+        *lines, last = (line for paragraph in written for line in paragraph)
+        return Line.display([*lines, f"{last}{tag}"])
 
     def block(self, block: Block, room: float) -> Iterator[str]:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
@@ -147,7 +146,7 @@ class _Page:
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
-        elif isinstance(block, Values):
+        elif isinstance(block, Table):
             yield self._table(block, min(room, Line.room))  # small print has no wider lines
         elif isinstance(block, Shares):
             yield self.words(block.caption)
@@ -164,16 +163,15 @@ class _Page:
         elif isinstance(block, Room):
             yield rf"\room{{{block.lines}}}"
 
-    def _table(self, table: Values, room: float) -> str:
+    def _table(self, table: Table[Words], room: float) -> str:
         """Return a table whose wide columns share what the narrow ones leave."""
-        rows = [[self.words(cell) for cell in row] for row in (table.head, *table.rows)]
+        head, *others = rows = [[self.words(cell) for cell in row] for row in (table.columns, *table.rows)]
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
         least = [max(_width(part) for cell in column for part in _unbroken(cell)) for column in zip(*rows, strict=True)]
         columns = _columns(widths, least, room - GAP * len(widths))
-        head, *others = [" & ".join(row).replace(THIN, rf"{THIN}\allowbreak ") + r" \\" for row in rows]
         most = TALL_ROWS if "p{" in columns else ROWS
-        parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
-        return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
+        parts = [Table(head, others[k : k + most]) for k in range(0, len(others), most)]
+        return "\n\n".join(part.latex(_breakable, columns) for part in parts)
 
     def _bars(self, shares: Shares) -> str:
         total, value = self.spell.inline(shares.total), self._value(shares.value)
@@ -187,13 +185,16 @@ class _Page:
         return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
 
     def _value(self, value: float) -> str:
-        mantissa, _, exponent = self.spell.written(value).replace("−", "-").replace(",", "{,}").partition(" · 10^")
-        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
+        return Latex.scientific(self.spell.written(value).replace("−", "-").replace(",", "{,}").replace(" · 10^", "e"))
 
 
 def _pdf_text(text: str) -> str:
     r"""Return text as the inside of a PDF string, two bytes a character, each as \string\ and its octal digits."""
     return "".join(rf"\string\{byte:03o}" for byte in b"\xfe\xff" + text.encode("utf-16-be"))
+
+
+def _breakable(cell: str) -> str:
+    return cell.replace(THIN, rf"{THIN}\allowbreak ")
 
 
 def _width(cell: str) -> float:

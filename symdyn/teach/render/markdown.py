@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from symdyn.emit import in_markdown, render
 from symdyn.emit.code import page_stem
 from symdyn.emit.print import BREAK, Line
+from symdyn.table import Table
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -20,7 +20,6 @@ from symdyn.teach.document import (
     Picture,
     Room,
     Shares,
-    Values,
     Words,
 )
 from symdyn.teach.languages import language_of
@@ -29,8 +28,6 @@ from symdyn.teach.practice.solutions import solutions_last
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one
-
-_BAR = re.compile(r"(?<!\\)\|")  # of a formula; those of words are escaped
 
 MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
@@ -92,8 +89,8 @@ class Page:
         elif isinstance(block, Picture):
             yield f"![{in_markdown(block.alt)}]({_file(self.document, block)})"
             yield f"*{self.words(block.caption)}*"
-        elif isinstance(block, Values):
-            yield table([map(self.words, row) for row in (block.head, *block.rows)])
+        elif isinstance(block, Table):
+            yield block.markdown(self.words)
         elif isinstance(block, Shares):
             yield self.words(block.caption)
             yield self._bars(block)
@@ -113,18 +110,13 @@ class Page:
             yield "<br>" * block.lines
 
     def _bars(self, shares: Shares) -> str:
-        rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", in_markdown(shares.unit), "")]
+        heads, rows = (f"${self.spell.inline(shares.total)}$", in_markdown(shares.unit), ""), []
         for bar in shares.bars:
             length = round(BAR * bar.share)
             mark = ("█" if bar.value >= 0 else "▒") * max(length, 1) if bar.value else ""
-            rows.append(
-                (
-                    f"${self.spell.inline(bar.label)}$",
-                    self.spell.written(bar.value),
-                    f"{mark} {100 * bar.share:.0f} %",
-                )
-            )
-        return table(rows)
+            label, value = f"${self.spell.inline(bar.label)}$", self.spell.written(bar.value)
+            rows.append((label, value, f"{mark} {100 * bar.share:.0f} %"))
+        return Table(heads, rows).markdown(str)
 
 
 def display(aligned: list[str], number: str = "") -> str:
@@ -134,9 +126,3 @@ def display(aligned: list[str], number: str = "") -> str:
     if len(aligned) == 1:
         return f"$$\n{body.replace('&', '', 1).strip()}{tag}\n$$"
     return f"$$\n\\begin{{aligned}}\n{body}\n\\end{{aligned}}{tag}\n$$"
-
-
-def table(rows: Iterable[Iterable[str]]) -> str:
-    """Return a table, the first row its head."""
-    head, *others = [[_BAR.sub(r"\\|", cell) for cell in row] for row in rows]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *others))

@@ -1,7 +1,7 @@
 """The written file read back: its own text becomes operations again, which are proved to be the program's.
 
 Nothing here knows how text is printed; `symdyn.emit` is not imported (a test holds that). A grammar that others wrote
-(tree-sitter's, extra `prove`) gives the syntax tree of a file, and one file a language gives its meaning:
+(tree-sitter's, extra `prove`) gives the syntax tree of a file, and its language the meaning:
 
     read(text: Text) -> Reading
 
@@ -15,12 +15,17 @@ each entry of its result is, as an expression on that graph; and which parts of 
 - operations are those of the language: precedence as the grammar gives it, integer division, the first index;
 - a literal is the number of the type that it is read as (`Text.number`), exactly.
 
+`straight_line.py` reads the expressions of all languages alike: names, numbers, signs, operators, calls, entries of
+arrays. A language is a row of `Syntax`, what its grammar calls them and how it spells functions, and a class that
+follows `Reader` with what it alone says: statements, where functions stand, how an index counts.
+
 `proof.py` compares these expressions with the program, whose constants are rounded correctly to the type, over the
 fields of the certificate: the entries of the results, and of all operations on the way the results, whatever their
 signs, so that what is known of rounding holds of the file too. What no reader reads (sines, tiles, loops over blocks,
 headers) is fixed text: it must be byte for byte that of a fresh file, comments left out.
 
-Adding a language: `read` in a file of its own, and a row in `readers.py`; `c.py` is one.
+Adding a language: such a row and class and `read` in a file of its own, and a row in `readers.py`; `javascript.py` is
+one.
 """
 
 from symdyn.verify.written.proof import Files, Printed, Written, printed, prove_texts, unshown

@@ -7,7 +7,12 @@
     <function>_pass<n>           one loop over them, read where it is called, for state k
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
-    <function>_ground, _joints, _matrices    numbers that a function goes over in a loop, which is fixed text
+    <function>_solved            a loop, which is fixed text, over <function>_steps: how many columns, then of every
+                                 step the row, its scale, how many terms, and factor and row of each, all by places of r
+
+    static const <type> <function>_ground[3] = {...};          numbers that a function goes over in a loop, which is
+    static const <type> <function>_joints[n] = {{...}, ...};   fixed text, as the whole numbers are with which a joint
+    static const <type> <function>_matrices[m][9] = ...;       begins, before its 16
 
 Where a header is all of a module, all names but the first begin with `<stem>_own_`. All other functions of a file are
 fixed text: `sincos_row`, `sincos_rows`, `sign_of`, `exp_of` mean here what they are called, columns and rows of states
@@ -18,17 +23,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from symdyn.verify.written.c_rows import copy_part, run_steps
-from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
-from symdyn.verify.written.c_tables import read_table
-from symdyn.verify.written.c_values import File
+from symdyn.dynamics.mechanism import RowSolve
+from symdyn.graph import Expr
+from symdyn.verify.written.c_family import SYNTAX, CFile, CReader, blanked, declared_name, parameters
 from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
 from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.straight_line import Value, takes
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -45,8 +49,14 @@ GROUP = 8
 LANES_AT_ONCE = 8
 """`sincos_rows` uses so many rows more, or as many as it has angles."""
 
-TABLE_OF_STEPS = "steps"
-"""What the table of a loop over rows is called, behind the function's name."""
+TABLES = ("ground", "joints", "matrices")
+"""What tables of numbers are called, behind the function's name."""
+
+PLACES = re.compile(r"static const unsigned short \w+\[([0-9]+)\] = \{(.*)\};")
+"""A table of whole numbers, as it is written."""
+
+COLUMNS = 8
+"""Rows that are solved in a loop are whole vectors of so many columns, and begin where a vector may."""
 
 PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
 """How much of a local array is copied, without its spaces."""
@@ -61,23 +71,13 @@ LOOP = re.compile(r"for\(size_tk=0;k<([0-9]+);k\+\+\)")
 """The head of a loop, without its spaces."""
 
 
-def plain(source: bytes) -> bytes:
-    """Return a file as the grammar takes it: spaces in place of what it does not know, directives aside."""
-
-    def blank(match: re.Match[bytes]) -> bytes:
-        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
-        return match[0] if line.startswith(b"#") else b" " * len(match[0])
-
-    return UNKNOWN.sub(blank, source)
-
-
 def read(text: Text) -> TextReading:
     """Return what the functions of a C file compute."""
-    file = File(text, definitions(text.root), GRAMMAR)
+    file = CFile(text, definitions(text.root), grammar=GRAMMAR)
     functions: list[Read] = []
     for wanted in text.wanted:
         if wanted.loop:
-            functions += [read_table(file, wanted)] if f"{text.stem}_{wanted.name}" in file.functions else []
+            functions += [_table(file, wanted)] if f"{text.stem}_{wanted.name}" in file.functions else []
             continue
         for name, columns in ((f"{text.stem}_{wanted.name}", False), (f"{wanted.name}_block", True)):
             if name in file.functions:
@@ -89,14 +89,7 @@ def read_columns(text: Text) -> TextReading:
     """Return what the functions of a C file compute whose results are written column by column."""
     found = read(text)
     shapes = {wanted.name: wanted.shape for wanted in text.wanted}
-    return replace(found, functions=tuple(_by_rows(one, shapes[one.function]) for one in found.functions))
-
-
-def _by_rows(read: Read, shape: tuple[int, ...]) -> Read:
-    """Return a result row by row."""
-    places = np.arange(len(read.entries)).reshape(shape[::-1]).T.ravel().tolist()
-    entries, lines = tuple(read.entries[place] for place in places), tuple(read.lines[place] for place in places)
-    return replace(read, entries=entries, lines=lines)
+    return replace(found, functions=tuple(one.by_rows(shapes[one.function]) for one in found.functions))
 
 
 def definitions(root: Node) -> dict[str, Node]:
@@ -125,23 +118,24 @@ def outside(root: Node) -> Iterator[Node]:
 INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "linkage_specification", "declaration_list")
 
 
-def _function(file: File, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
+def _function(file: CFile, name: str, expected: ExpectedFunction, columns: bool) -> list[Read]:
     """Return what a function computes, for one state, or for state k of a block: there, and where it is copied to."""
-    takes(file, name, [*(["stride", "reach"] if columns else []), *expected.arguments, "out"])
-    given = opened(expected, columns, apart=columns, reaching=columns)
+    node, reader = file.functions[name], CStatements(file, expected)
+    takes(node, parameters(node), [*(["stride", "reach"] if columns else []), *expected.arguments, "out"])
+    result = reader.open(columns, apart=columns, reaching=columns)
     if columns:
-        given.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
-    CStatements(file, expected, given.names).run(name)
+        reader.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
+    reader.body(name)
     places = _places(file, f"{expected.name}_places") if columns else None
     if places is None:
-        return [finished(file, name, expected, given.result)]
-    copied = _copied(file, name, expected, given.result, places)
-    if None in given.result.entries:  # it is written nowhere but in rows
+        return [reader.finished(name, node, result)]
+    copied = _copied(file, name, expected, result, places)
+    if None in result.entries:  # it is written nowhere but in rows
         return [copied]
-    return [finished(file, name, expected, given.result), replace(copied, name=f"{expected.name}_places")]
+    return [reader.finished(name, node, result), replace(copied, name=f"{expected.name}_places")]
 
 
-def _copied(file: File, name: str, expected: ExpectedFunction, result: Result, places: list[int]) -> Read:
+def _copied(file: CFile, name: str, expected: ExpectedFunction, result: Result, places: list[int]) -> Read:
     """Return a result whose entries are those of a block's result at some places."""
     try:
         entries, lines = result.first()
@@ -154,29 +148,73 @@ def _copied(file: File, name: str, expected: ExpectedFunction, result: Result, p
     return Read(expected.name, name, *chosen)
 
 
-def _places(file: File, name: str) -> list[int] | None:
+def _places(file: CFile, name: str) -> list[int] | None:
     """Return the numbers of a table of a file, None if there is no such table."""
-    declared = [one for one in outside(file.text.root) if one.type == "declaration"]
-    found = [one for one in declared if _declares(one, name) or _declares(one, file.prefix + name)]
+    found = _arrays(file, name)
     if not found:
         return None
-    name = name if _declares(found[0], name) else file.prefix + name
-    numbers = [said(one) for one in found[0].children[-2].children[-1].children[1:-1:2]]
-    table = said(found[0])
-    expected = f"static const unsigned short {name}[{len(numbers)}] = {{{', '.join(numbers)}}};"
-    if len(found) > 1 or table != expected or not all(number.isdecimal() for number in numbers):
+    table = PLACES.fullmatch(said(found[0]))
+    numbers = table[2].split(", ") if table else []
+    if len(found) > 1 or table is None or table[1] != str(len(numbers)) or not all(map(str.isdecimal, numbers)):
         raise unread(found[0], "is no table of places")
     return [int(number) for number in numbers]
 
 
-def _declares(node: Node, name: str) -> bool:
-    """Return whether a declarator begins with a name."""
-    declarators = [one.children[0] for one in node.children if one.type == "init_declarator"]
-    return any(one.type == "array_declarator" and said(one.children[0]) == name for one in declarators)
+def _arrays(file: CFile, name: str) -> list[Node]:
+    """Return the declarations of an array that has this name, or that of a header's own, and a value."""
+    found = []
+    for node in outside(file.text.root):
+        declared = node.child_by_field_name("declarator") if node.type == "declaration" else None
+        while declared is not None and declared.type in ("init_declarator", "array_declarator"):
+            declared = declared.child_by_field_name("declarator")
+        if declared is not None and file.within(said(declared)) == name:
+            found.append(node)
+    return found
 
 
-@dataclass
-class CStatements(Statements):
+def _table(file: CFile, expected: ExpectedFunction) -> Read:
+    """Return the numbers of all tables of a function, in the order of the text."""
+    entries: list[Expr] = []
+    lines: list[int] = []
+    for name in (f"{expected.name}_{ending}" for ending in TABLES):
+        for row in (row for node in _arrays(file, name) for row in _rows(node)):
+            cells = [one for one in SYNTAX.meant(row) if one.is_named and not said(one).isdigit()]
+            numbers = [(value, line_of(cell)) for cell in cells for value in _numbers(file, cell)]
+            entries += [value for value, _ in numbers]
+            lines += [line for _, line in numbers]
+            if cells:
+                file.cut(f"{name}:{cells[0].start_byte}", cells[0], cells[-1], name)
+    return Read(expected.name, expected.name, tuple(entries), tuple(lines))
+
+
+def _rows(node: Node) -> list[Node]:
+    """Return the rows of a table, or the list that is all of it."""
+    declared = node.child_by_field_name("declarator")
+    table = declared.child_by_field_name("value") if declared is not None else None
+    if table is None or table.type != "initializer_list":
+        raise unread(node, "is no table")
+    return [one for one in table.children if one.type == "initializer_list"] or [table]
+
+
+def _numbers(file: CFile, node: Node) -> Iterator[Expr]:
+    """Yield the numbers of a cell, or of a list of them."""
+    if node.type == "initializer_list":
+        for one in node.named_children:
+            yield from _numbers(file, one)
+    elif node.type in ("number_literal", "unary_expression"):
+        yield _number(file, "".join(said(node).split()), node)
+    elif node.type != "comment":
+        raise unread(node, "is no number")
+
+
+def _number(file: CFile, decimal: str, node: Node) -> Expr:
+    """Return the number of a literal with its sign."""
+    size = decimal.removeprefix("-")
+    value = file.text.number(size.removesuffix("f") if file.text.real == "float" else size, line_of(node))
+    return file.text.negative(value, line_of(node)) if size != decimal else value
+
+
+class CStatements(CReader):
     """What only C says: blocks of states, loops over them, parts."""
 
     def statement(self, node: Node) -> None:
@@ -186,35 +224,27 @@ class CStatements(Statements):
         elif not (node.type == "preproc_call" and said(node).split() == ["#pragma", "omp", "simd"]):
             super().statement(node)
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read one that sets or copies a whole array, takes sines, or is a part or a loop of this function.
 
         These are `memset(r, 0, sizeof r)`, `memcpy(out, r, sizeof r)`, `sincos_row(…)` and `sincos_rows(…)`.
         """
-        name, own, within = said(node.children[0]), self.file.own, self.file.within
+        (callee, given), own, within = self.call(node), self.file.own, self.file.within
+        name = said(callee)
         if name == COPY:
-            self._copy(node, self.arguments(node))
+            self._copy(node, given)
         elif name == CLEAR:
-            self._clear(node, self.arguments(node))
+            self._clear(node, given)
         elif name == own(f"{self.wanted.name}_solved") and name in self.file.functions:
-            self._solved(node, self.arguments(node))
+            self._solved(node, given)
         elif name == own(SINES) and name in self.file.functions:
-            self._sines(node, self.arguments(node))
+            self._sines(node, given)
         elif name == own(ROWS) and name in self.file.functions:
-            self._rows_of_sines(node, self.arguments(node))
+            self._rows_of_sines(node, given)
         elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", within(name)):
-            self._piece(node, name)
+            self.piece(node, name)
         else:
-            super().call(node)
-
-    def _piece(self, node: Node, name: str) -> None:
-        inner, arguments = parameters(self.file.functions[name]), self.arguments(node)
-        if len(inner) != len(arguments) or len(set(inner)) != len(inner):
-            raise unread(node, f"does not give {name} what it takes")
-        values = {one: self.value(argument) for one, argument in zip(inner, arguments, strict=True)}
-        piece = CStatements(self.file, self.wanted, values, lanes=self.lanes)
-        piece.run(name)
-        self.lanes = piece.lanes
+            super().perform(node)
 
     def _loop(self, node: Node) -> None:
         """Read a loop for state k; what has been set before is common to all."""
@@ -231,16 +261,40 @@ class CStatements(Statements):
         part = PART.fullmatch("".join(said(arguments[2]).split()))
         if part is not None:
             to, source = (self.value(one) for one in arguments[:2])
-            copy_part(node, to, source, int(part[1]), self.names.get(part[2]))
+            self._copy_part(node, to, source, int(part[1]), self.names.get(part[2]))
             return
         self._whole(arguments[1], arguments[2])
         self.copy(self.value(arguments[0]), self.value(arguments[1]), node)
 
+    def _copy_part(self, node: Node, to: Value, source: Value, count: int, array: Value | None) -> None:
+        """Copy some entries of a local array from where they are found to where they go."""
+        if not (isinstance(to, Pointer) and isinstance(source, Pointer) and isinstance(source.memory, Work)):
+            raise unread(node, "is no copy of a local array")
+        if not (isinstance(array, Pointer) and array.memory is source.memory):
+            raise unread(node, "is measured by another array")
+        for place in range(count):
+            to.store(Index(place), source.load(Index(place)), line_of(node))
+
     def _solved(self, node: Node, arguments: list[Node]) -> None:
-        table = _places(self.file, f"{self.wanted.name}_{TABLE_OF_STEPS}")
-        if len(arguments) != 1 or table is None:
+        """Run the steps of a table over the rows of a local array."""
+        table = _places(self.file, f"{self.wanted.name}_steps")
+        r = self.value(arguments[0]) if len(arguments) == 1 else None
+        if table is None or not (isinstance(r, Pointer) and isinstance(r.memory, Work) and r.index == Index(0)):
             raise unread(node, "is no loop over rows")
-        run_steps(node, table, self.value(arguments[0]))
+        (width, *rest), at = table, 0
+        while at < len(rest):
+            step = rest[at : at + 3]
+            at += 3 + 2 * rest[at + 2] if len(step) == 3 else len(rest)
+            terms = rest[at - 2 * step[2] : at] if at <= len(rest) else ()
+            if len(terms) != 2 * step[-1]:
+                raise unread(node, "has a table that ends within a step")
+            rows, factors = [step[0], *terms[1::2]], [r.load(Index(place)) for place in (step[1], *terms[::2])]
+            if any(place % COLUMNS for place in (width, *rows)) or step[0] in rows[1:]:
+                raise unread(node, "has rows that are no whole vectors, or takes a row from itself")
+            for column in range(width):
+                x, *others = (r.load(Index(place + column)) for place in rows)
+                found = RowSolve.stepped(x, factors[0], zip(factors[1:], others, strict=True))
+                r.store(Index(step[0] + column), found, line_of(node))
 
     def _clear(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3 or said(arguments[1]) != "0":
@@ -292,5 +346,5 @@ class CStatements(Statements):
             raise unread(node, str(fault)) from None
 
 
-C = ReadLanguage("C", GRAMMAR, frozenset({"comment"}), read, plain)
+C = ReadLanguage("C", GRAMMAR, read, partial(blanked, unknown=UNKNOWN))
 C_BY_COLUMNS = replace(C, read=read_columns)

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
-from symdyn.graph import Expr, Op
-from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
-from symdyn.verify.written.c_values import MATH, OURS, File, Value
+from symdyn.graph import Op
+from symdyn.verify.written.c_family import MATH, OURS, CFile, CReader, blanked, declared_name, parameters
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
+from symdyn.verify.written.straight_line import Value, takes
 from symdyn.verify.written.syntax import said, unread
 
 if TYPE_CHECKING:
@@ -36,27 +37,18 @@ LOOP = re.compile(r"for\(std::size_ti=0;i<([0-9]+);i\+\+\)\{(\w+)\[i\]=(\w+)\[i\
 NOTHING = re.compile(r"T\*constw=nullptr;")
 
 
-def plain(source: bytes) -> bytes:
-    """Return a header as the grammar takes it: spaces in place of what it does not know, directives aside."""
-
-    def blank(match: re.Match[bytes]) -> bytes:
-        line = source[source.rfind(b"\n", 0, match.start()) + 1 : match.start()]
-        return match[0] if line.startswith(b"#") else b" " * len(match[0])
-
-    return UNKNOWN.sub(blank, source)
-
-
 def read(text: Text) -> TextReading:
     """Return what the functions of a C++ header compute."""
-    file = File(text, _definitions(text.root), GRAMMAR)
+    file = CFile(text, _definitions(text.root), grammar=GRAMMAR)
     functions = []
     for wanted in text.wanted:
         name = f"raw::{wanted.name}"
         if name in file.functions:
-            takes(file, name, [*wanted.arguments, "out"])
-            given = opened(wanted, columns=False, apart=False)
-            CppStatements(file, wanted, given.names).run(name)
-            functions.append(finished(file, name, wanted, given.result))
+            node, reader = file.functions[name], CppStatements(file, wanted)
+            takes(node, parameters(node), [*wanted.arguments, "out"])
+            result = reader.open()
+            reader.body(name)
+            functions.append(reader.finished(name, node, result))
     return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
@@ -88,7 +80,7 @@ INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "declaration_list",
 
 
 @dataclass
-class CppStatements(Statements):
+class CppStatements(CReader):
     """What only C++ says: the type T, functions looked up by `using`."""
 
     used: set[str] = field(default_factory=set)
@@ -126,25 +118,22 @@ class CppStatements(Statements):
         """Return the value of a call; T(0.5) is a number."""
         if said(node.children[0]) != "T":
             return super().called(node)
-        given = self.arguments(node)
+        _, given = self.call(node)
         if len(given) != 1 or given[0].type != "number_literal":
             raise unread(node, "is no constant")
-        self.literal = True
-        value = self.number(given[0])
-        self.literal = False
-        return self._converted(node, value) if isinstance(value, Index) else value
+        return self.converted(node, super().number(given[0]))
 
-    literal: bool = False
-
-    def decimal(self, node: Node, digits: str) -> Expr:
-        """Return the double that T is made of."""
-        if not self.literal:
+    def number(self, node: Node) -> Value:
+        """Return a whole number; a double is none by itself, but what a T is made of."""
+        value = super().number(node)
+        if not isinstance(value, Index):
             raise unread(node, "is a double, and no T")
-        return self.exactly(node, digits)
+        return value
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read `own::sincos_row<n>(…)`, or a part of this function."""
-        name, given = "".join(said(node.children[0]).split()), self.arguments(node)
+        callee, given = self.call(node)
+        name = "".join(said(callee).split())
         row = SINES.fullmatch(name)
         if row is not None and "own::sincos_row" in self.file.functions and len(given) == 3:
             values = [self.value(one) for one in given]
@@ -153,13 +142,9 @@ class CppStatements(Statements):
                 raise unread(node, "does not take three arrays of one length")
             self.sines(node, values, [Index(place) for place in range(int(row[1]))])
         elif name in self.file.functions and re.fullmatch(rf"own::{self.wanted.name}_part[0-9]+", name):
-            inner = parameters(self.file.functions[name])
-            if len(inner) != len(given) or len(set(inner)) != len(inner):
-                raise unread(node, f"does not give {name} what it takes")
-            values_by_name = {one: self.value(argument) for one, argument in zip(inner, given, strict=True)}
-            CppStatements(self.file, self.wanted, values_by_name).run(name)
+            self.piece(node, name)
         else:
-            super().call(node)
+            super().perform(node)
 
     def _copy(self, node: Node, count: int, to: str, source: str) -> None:
         if to not in self.names or source not in self.arrays:
@@ -170,4 +155,4 @@ class CppStatements(Statements):
         self.copy(self.names[to], values, node)
 
 
-CPP = ReadLanguage("C++", GRAMMAR, frozenset({"comment"}), read, plain)
+CPP = ReadLanguage("C++", GRAMMAR, read, partial(blanked, unknown=UNKNOWN))

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.c import definitions
-from symdyn.verify.written.c_statements import Statements, finished, opened, takes
-from symdyn.verify.written.c_values import MATH, File, Value
+from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, parameters
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
-from symdyn.verify.written.syntax import line_of, said, unread
+from symdyn.verify.written.straight_line import Value, takes
+from symdyn.verify.written.syntax import kinds, line_of, said, spaced, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -58,27 +58,22 @@ PARTS = {
 """Every part is computed by one row of blocks, however many rows there are."""
 
 
-def plain(source: bytes) -> bytes:
-    """Return kernels of OpenCL as a grammar of C takes them: spaces in place of what it does not know."""
-    return UNKNOWN.sub(lambda found: b" " * len(found[0]), source)
-
-
 def read(text: Text, grammar: str) -> TextReading:
     """Return what the kernels of a file compute."""
-    file = File(text, definitions(text.root), grammar)
+    file = CFile(text, definitions(text.root), grammar=grammar)
     functions = []
     for wanted in text.wanted:
         name = f"{text.stem}_{wanted.name}"
         if name in file.functions:
-            takes(file, name, ["n", *wanted.arguments, "out"])
-            given = opened(wanted, columns=True, apart=True)
-            given.names["n"] = Index(0, 0, 1)
-            body = KernelStatements(file, wanted, given.names)
-            body.run(name)
-            if body.begun != len(BEGINNING):
-                raise unread(file.functions[name], "does not begin with the number of its state")
-            body.bounded(file.functions[name])
-            functions.append(finished(file, name, wanted, given.result))
+            node, reader = file.functions[name], KernelStatements(file, wanted)
+            takes(node, parameters(node), ["n", *wanted.arguments, "out"])
+            result = reader.open(columns=True, apart=True)
+            reader.names["n"] = Index(0, 0, 1)
+            reader.body(name)
+            if reader.begun != len(BEGINNING):
+                raise unread(node, "does not begin with the number of its state")
+            reader.bounded(node)
+            functions.append(reader.finished(name, node, result))
     return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
@@ -86,7 +81,7 @@ BEGINNING = ("declaration", "if_statement")
 
 
 @dataclass
-class KernelStatements(Statements):
+class KernelStatements(CReader):
     """What only kernels say: which state is theirs, and both sines of an angle at once."""
 
     begun: int = 0
@@ -104,7 +99,7 @@ class KernelStatements(Statements):
                 super().statement(node)
             return
         expected = (STARTS[self.file.grammar], BEYOND)[self.begun]
-        if " ".join(said(node).split()) != expected:
+        if spaced(node) != expected:
             raise unread(node, f"is not {expected}")
         self.begun += 1
         if self.begun == len(BEGINNING):
@@ -112,7 +107,7 @@ class KernelStatements(Statements):
 
     def places(self, node: Node) -> bool:
         """Read where values wait, if that is said here; each thread has every so many-th place."""
-        words = " ".join(said(node).split())
+        words = spaced(node)
         found = PLACES[self.file.grammar].fullmatch(words)
         if found and found[1] == self.real_word and not self.threads and "waiting" not in self.names:
             self.threads, self.size = int(found[3]), int(found[2]) * int(found[3])
@@ -126,14 +121,13 @@ class KernelStatements(Statements):
     def parts(self, node: Node) -> None:
         """Read parts, each a block of its own that finds nothing in the names and places of another one."""
         body = node.children[-1]
-        found = PARTS[self.file.grammar].fullmatch(" ".join(said(node).partition("{")[0].split()))
+        found = PARTS[self.file.grammar].fullmatch(spaced(node).partition(" {")[0])
         if self.divided or not found or body.type != "compound_statement" or len(body.children) != int(found[1]) + 2:
             raise unread(node, "is no loop over the parts of a kernel")
         self.divided, before = True, dict(self.names)
         for number, part in enumerate(body.children[1:-1]):
-            kinds = [one.type for one in part.children]
-            words = " ".join(said(part).partition("{")[0].split())
-            if kinds[::2] != ["if", "compound_statement"] or words != f"if (part == {number})":
+            words = spaced(part).partition(" {")[0]
+            if kinds(part.children)[::2] != ["if", "compound_statement"] or words != f"if (part == {number})":
                 raise unread(part, f"is not part {number} of the kernel")
             if self.threads:
                 before["waiting"] = Pointer(Places(self.size, self.threads))
@@ -144,7 +138,7 @@ class KernelStatements(Statements):
     def bounded(self, node: Node) -> None:
         """Refuse a kernel whose values wait, if its blocks may have more threads than there are places for."""
         bound = BLOCK[self.file.grammar].format(self.threads)
-        if self.threads and bound not in [" ".join(said(one).split()) for one in node.children]:
+        if self.threads and bound not in [spaced(one) for one in node.children]:
             raise unread(node, f"has places for blocks of {self.threads} threads, and not {bound}")
 
     def function_of(self, name: str) -> Op | None:
@@ -175,36 +169,35 @@ class KernelStatements(Statements):
         self.waiting.remove(said(operand))
         return self.names[said(operand)]
 
-    def call(self, node: Node) -> None:
+    def perform(self, node: Node) -> None:
         """Read `sincos(q_1, &s1, &c1)` of CUDA."""
         name = "sincosf" if self.file.text.real == "float" else "sincos"
-        given = self.arguments(node)
-        if self.file.grammar != CUDA_GRAMMAR or said(node.children[0]) != name or len(given) != 3:
-            super().call(node)
+        callee, given = self.call(node)
+        if self.file.grammar != CUDA_GRAMMAR or said(callee) != name or len(given) != 3:
+            super().perform(node)
             return
-        angle, sine, cosine = self.real(given[0]), self.value(given[1]), self.value(given[2])
-        self._sine(node, angle, sine, cosine)
+        angle = self.real(given[0])
+        self._let(given[1], Op.SIN, angle)
+        self._let(given[2], Op.COS, angle)
 
-    def _sine(self, node: Node, angle: Expr, sine: Value, cosine: Value) -> None:
-        if not (isinstance(sine, Pointer) and isinstance(cosine, Pointer)):
-            raise unread(node, "does not set two numbers")
-        sine.store(Index(0), self.file.text.graph.sin(angle), line_of(node))
-        cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
+    def _let(self, node: Node, op: Op, angle: Expr) -> None:
+        """Let a number that waits for it be the sine or the cosine of an angle."""
+        number = self.value(node)
+        if not isinstance(number, Pointer):
+            raise unread(node, "sets no number")
+        number.store(Index(0), self.file.text.graph.function(op, angle), line_of(node))
 
     def called(self, node: Node) -> Value:
         """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, symdyn_again(n) is n."""
         if said(node.children[0]) == "symdyn_again" and "symdyn_again" in self.file.functions:
-            (same,) = self.arguments(node)
-            return self.value(same)
+            return self.value(*self.call(node)[1])
         if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":
             return super().called(node)
-        given = self.arguments(node)
+        _, given = self.call(node)
         if len(given) != 2:
             raise unread(node, "has another number of arguments")
-        angle, cosine = self.real(given[0]), self.value(given[1])
-        if not isinstance(cosine, Pointer):
-            raise unread(node, "does not set a number")
-        cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
+        angle = self.real(given[0])
+        self._let(given[1], Op.COS, angle)
         return self.file.text.graph.sin(angle)
 
 
@@ -223,5 +216,5 @@ class Places(Work):
         return place
 
 
-CUDA = ReadLanguage("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))
-OPENCL = ReadLanguage("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), plain)
+CUDA = ReadLanguage("CUDA", CUDA_GRAMMAR, partial(read, grammar=CUDA_GRAMMAR))
+OPENCL = ReadLanguage("OpenCL", C, partial(read, grammar=C), partial(blanked, unknown=UNKNOWN))

@@ -1,4 +1,4 @@
-"""Where values stand while a function of a C-like language is read: arrays, pointers into them, indices.
+"""Where values stand while a function is read: arrays, pointers into them, indices.
 
 An index is whole numbers times 1, times k, the number of a state in a block, times `stride` and times `reach`, how far
 columns of arguments and of the result are apart: `q[2 * stride + k]` is entry 2 of state k.
@@ -6,11 +6,14 @@ columns of arguments and of the result are apart: `q[2 * stride + k]` is entry 2
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from symdyn.graph import Expr
+
+Spelled = Callable[[int], str]
+"""How a language counts entries of a result: a place from 0 on, as its files say it."""
 
 
 class Fault(Exception):  # noqa: N818  the reader adds the line
@@ -104,13 +107,18 @@ class Result:
     """What a function returns through its last argument: every entry is written once, none is read."""
 
     def __init__(
-        self, size: int, columns: bool = False, before: Sequence[MemoryInputs] = (), reaching: bool = False
+        self,
+        size: int,
+        columns: bool = False,
+        before: Sequence[MemoryInputs] = (),
+        reaching: bool = False,
+        spelled: Spelled = str,
     ) -> None:
         """Wait for `size` entries; the arrays `before` may be the same one, and are not read from then on.
 
         Columns that are `reaching` stand at i * reach + k, others at i * stride + k.
         """
-        self.columns, self.before, self.reaching = columns, before, reaching
+        self.columns, self.before, self.reaching, self.spelled = columns, before, reaching, spelled
         self.entries: list[Expr | None] = [None] * size
         self.lines = [0] * size
 
@@ -122,9 +130,9 @@ class Result:
         """Write an entry of state k."""
         place = place_of(index, self.columns, self.reaching)
         if not 0 <= place < len(self.entries):
-            raise Fault(f"writes entry {place} of a result that has {len(self.entries)}")
+            raise Fault(f"writes entry {self.spelled(place)} of a result that has {len(self.entries)}")
         if self.entries[place] is not None:
-            raise Fault(f"writes entry {place} of the result again")
+            raise Fault(f"writes entry {self.spelled(place)} of the result again")
         self.entries[place], self.lines[place] = value, line
         for given in self.before:
             given.readable = False
@@ -140,17 +148,17 @@ class Result:
         """Return all entries and where each was written."""
         missing = [place for place, entry in enumerate(self.entries) if entry is None]
         if missing:
-            raise Fault(f"never writes entry {missing[0]} of the result")
+            raise Fault(f"never writes entry {self.spelled(missing[0])} of the result")
         return tuple(entry for entry in self.entries if entry is not None), tuple(self.lines)
 
 
 class Work:
     """A local array: entries, or a row of states at each of which state k is looked at."""
 
-    def __init__(self, size: int, row: bool = False) -> None:
-        """Have `size` entries that nobody has written; of a `row` the entry of state k is looked at alone."""
+    def __init__(self, size: int, row: bool = False, filled: Expr | None = None) -> None:
+        """Have `size` entries, `filled` or not written yet; of a `row` the entry of state k is looked at alone."""
         self.size, self.row = size, row
-        self.entries: dict[int, Expr] = {}
+        self.entries: dict[int, Expr] = {} if filled is None else dict.fromkeys(range(size), filled)
 
     def load(self, index: Index) -> Expr:
         """Return what was written there last."""
@@ -178,14 +186,14 @@ class Work:
 class Rows:
     """Rows of states, one after the other."""
 
-    rows: tuple[Work, ...]
+    rows: tuple[Pointer, ...]
 
     def row(self, index: Index) -> Pointer:
         """Return where a row begins."""
         place = place_of(index, columns=False)
         if not 0 <= place < len(self.rows):
             raise Fault(f"is row {place} of a local array of {len(self.rows)}")
-        return Pointer(self.rows[place])
+        return self.rows[place]
 
 
 def place_of(index: Index, columns: bool, reaching: bool = False) -> int:

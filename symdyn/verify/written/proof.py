@@ -9,14 +9,13 @@ from hashlib import sha256
 from pathlib import PurePath
 
 from symdyn.algebra import Redraw
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Graph, Op, Scalar, reachable
 from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import Verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.syntax import fixed_text, letters, parse
-from symdyn.verify.written.verbatim import Verbatim, verbatim
 
 NO_CLAIM = ""
 """The verdict on a file that has just been written and holds no function: it is fixed text, compared with nothing."""
@@ -62,6 +61,53 @@ class Computed:
 
     values: tuple[tuple[int, ...], ...]
     operations: frozenset[Operation]
+
+
+class Verbatim(Graph):
+    """A graph without identities, since numbers of a computer have few; minus a constant alone is a constant.
+
+    x / x is not 1 where x is zero, and (a + b) - b is not a: whatever a file says is an operation, though algebra has
+    none.
+    """
+
+    def add(self, a: Expr, b: Expr) -> Expr:
+        """Return a + b."""
+        return self.node(Op.ADD, a, b)
+
+    def sub(self, a: Expr, b: Expr) -> Expr:
+        """Return a - b."""
+        return self.node(Op.SUB, a, b)
+
+    def mul(self, a: Expr, b: Expr) -> Expr:
+        """Return a b."""
+        return self.node(Op.MUL, a, b)
+
+    def div(self, a: Expr, b: Expr) -> Expr:
+        """Return a / b; a zero below is found where values are taken."""
+        return self.node(Op.DIV, a, b)
+
+    def neg(self, a: Expr) -> Expr:
+        """Return -a."""
+        return super().neg(a) if a.op is Op.CONSTANT else self.node(Op.NEG, a)
+
+    def function(self, op: Op, *args: Scalar) -> Expr:
+        """Return op(args)."""
+        return self.node(op, *map(self.lift, args))
+
+
+def verbatim(outputs: Sequence[Expr], replaced: Mapping[Expr, Expr], graph: Verbatim) -> list[Expr]:
+    """Return nodes of another graph with all their operations, leaves `replaced` or as they are."""
+    found = dict(replaced)
+    for node in reachable(outputs, found):
+        if node in found:
+            continue
+        if node.op is Op.SYMBOL:
+            found[node] = graph.symbol(str(node.value))
+        elif node.op is Op.CONSTANT:
+            found[node] = graph.lift(node.value)  # type: ignore[arg-type]  # a fraction
+        else:
+            found[node] = graph.node(node.op, *(found[one] for one in node.args))
+    return [found[node] for node in outputs]
 
 
 @dataclass(frozen=True)

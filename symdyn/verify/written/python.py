@@ -15,36 +15,27 @@ hands arguments to these functions, and makes arrays of what they return, is fix
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
-from symdyn.verify.written.syntax import line_of, nodes, said, unread
+from symdyn.graph import Op
+from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
+from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-OPERATIONS: Mapping[str, Callable[[Expr, Expr], Expr]] = {
-    "+": Expr.__add__,
-    "-": Expr.__sub__,
-    "*": Expr.__mul__,
-    "/": Expr.__truediv__,
-}
-"""Of floats: `/` is no integer division, since no operand is a whole number."""
-
-SMOOTH = {
-    "sin": Op.SIN,
-    "cos": Op.COS,
-    "sqrt": Op.SQRT,
-    "exp": Op.EXP,
-    "log": Op.LOG,
-    "tanh": Op.TANH,
-    "atan2": Op.ATAN2,
-}
-
+SYNTAX = Syntax(
+    number="float",
+    signed="unary_operator",
+    binary="binary_operator",
+    entry="subscript",
+    called="call",
+    place="integer",
+)
 
 CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=]", re.MULTILINE)
 """A comment that Python reads (PEP 263)."""
@@ -67,6 +58,8 @@ class Dialect:
     builtins: Mapping[str, Op]
 
 
+SMOOTH = {**FUNCTIONS, "atan2": Op.ATAN2}
+
 OF_NUMPY = Dialect("of", "", {**SMOOTH, "sign": Op.SIGN}, {"abs": Op.ABS})
 OF_CASADI = Dialect("", "casadi", {**SMOOTH, "sign": Op.SIGN, "fabs": Op.ABS}, {})
 OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {})
@@ -77,176 +70,79 @@ def read(dialect: Dialect, text: Text) -> TextReading:
     bound = _bound(text.root)
     if CODING.search(b"\n".join(text.source.splitlines()[:2])):
         raise Unread(1, "a comment says that letters are other letters")
-    if dialect.package and [node.type for node in bound.get(dialect.package, [])] != ["import_statement"]:
+    if dialect.package and kinds(bound.get(dialect.package, [])) != ["import_statement"]:
         raise Unread(1, f"{dialect.package} is not imported, or something else has its name")
-    functions: list[Read] = []
-    cuts: list[Cut] = []
+    file = File(text, {name: places[-1] for name, places in bound.items()})
+    functions = []
     for wanted in text.wanted:
         name = f"_{wanted.name}"
-        places = bound.get(name, [])
-        if not places:
-            continue
-        if len(places) > 1 or places[0].type != "function_definition":
-            raise unread(places[-1], f"is not the one plain function {name}")
-        (node,) = places
-        body = node.child_by_field_name("body")
-        assert body is not None, "a definition has a body"
-        try:
-            functions.append(_Function(text, wanted, dialect, frozenset(bound)).read(node, body))
-        except RecursionError:
-            raise unread(node, "nests its expressions too deeply") from None
-        cuts.append(Cut(body.start_byte, body.end_byte, name))
-    return TextReading(tuple(functions), tuple(cuts))
+        if name in bound:
+            if kinds(bound[name]) != ["function_definition"]:
+                raise unread(bound[name][-1], f"is not the one plain function {name}")
+            functions.append(PythonReader(file, wanted, dialect=dialect).read(name))
+    return TextReading(tuple(functions), tuple(file.cuts.values()))
 
 
 def _bound(root: Node) -> dict[str, list[Node]]:
     """Return the statements that bind each name of the module, by their type those of definitions and imports."""
     found: dict[str, list[Node]] = {}
     for statement in root.children:
+        words: list[Node] = []
         inner = statement.child_by_field_name("definition")
         for node in (statement, inner) if inner is not None else (statement,):
             name = node.child_by_field_name("name")
             if node.type in ("function_definition", "class_definition") and name is not None:
-                found.setdefault(said(name), []).append(statement)
+                words.append(name)
         if statement.type in ("import_statement", "import_from_statement"):
-            words = [said(one) for one in nodes(statement) if one.type == "identifier"]
-            for word in words if statement.type == "import_statement" else words[1:]:
-                found.setdefault(word, []).append(statement)
+            imported = [one for one in nodes(statement) if one.type == "identifier"]
+            words += imported[statement.type == "import_from_statement" :]
         if statement.type == "expression_statement" and statement.children[0].type == "assignment":
             left = statement.children[0].child_by_field_name("left")
-            for one in nodes(left) if left is not None else ():
-                if one.type == "identifier":
-                    found.setdefault(said(one), []).append(statement)
+            words += [one for one in nodes(left) if one.type == "identifier"] if left is not None else []
+        for word in words:
+            found.setdefault(said(word), []).append(statement)
     return found
 
 
 @dataclass
-class _Function:
-    """A function that is being read: what its names stand for, each set once."""
+class PythonReader(Reader):
+    """What only Python says: functions that are handed in or held by a package, a tuple at the end.
 
-    text: Text
-    wanted: ExpectedFunction
-    dialect: Dialect
-    bound: frozenset[str]
-    names: dict[str, Expr] = field(default_factory=dict)
+    Attributes:
+        dialect: how functions are called.
+        calls: functions that were taken out of what is handed in.
+    """
+
+    syntax = SYNTAX
+    dialect: Dialect = OF_NUMPY
     calls: dict[str, Op] = field(default_factory=dict)
 
-    def read(self, node: Node, body: Node) -> Read:
-        """Return what it computes."""
-        taken = [self.dialect.handed] * bool(self.dialect.handed) + [*self.wanted.arguments]
+    def read(self, name: str) -> Read:
+        """Return what the function computes."""
+        node, handed = self.file.functions[name], self.dialect.handed
+        taken = [*([handed] if handed else []), *self.wanted.arguments]
         listed = node.child_by_field_name("parameters")
-        found = [said(one) for one in listed.children[1:-1:2]] if listed is not None else []
-        plain = ["def", "identifier", "parameters", ":", *("comment",) * (len(node.children) - 5), "block"]
-        if found != taken or [one.type for one in node.children] != plain:
-            raise unread(node, f"takes {', '.join(found)}, not {', '.join(taken)}")
-        statements = [one for one in body.children if one.type != "comment"]
-        for statement in statements[:-1]:
-            self._statement(statement)
-        return self._result(statements[-1])
+        takes(node, [said(one) for one in listed.children[1:-1:2]] if listed is not None else [], taken)
+        SYNTAX.shaped(node, "is no plain function", "def", "identifier", "parameters", ":", "block")
+        self.open(numbers=False)
+        del self.names["out"]
+        self.file.cut(name, node.children[-1])
+        *statements, last = SYNTAX.meant(node.children[-1])
+        self.run(statements)
+        return self._result(last, name)
 
-    def _statement(self, node: Node) -> None:
+    def statement(self, node: Node) -> None:
         """Read `x1 = …`, or `sin = of.sin`."""
-        if node.type != "expression_statement" or [one.type for one in node.children] != ["assignment"]:
-            raise unread(node, "is no statement that is read here")
-        if [one.type for one in node.children[0].children[:2]] != ["identifier", "="] or len(
-            node.children[0].children
-        ) != 3:
+        (inner,) = SYNTAX.shaped(node, "is no statement that is read here", "assignment")
+        if kinds(inner.children)[:2] != ["identifier", "="] or len(inner.children) != 3:
             raise unread(node, "is no assignment that is read here")
-        left, _, right = node.children[0].children
-        name = said(left)
-        if name in self.names or name in self.calls or name in (*self.wanted.arguments, self.dialect.handed):
+        left, _, right = inner.children
+        if said(left) in self.calls or said(left) == self.dialect.handed:
             raise unread(left, "has a value already")
-        if name == self.dialect.package or name in self.dialect.builtins:
-            raise unread(left, "hides what is called by this name")
         if self.dialect.handed and right.type == "attribute":
-            self.calls[name] = self._handed(right)
+            self.calls[self.fresh(left)] = self._handed(right)
         else:
-            self.names[name] = self.value(right)
-
-    def _result(self, node: Node) -> Read:
-        if node.type != "return_statement" or [one.type for one in node.children] != ["return", "tuple"]:
-            raise unread(node, "does not return a tuple")
-        inner = [one for one in node.children[1].children[1:-1] if one.type != "comment"]
-        listed, commas = inner[::2], inner[1::2]
-        if any(one.type != "," for one in commas):
-            raise unread(node.children[1], "is no tuple that is read here")
-        if len(listed) != self.wanted.size:
-            raise unread(node, f"has {len(listed)} entries, not {self.wanted.size}")
-        entries = tuple(self.value(one) for one in listed)
-        return Read(self.wanted.name, f"_{self.wanted.name}", entries, tuple(line_of(one) for one in listed))
-
-    # Expressions
-
-    def value(self, node: Node) -> Expr:
-        """Return the number that an expression is."""
-        meaning = VALUES.get(node.type)
-        if meaning is None:
-            raise unread(node, "is no expression that is read here")
-        children = [one for one in node.children if one.type != "comment"] if node.child_count else []
-        return meaning(self, children, node)
-
-    def _name(self, _: list[Node], node: Node) -> Expr:
-        name = said(node)
-        if name not in self.names:
-            raise unread(node, "has no value yet")
-        return self.names[name]
-
-    def _number(self, _: list[Node], node: Node) -> Expr:
-        return self.text.number(said(node), line_of(node))
-
-    def _inner(self, children: list[Node], node: Node) -> Expr:
-        if len(children) != 3:
-            raise unread(node, "is no expression that is read here")
-        return self.value(children[1])
-
-    def _signed(self, children: list[Node], node: Node) -> Expr:
-        operator, operand = children
-        if operator.type != "-":
-            raise unread(node, "is no sign of a number")
-        return self.text.negative(self.value(operand), line_of(node))
-
-    def _binary(self, children: list[Node], node: Node) -> Expr:
-        left, operator, right = children
-        if operator.type not in OPERATIONS:
-            raise unread(node, "is no operation that is read here")
-        try:
-            return OPERATIONS[operator.type](self.value(left), self.value(right))
-        except ZeroDivisionError:
-            raise unread(node, "divides by zero") from None
-
-    def _entry(self, children: list[Node], node: Node) -> Expr:
-        """Return an entry of an argument, which arrays and sequences count from 0."""
-        if [one.type for one in children] != ["identifier", "[", "integer", "]"]:
-            raise unread(node, "is no entry of an argument")
-        entries = self.wanted.arguments.get(said(children[0]))
-        digits = said(children[2])
-        if entries is None or not (digits.isascii() and digits.isdigit()):
-            raise unread(node, "is no entry of an argument")
-        if int(digits) >= len(entries):
-            raise unread(node, f"is entry {digits} of {said(children[0])}, which has {len(entries)}")
-        return entries[int(digits)]
-
-    def _called(self, children: list[Node], node: Node) -> Expr:
-        callee, listed = children
-        inner = [one for one in listed.children if one.type != "comment"]
-        op, arguments = self._function(callee), inner[1:-1:2]
-        commas = [one.type for one in inner[2:-1:2]]
-        if op is None or listed.type != "argument_list" or any(one != "," for one in commas):
-            raise unread(node, "is no function that is read here")
-        if len(arguments) != (2 if op is Op.ATAN2 else 1):
-            raise unread(node, "has another number of arguments")
-        return self.text.graph.function(op, *map(self.value, arguments))
-
-    def _function(self, node: Node) -> Op | None:
-        """Return which operation is called, None for none that is known."""
-        if node.type == "identifier":
-            hidden = said(node) in self.bound
-            return self.calls.get(said(node)) or (None if hidden else self.dialect.builtins.get(said(node)))
-        children = node.children
-        if [one.type for one in children] == ["identifier", ".", "identifier"] and self.dialect.package:
-            held = said(children[0]) == self.dialect.package
-            return self.dialect.functions.get(said(children[2])) if held else None
-        return None
+            self.set(left, self.real(right))
 
     def _handed(self, node: Node) -> Op:
         """Return which operation `of.sin` is."""
@@ -255,21 +151,30 @@ class _Function:
             raise unread(node, "is no function that is read here")
         return self.dialect.functions[words[2]]
 
+    def hides(self, name: str) -> bool:
+        """Tell whether a name is one of something else."""
+        return name == self.dialect.package or name in self.dialect.builtins
 
-VALUES: Mapping[str, Callable[[_Function, list[Node], Node], Expr]] = {
-    "identifier": _Function._name,
-    "float": _Function._number,
-    "parenthesized_expression": _Function._inner,
-    "unary_operator": _Function._signed,
-    "binary_operator": _Function._binary,
-    "subscript": _Function._entry,
-    "call": _Function._called,
-}
-"""Types of nodes that are expressions."""
+    def _result(self, node: Node, name: str) -> Read:
+        if node.type != "return_statement" or kinds(node.children) != ["return", "tuple"]:
+            raise unread(node, "does not return a tuple")
+        listed = SYNTAX.listed(node.children[1], "is no tuple that is read here")
+        if len(listed) != self.wanted.size:
+            raise unread(node, f"has {len(listed)} entries, not {self.wanted.size}")
+        return Read(self.wanted.name, name, tuple(map(self.real, listed)), tuple(map(line_of, listed)))
+
+    def function(self, node: Node) -> Op | None:
+        """Return which operation is called, None if none that is known."""
+        if node.type == "identifier":
+            hidden = said(node) in self.file.functions
+            return self.calls.get(said(node)) or (None if hidden else self.dialect.builtins.get(said(node)))
+        words = [said(one) for one in node.children] if node.type == "attribute" else []
+        held = words[:2] == [self.dialect.package, "."] and len(words) == 3
+        return self.dialect.functions.get(words[2]) if held else None
 
 
 def _language(title: str, dialect: Dialect) -> ReadLanguage:
-    return ReadLanguage(title, "tree_sitter_python", frozenset({"comment"}), partial(read, dialect))
+    return ReadLanguage(title, "tree_sitter_python", partial(read, dialect))
 
 
 NUMPY = _language("Python with NumPy", OF_NUMPY)

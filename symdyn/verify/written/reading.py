@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from symdyn.graph import Expr, Graph
 from symdyn.verify.written.nearest import nearest
@@ -15,7 +17,7 @@ from symdyn.verify.written.nearest import nearest
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,4})?")
+DECIMAL = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*)?([eE][+-]?[0-9]{1,4})?")
 
 
 class Unread(Exception):  # noqa: N818  a verdict, not an error
@@ -119,6 +121,12 @@ class Read:
     entries: tuple[Expr, ...]
     lines: tuple[int, ...]
 
+    def by_rows(self, shape: tuple[int, ...]) -> Read:
+        """Return a result of some shape row by row, whose entries stand column by column."""
+        places = np.arange(len(self.entries)).reshape(shape[::-1]).T.ravel().tolist()
+        entries, lines = tuple(self.entries[place] for place in places), tuple(self.lines[place] for place in places)
+        return replace(self, entries=entries, lines=lines)
+
 
 @dataclass(frozen=True)
 class Cut:
@@ -144,13 +152,13 @@ class ReadLanguage:
     Attributes:
         title: what reports call it.
         grammar: module of its grammar.
-        comments: node types of comments.
         read: its meaning.
         plain: a file as the grammar takes it, each byte at its place: blanks where there is a macro, say.
+        comments: node types of comments.
     """
 
     title: str
     grammar: str
-    comments: frozenset[str]
     read: Callable[[Text], TextReading]
     plain: Callable[[bytes], bytes] = bytes
+    comments: frozenset[str] = frozenset({"comment"})

@@ -14,439 +14,280 @@ share memory.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Union
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
-from symdyn.verify.written.syntax import line_of, nodes, said, unread
+from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Result, Rows, Work
+from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading
+from symdyn.verify.written.straight_line import File, Reader, Syntax, Value, takes
+from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-OPERATIONS: Mapping[str, Callable[[Expr, Expr], Expr]] = {
-    "+": Expr.__add__,
-    "-": Expr.__sub__,
-    "*": Expr.__mul__,
-    "/": Expr.__truediv__,
-}
+COMMENTS = frozenset({"line_comment", "block_comment"})
 
-OURS = {
-    "sine_of": Op.SIN,
-    "cosine_of": Op.COS,
-    "sqrt_of": Op.SQRT,
-    "exp_of": Op.EXP,
-    "log_of": Op.LOG,
-    "tanh_of": Op.TANH,
-    "abs_of": Op.ABS,
-    "sign_of": Op.SIGN,
-    "atan2_of": Op.ATAN2,
-}
-"""Functions of the file."""
+SYNTAX = Syntax(
+    number="float_literal",
+    entry="index_expression",
+    arguments="arguments",
+    place="integer_literal",
+    silent=COMMENTS,
+    functions={
+        "sine_of": Op.SIN,
+        "cosine_of": Op.COS,
+        "sqrt_of": Op.SQRT,
+        "exp_of": Op.EXP,
+        "log_of": Op.LOG,
+        "tanh_of": Op.TANH,
+        "abs_of": Op.ABS,
+        "sign_of": Op.SIGN,
+        "atan2_of": Op.ATAN2,
+    },
+)
+"""Functions are those of the file."""
 
 REALS = {"double": "f64", "float": "f32"}
 
 STATE = "k"
 
+K = Index(0, 1)
+
 LARGEST = 1 << 16
 """No memory of a function has more entries."""
-
-WHOLE = re.compile(r"0|[1-9][0-9]*")
-
-
-@dataclass
-class Array:
-    """Numbers of one state.
-
-    Attributes:
-        entries: as they are now.
-        laned: whether there are many states, so that entries stand at [k] of their rows.
-        once: whether each entry is written once, as those of a result are.
-        fixed: whether nothing may be written.
-        written: by place, the line where it was written.
-    """
-
-    entries: list[Expr]
-    laned: bool
-    once: bool = False
-    fixed: bool = False
-    written: dict[int, int] = field(default_factory=dict)
-
-
-Value = Union[Expr, Array]
 
 
 def read(text: Text) -> TextReading:
     """Return what the functions of a module compute."""
-    functions: dict[str, list[Node]] = {}
+    functions: dict[str, Node] = {}
     for node in text.root.children:
-        name = node.child_by_field_name("name")
-        if name is not None:
-            functions.setdefault(said(name), []).append(node)
-    file = _File(text, functions)
+        named = node.child_by_field_name("name")
+        if named is not None and said(named) in functions:
+            raise unread(named, "is defined twice")
+        if named is not None:
+            functions[said(named)] = node
+    file = File(text, functions)
     found = []
     for wanted in text.wanted:
-        for ending in ("", "_block"):
-            if f"{wanted.name}{ending}" in functions:
-                found.append(file.function(wanted, f"{wanted.name}{ending}"))
+        for name, laned in ((wanted.name, False), (f"{wanted.name}_block", True)):
+            if name in functions:
+                found.append(_read(file, wanted, name, laned))
     return TextReading(tuple(found), tuple(file.cuts.values()))
 
 
-@dataclass
-class _File:
-    """A file that is being read; `cuts` are the bodies that were."""
+def _read(file: File, wanted: ExpectedFunction, name: str, laned: bool) -> Read:
+    """Return what a function computes, of one state or of a block."""
+    parameters, body = _parts(file, name, file.functions[name])
+    types = dict(said(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
+    rows = re.fullmatch(r"&mut \[\[\w+; ([0-9]+)\]; [0-9]+\]", types.get("out", ""))
+    reader = RustReader(file, wanted, lanes=int(rows[1]) if laned and rows else 0)
+    result = reader.open(columns=laned, apart=True)
+    if not (wanted.shape or laned):
+        del reader.names["out"]
+    for one, value in [*reader.names.items()]:
+        size = wanted.size if one == "out" else len(wanted.arguments[one])
+        if types.get(one) != reader.kind(value, one in wanted.scalars):
+            raise unread(parameters, f"has no {one} of {size} entries")
+        if isinstance(value, Pointer) and "[[" in types[one]:
+            reader.names[one] = Rows(tuple(Pointer(value.memory, Index(0, 0, row)) for row in range(size)))
+    takes(parameters, [*types], [*reader.names])
+    *statements, last = SYNTAX.meant(body)[1:-1]
+    if "out" in reader.names:
+        reader.run([*statements, last])
+    else:
+        reader.run(statements)
+        result.store(Index(0), reader.real(last), line_of(body))
+    return reader.finished(name, body, result)
 
-    text: Text
-    functions: Mapping[str, list[Node]]
-    cuts: dict[str, Cut] = field(default_factory=dict)
 
-    def body(self, name: str, at: Node) -> tuple[Node, Node]:
-        """Return parameters and body of the one function of a name."""
-        places = self.functions.get(name, [])
-        if len(places) != 1 or places[0].type != "function_item":
-            raise unread(at, f"there is not one function {name}")
-        parameters, body = (places[0].child_by_field_name(key) for key in ("parameters", "body"))
-        if parameters is None or body is None:
-            raise unread(places[0], "is no whole function")
-        if places[0].child_by_field_name("type_parameters") is not None:
-            raise unread(places[0], "has parameters of types")
-        self.cuts[name] = Cut(body.start_byte, body.end_byte, name)
-        return parameters, body
-
-    def function(self, requested: ExpectedFunction, name: str) -> Read:
-        """Return what a function computes, of one state or of a block."""
-        parameters, body = self.body(name, self.functions[name][0])
-        real, zero = REALS[self.text.real], self.text.graph.zero
-        laned = name != requested.name
-        found = dict(said(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
-        names: dict[str, Value] = {}
-        lanes = 0
-        for argument, symbols in requested.arguments.items():
-            kind = found.get(argument, "")
-            rows = re.fullmatch(rf"&\[\[{real}; ([0-9]+)\]; {len(symbols)}\]", kind)
-            row = re.fullmatch(rf"&\[{real}; ([0-9]+)\]", kind) if laned and argument in requested.scalars else None
-            if kind == real and argument in requested.scalars and not laned:
-                names[argument] = symbols[0]
-            elif laned and (rows or row):
-                lanes = int((rows or row)[1])  # type: ignore[index]
-                names[argument] = Array([*symbols], True, fixed=True)
-            elif kind == f"&[{real}; {len(symbols)}]":
-                names[argument] = Array([*symbols], False, fixed=True)
-            else:
-                raise unread(parameters, f"has no {argument} of {len(symbols)} entries")
-        expected = [*requested.arguments]
-        result = Array([zero] * requested.size, laned, once=True)
-        if requested.shape or laned:
-            kind = found.get("out", "")
-            many = re.fullmatch(rf"&mut \[\[{real}; ([0-9]+)\]; {requested.size}\]", kind)
-            if laned and many:
-                lanes = int(many[1])
-            elif laned or kind != f"&mut [{real}; {requested.size}]":
-                raise unread(parameters, f"has no out of {requested.size} entries")
-            expected.append("out")
-            names["out"] = result
-        if [*found] != expected:
-            raise unread(parameters, f"is not ({', '.join(expected)})")
-        try:
-            value = _Function(self, names, lanes).run(body)
-        except RecursionError:
-            raise unread(body, "nests its expressions too deeply") from None
-        if not requested.shape and not laned:
-            if value is None:
-                raise unread(body, "has no value")
-            return Read(requested.name, name, (value,), (line_of(body),))
-        missing = [place for place in range(requested.size) if place not in result.written]
-        if missing or value is not None:
-            raise unread(body, f"leaves entry {missing[0]} as it is" if missing else "has a value")
-        return Read(
-            requested.name, name, tuple(result.entries), tuple(result.written[k] for k in range(requested.size))
-        )
+def _parts(file: File, name: str, at: Node) -> tuple[Node, Node]:
+    """Return parameters and body of a function, which is read by that."""
+    node = file.functions.get(name)
+    if node is None or node.type != "function_item":
+        raise unread(at, f"there is no function {name}")
+    parameters, body = (node.child_by_field_name(key) for key in ("parameters", "body"))
+    if parameters is None or body is None:
+        raise unread(node, "is no whole function")
+    if node.child_by_field_name("type_parameters") is not None:
+        raise unread(node, "has parameters of types")
+    file.cut(name, body)
+    return parameters, body
 
 
 @dataclass
-class _Function:
-    """A function that is being read: what its names stand for now, how many states stand side by side."""
+class RustReader(Reader):
+    """What only Rust says: names that are set anew, memory of zeros, sines in pairs, loops over the states of a block.
 
-    file: _File
-    names: dict[str, Value]
-    lanes: int
-    looping: bool = False
+    Attributes:
+        lanes: how many states stand side by side, 0 for one.
+    """
 
-    def run(self, body: Node) -> Expr | None:
-        """Read statements, and return the value at their end, None for none."""
-        statements = [one for one in body.children[1:-1] if "comment" not in one.type]
-        for k, node in enumerate(statements):
-            if node.type == "let_declaration":
-                self._let(node)
-            elif node.type == "expression_statement":
-                self._statement(node)
-            elif node.type == "for_expression":
-                self._loop(node)
-            elif k == len(statements) - 1:
-                return self.value(node)
-            else:
-                raise unread(node, "is no statement that is read here")
-        return None
+    syntax = SYNTAX
+    lanes: int = 0
+
+    def statement(self, node: Node) -> None:
+        """Read one statement."""
+        inner = node.children[0] if kinds(node.children) == ["for_expression"] else node
+        if node.type == "let_declaration":
+            self._let(node)
+        elif inner.type == "for_expression":
+            self._loop(inner)
+        elif node.type == "expression_statement" and kinds(node.children) == ["call_expression", ";"]:
+            self._part(node.children[0])
+        elif node.type == "expression_statement" and kinds(node.children) == ["assignment_expression", ";"]:
+            self._assign(node.children[0])
+        else:
+            super().statement(node)
 
     def _let(self, node: Node) -> None:
-        kinds = [one.type for one in node.children if one.type != "mutable_specifier"]
+        found = [one for one in kinds(node.children) if one != "mutable_specifier"]
         pattern, value = node.child_by_field_name("pattern"), node.child_by_field_name("value")
-        if pattern is None or value is None or kinds[0] != "let" or kinds[2:] != ["=", value.type, ";"]:
+        if pattern is None or value is None or found[0] != "let" or found[2:] != ["=", value.type, ";"]:
             raise unread(node, "is no declaration that is read here")
-        mutable = len(kinds) != len(node.children)
+        mutable = len(found) != len(node.children)
         if pattern.type == "_":
-            plain = ("tuple_expression", "reference_expression", "identifier", "(", ")", ",", "&")
-            told = [said(one) for one in nodes(value) if one.type == "identifier"]
-            if any(one.type not in plain for one in nodes(value)) or any(name not in self.names for name in told):
+            plain = {"tuple_expression", "reference_expression", "identifier", "(", ")", ",", "&"}
+            told = {said(one) for one in nodes(value) if one.type == "identifier"}
+            if {*kinds(nodes(value))} - plain or told - self.names.keys():
                 raise unread(node, "is no statement that is read here")
         elif pattern.type == "tuple_pattern":
-            names = [one for one in pattern.children[1:-1] if one.type != ","]
-            if len(names) != 2 or any(one.type != "identifier" for one in names) or mutable:
+            names = SYNTAX.listed(pattern, "is no pair of names")
+            if len(names) != 2 or mutable:
                 raise unread(pattern, "is no pair of names")
             for name, array in zip(names, self._sincos(value), strict=True):
-                self._name(name, array)
+                self.set(name, array)
         elif value.type in ("reference_expression", "array_expression"):
-            self._name(pattern, self._memory(value, mutable))
+            self.set(pattern, self._memory(value, mutable))
         elif mutable:
             raise unread(node, "may change, which no number does here")
         else:
-            self._name(pattern, self.value(value))
+            self.set(pattern, self.real(value))
 
-    def _name(self, node: Node, value: Value) -> None:
+    def fresh(self, node: Node) -> str:
+        """Return a name that is given to something, or from now on to something else."""
         name = said(node)
-        if node.type != "identifier" or name in ("out", STATE) or name in self.file.functions or "#" in name:
+        if node.type != SYNTAX.name or name in ("out", STATE) or name in self.file.functions or "#" in name:
             raise unread(node, "is no name that is given here")
-        if isinstance(self.names.get(name), Array) and self.names[name].fixed:  # type: ignore[union-attr]
+        if name in self.wanted.arguments and name in self.names:
             raise unread(node, "is an argument")
-        self.names[name] = value
+        return name
 
-    def _memory(self, node: Node, mutable: bool) -> Array:
+    def _memory(self, node: Node, mutable: bool) -> Value:
         """Return memory of zeros: `&mut [0.0; 6]`, or `[[0.0; 64]; 6]` that may change."""
         plain = re.fullmatch(r"&mut \[0\.0; ([0-9]+)\]", said(node))
         many = re.fullmatch(rf"\[\[0\.0; {self.lanes}\]; ([0-9]+)\]", said(node))
         found = many if mutable else plain
         if found is None or (many is not None and not self.lanes) or int(found[1]) > LARGEST:
             raise unread(node, "is no memory that is read here")
-        return Array([self.file.text.graph.zero] * int(found[1]), mutable)
+        size, zero = int(found[1]), self.file.text.graph.zero
+        if many is None:
+            return Pointer(Work(size, filled=zero))
+        return Rows(tuple(Pointer(Work(1, row=True, filled=zero)) for _ in range(size)))
 
-    def _statement(self, node: Node) -> None:
-        if [one.type for one in node.children] not in (["assignment_expression", ";"], ["call_expression", ";"]):
-            if [one.type for one in node.children] == ["for_expression"]:
-                self._loop(node.children[0])
-                return
-            raise unread(node, "is no statement that is read here")
-        inner = node.children[0]
-        if inner.type == "call_expression":
-            self._part(inner)
-            return
-        left, operator, right = inner.children
+    def _assign(self, node: Node) -> None:
+        left, operator, right = SYNTAX.meant(node)
         if operator.type != "=":
             raise unread(node, "is no assignment that is read here")
         if left.type == "tuple_expression":
-            places = [one for one in left.children[1:-1] if one.type != ","]
+            places = SYNTAX.listed(left, "is no pair of rows")
             if len(places) != 2:
                 raise unread(left, "is no pair of rows")
             for one, row in zip(places, self._sincos(right), strict=True):
-                self._row(one, row)
-        elif left.type == "unary_expression":
+                self._row(one).store(K, row.load(K), line_of(one))
+        elif left.type == SYNTAX.signed:
             self._copy(left, right)
         else:
-            value = self.value(right)
-            array, place = self._place(left)
-            self._write(array, place, value, left)
+            self.store(left, self.real(right))
 
     def _copy(self, left: Node, right: Node) -> None:
         """Read `*out = *r`."""
-        to, found = self.names.get(said(left)[1:]), self.names.get(said(right)[1:])
-        stars = said(left)[0] == said(right)[0] == "*"
-        if not (stars and isinstance(to, Array) and isinstance(found, Array) and len(to.entries) == len(found.entries)):
+        to, source = self.names.get(said(left)[1:]), self.names.get(said(right)[1:])
+        stars = said(left)[0] == said(right)[0] == "*" and right.type == SYNTAX.signed
+        if to is None or source is None or not stars or self.kind(to) != self.kind(source):
             raise unread(left, "is no copy of an array")
-        if to.laned or found.laned or right.type != "unary_expression":
-            raise unread(left, "is no copy of an array")
-        for place, value in enumerate(found.entries):
-            if place not in found.written:
-                raise unread(right, f"has no entry {place} yet")
-            self._write(to, place, value, left, found.written[place])
-
-    def _row(self, node: Node, array: Array) -> None:
-        """Write a row of states: `w[1]` of a block."""
-        kinds = [one.type for one in node.children]
-        to = self.names.get(said(node.children[0])) if kinds == ["identifier", "[", "integer_literal", "]"] else None
-        if not isinstance(to, Array) or not to.laned or not array.laned or self.looping or len(array.entries) != 1:
-            raise unread(node, "is no row")
-        self._write(to, self._digits(node.children[2]), array.entries[0], node)
-
-    def _write(self, array: Array, place: int, value: Expr, node: Node, line: int = 0) -> None:
-        if array.fixed or place >= len(array.entries) or (array.once and place in array.written):
-            raise unread(node, "is no entry that may be written, or one that is written already")
-        array.entries[place] = value
-        array.written[place] = line or line_of(node)
+        self.copy(to, source, left)
 
     def _loop(self, node: Node) -> None:
         """Read `for k in 0..64 { … }` over all states of a block."""
         pattern, value, body = (node.child_by_field_name(key) for key in ("pattern", "value", "body"))
         if pattern is None or value is None or body is None:
             raise unread(node, "is no whole loop")
-        if not self.lanes or self.looping or said(pattern) != STATE or said(value) != f"0..{self.lanes}":
+        before = self.names
+        if not self.lanes or STATE in before or said(pattern) != STATE or said(value) != f"0..{self.lanes}":
             raise unread(node, "is no loop over the states of a block")
-        inside = _Function(self.file, dict(self.names), self.lanes, looping=True)
-        if inside.run(body) is not None:
-            raise unread(body, "has a value")
+        self.names = {**before, STATE: K}
+        self.run(SYNTAX.meant(body)[1:-1])
+        self.names = before
 
     def _part(self, node: Node) -> None:
         """Read the call of a part of this function, which works on the same memory."""
-        callee, listed = node.children
-        given = [one for one in listed.children[1:-1] if one.type != ","]
-        if callee.type != "identifier" or any(one.type != "identifier" for one in given):
+        callee, given = self.call(node)
+        if {callee.type, *kinds(given)} != {SYNTAX.name}:
             raise unread(node, "is no call that is read here")
-        parameters, body = self.file.body(said(callee), node)
-        names, real = {}, REALS[self.file.text.real]
+        parameters, body = _parts(self.file, said(callee), node)
         found = [one for one in parameters.children if one.type == "parameter"]
         if len(found) != len(given):
             raise unread(node, "has another number of arguments")
+        names = {}
         for parameter, one in zip(found, given, strict=True):
             name, kind = said(parameter).split(": ", 1)
             value = self.names.get(said(one))
-            if isinstance(value, Array):
-                wanted = f"&{'' if value.fixed else 'mut '}[{real}; {len(value.entries)}]"
-                fits = kind == wanted and not value.laned
-            else:
-                fits = kind == real and value is not None
-            if not fits or value is None:
+            if value is None or kind != self.kind(value):
                 raise unread(one, f"is no {kind}")
             names[name] = value
-        if _Function(self.file, names, 0).run(body) is not None:
-            raise unread(body, "has a value")
+        RustReader(self.file, self.wanted, names).run(SYNTAX.meant(body)[1:-1])
 
-    def _sincos(self, node: Node) -> tuple[Array, Array]:
+    def kind(self, value: Value, scalar: bool = False) -> str:
+        """Return the type that a number or an array is handed on as, "" for what is not; `scalar` is one a state."""
+        real = REALS[self.file.text.real]
+        memory = value.memory if isinstance(value, Pointer) else None
+        if isinstance(memory, Work):
+            return "" if memory.row else f"&mut [{real}; {memory.size}]"
+        if isinstance(memory, MemoryInputs | Result):
+            entry = f"[{real}; {self.lanes}]" if memory.columns else real
+            array = entry if memory.columns and scalar else f"[{entry}; {len(memory.entries)}]"
+            return f"&{array}" if isinstance(memory, MemoryInputs) else f"&mut {array}"
+        return real if isinstance(value, Expr) else ""
+
+    def _sincos(self, node: Node) -> tuple[Pointer, Pointer]:
         """Return sines and cosines: of `&[x, y]`, or of a row of a block."""
-        kinds = [one.type for one in node.children]
-        if kinds != ["identifier", "arguments"] or said(node.children[0]) != "sincos" or "sincos" in self.names:
+        callee, given = self.call(node) if node.type == SYNTAX.called else (node, [])
+        if said(callee) != "sincos" or "sincos" not in self.file.functions or kinds(given) != ["reference_expression"]:
             raise unread(node, "is no pair of sines and cosines")
-        inner = node.children[1].children
-        if [one.type for one in inner] != ["(", "reference_expression", ")"] or len(inner[1].children) != 2:
-            raise unread(node, "is no pair of sines and cosines")
-        what, laned = inner[1].children[1], False
-        if what.type == "array_expression":
-            listed = [one for one in what.children[1:-1] if one.type != ","]
-            if any(said(one) == ";" for one in listed):
-                raise unread(what, "is no list of angles")
-            angles = [self.value(one) for one in listed]
+        _, what = given[0].children
+        row = what.type != "array_expression"
+        if row:
+            angles = [self._row(what).load(K)]
         else:
-            kinds = [one.type for one in what.children]
-            array = self.names.get(said(what.children[0])) if kinds and kinds[0] == "identifier" else None
-            scalar = self.names.get(said(what)) if what.type == "identifier" else None
-            if isinstance(scalar, Array) and scalar.laned and len(scalar.entries) == 1:
-                angles = scalar.entries[:]
-            elif isinstance(array, Array) and array.laned and kinds == ["identifier", "[", "integer_literal", "]"]:
-                angles = [self._entry_of(array, self._digits(what.children[2]), what)]
-            else:
-                raise unread(what, "is no row of angles")
-            laned = True
-            if self.looping:
-                raise unread(what, "is no row inside of a loop")
-        graph = self.file.text.graph
-        return Array([graph.sin(x) for x in angles], laned), Array([graph.cos(x) for x in angles], laned)
+            angles = [self.real(one) for one in SYNTAX.listed(what, "is no list of angles")]
+        found = Work(len(angles), row), Work(len(angles), row)
+        for op, work in zip((Op.SIN, Op.COS), found, strict=True):
+            work.entries.update((place, self.file.text.graph.function(op, x)) for place, x in enumerate(angles))
+        return Pointer(found[0]), Pointer(found[1])
 
-    # Expressions
+    def _row(self, node: Node) -> Pointer:
+        """Return a row of a block, `w[1]`, or one number of all states."""
+        row = self.value(node) if node.type in (SYNTAX.name, SYNTAX.entry) else None
+        if STATE in self.names or not isinstance(row, Pointer):
+            raise unread(node, "is no row")
+        return row
 
-    def value(self, node: Node) -> Expr:
-        """Return the number that an expression is."""
-        meaning = VALUES.get(node.type)
-        if meaning is None:
-            raise unread(node, "is no expression that is read here")
-        return meaning(self, node)
+    def index(self, node: Node) -> Index:
+        """Return which entry of an array a whole number is, or k."""
+        return K if STATE in self.names and said(node) == STATE else super().index(node)
 
-    def _named(self, node: Node) -> Expr:
-        value = self.names.get(said(node))
-        if not isinstance(value, Expr):
-            raise unread(node, "is no number, or none yet")
-        return value
+    def called(self, node: Node) -> Value:
+        """Return the value of a call; fma(a, b, c) is a b + c."""
+        callee, given = self.call(node)
+        if said(callee) == "fma" and "fma" in self.file.functions and len(given) == 3:
+            a, b, c = map(self.real, given)
+            return a * b + c
+        return super().called(node)
 
-    def _number(self, node: Node) -> Expr:
-        return self.file.text.number(said(node), line_of(node))
-
-    def _inner(self, node: Node) -> Expr:
-        if [one.type for one in node.children[::2]] != ["(", ")"]:
-            raise unread(node, "is no expression that is read here")
-        return self.value(node.children[1])
-
-    def _signed(self, node: Node) -> Expr:
-        operator, operand = node.children
-        if operator.type != "-":
-            raise unread(node, "is no sign of a number")
-        return self.file.text.negative(self.value(operand), line_of(node))
-
-    def _binary(self, node: Node) -> Expr:
-        if len(node.children) != 3 or node.children[1].type not in OPERATIONS:
-            raise unread(node, "is no operation that is read here")
-        left, operator, right = node.children
-        try:
-            return OPERATIONS[operator.type](self.value(left), self.value(right))
-        except ZeroDivisionError:
-            raise unread(node, "divides by zero") from None
-
-    def _digits(self, node: Node) -> int:
-        if not WHOLE.fullmatch(said(node)):
-            raise unread(node, "is no place")
-        return int(said(node))
-
-    def _place(self, node: Node) -> tuple[Array, int]:
-        """Return the array and the place of `x[3]`, or of `x[3][k]` of a block."""
-        kinds = [one.type for one in node.children]
-        if kinds == ["index_expression", "[", "identifier", "]"] and said(node.children[2]) == STATE and self.looping:
-            array, place = self._place_of_row(node.children[0])
-            if array.laned:
-                return array, place
-        if kinds == ["identifier", "[", "identifier", "]"] and said(node.children[2]) == STATE and self.looping:
-            scalar = self.names.get(said(node.children[0]))
-            if isinstance(scalar, Array) and scalar.laned and len(scalar.entries) == 1:
-                return scalar, 0
-        if kinds == ["identifier", "[", "integer_literal", "]"]:
-            array, place = self._place_of_row(node)
-            if not array.laned:
-                return array, place
-        raise unread(node, "is no entry of an array")
-
-    def _place_of_row(self, node: Node) -> tuple[Array, int]:
-        kinds = [one.type for one in node.children]
-        array = self.names.get(said(node.children[0])) if kinds == ["identifier", "[", "integer_literal", "]"] else None
-        if not isinstance(array, Array):
-            raise unread(node, "is no entry of an array")
-        return array, self._digits(node.children[2])
-
-    def _entry(self, node: Node) -> Expr:
-        return self._entry_of(*self._place(node), node)
-
-    def _entry_of(self, array: Array, place: int, node: Node) -> Expr:
-        if place >= len(array.entries) or array.once:
-            raise unread(node, "is no entry that may be read")
-        return array.entries[place]
-
-    def _called(self, node: Node) -> Expr:
-        callee, listed = node.children
-        name = said(callee)
-        given = [self.value(one) for one in listed.children[1:-1] if one.type != ","]
-        if callee.type != "identifier" or len(self.file.functions.get(name, [])) != 1 or name in self.names:
-            raise unread(node, "is no function that is read here")
-        if name == "fma" and len(given) == 3:
-            return given[0] * given[1] + given[2]
-        op = OURS.get(name)
-        if op is None or len(given) != (2 if op is Op.ATAN2 else 1):
-            raise unread(node, "is no function that is read here")
-        return self.file.text.graph.function(op, *given)
+    def function(self, node: Node) -> Op | None:
+        """Return which operation is called, None if none that is known."""
+        return SYNTAX.functions.get(said(node)) if said(node) in self.file.functions else None
 
 
-VALUES: Mapping[str, Callable[[_Function, Node], Expr]] = {
-    "identifier": _Function._named,
-    "float_literal": _Function._number,
-    "parenthesized_expression": _Function._inner,
-    "unary_expression": _Function._signed,
-    "binary_expression": _Function._binary,
-    "index_expression": _Function._entry,
-    "call_expression": _Function._called,
-}
-"""Types of nodes that are expressions."""
-
-RUST = ReadLanguage("Rust", "tree_sitter_rust", frozenset({"line_comment", "block_comment"}), read)
+RUST = ReadLanguage("Rust", "tree_sitter_rust", read, comments=COMMENTS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -91,6 +91,11 @@ def nodes(node: Node) -> Iterator[Node]:
                 return
 
 
+def kinds(nodes: Iterable[Node]) -> list[str]:
+    """Return what the grammar calls some nodes."""
+    return [node.type for node in nodes]
+
+
 def line_of(node: Node) -> int:
     """Return where a node begins, counted from 1."""
     return node.start_point[0] + 1
@@ -101,9 +106,14 @@ def said(node: Node) -> str:
     return (node.text or b"").decode("utf-8", "replace")
 
 
+def spaced(node: Node) -> str:
+    """Return the text of a node with single spaces."""
+    return " ".join(said(node).split())
+
+
 def words(node: Node) -> str:
     """Return the text of a node as an error quotes it."""
-    text = " ".join(said(node).split())
+    text = spaced(node)
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 

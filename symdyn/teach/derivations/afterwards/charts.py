@@ -124,11 +124,15 @@ def _ticks(low: float, high: float, turns: bool, written: Callable[[float], str]
                     if (high - low) / (float(one) * math.pi) <= TICKS)  # fmt: skip
         first, last = math.ceil(low / (float(step) * math.pi) - 1e-9), math.floor(high / (float(step) * math.pi) + 1e-9)
         return [(float(k * step) * math.pi, Text.as_written(_part(k * step))) for k in range(first, last + 1)]
-    span = (high - low) / TICKS
-    power = 10.0 ** math.floor(math.log10(span))
-    size = next(one * power for one in (1, 2, 5, 10) if one * power >= span * (1 - 1e-9))
+    size = round_up((high - low) / TICKS)
     first, last = math.ceil(low / size - 1e-9), math.floor(high / size + 1e-9)
     return [(k * size, Text.as_written(written(k * size))) for k in range(first, last + 1)]
+
+
+def round_up(size: float) -> float:
+    """Return the next round number."""
+    power = 10.0 ** math.floor(math.log10(size))
+    return float(next(one * power for one in (1, 2, 5, 10) if one * power >= size * (1 - 1e-9)))
 
 
 def _part(x: Fraction) -> str:

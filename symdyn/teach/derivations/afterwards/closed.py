@@ -5,14 +5,15 @@ What is found is what `symdyn linearize` finds: eigenvalues of the motion that l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
-from symdyn.linear import Equilibria, Linearization, linearize_at_rest, steady_at_start
+from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.afterwards.equilibria import families
 from symdyn.teach.document import Block, Section, Step, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -25,58 +26,50 @@ MOVES = 1e-9
 
 def closed_sections(lesson: Prose) -> list[Section]:
     """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
-    try:
-        systems, found = linearize_at_rest(lesson.scene)
-    except FAULTS:
-        rests, idle = None, frozenset[str]()
-    else:
-        rests, idle = _rests(lesson, systems, found), frozenset(found.idle)
-    steps = [step for step in (rests, _steady(lesson, idle)) if step is not None]
+    rest, idle = _rests(lesson)
+    steps = [step for step in (rest, _steady(lesson, idle)) if step is not None]
     return [lesson.section("after.rests", steps)] if steps else []
 
 
-def _rests(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Step | None:
-    """Return where it rests; None where that is everywhere."""
-    if len(equilibria.idle) == len(lesson.scene.coordinates):
-        return None
+def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
+    """Return where it rests, None where that is everywhere, and coordinates that do not matter."""
+    try:
+        found = rests(lesson.scene)
+        systems = found.systems
+    except FAULTS:
+        return None, ()
+    if len(found.idle) == len(lesson.scene.coordinates):
+        return None, found.idle
     of = "closed" if lesson.scene.is_closed else "open"
-    searched = lesson.say(f"{of}.search", starts=str(equilibria.starts))
-    blocks: list[Block] = [_places(lesson, systems, equilibria)] if systems else []
-    if equilibria.crossings:
-        blocks += [lesson.say("closed.crossings"), _crossings(lesson, equilibria)]
+    searched = lesson.say(f"{of}.search", starts=str(found.starts))
+    blocks: list[Block] = [_places(lesson, found.places, found.idle, systems)] if systems else []
+    if found.crossings:
+        blocks += [lesson.say("closed.crossings"), _places(lesson, found.crossings, found.idle)]
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
-    if equilibria.idle:
-        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in equilibria.idle])))
-    if any(place.family for place in equilibria.places):
-        blocks.append(lesson.say("closed.family"))
-    if equilibria.more:
-        blocks.append(lesson.say("closed.more", count=str(equilibria.more)))
+    if found.idle:
+        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
+    blocks += families(lesson, found.places, found.more)
     reason = lesson.say(f"{of}.reason")
-    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+    step = Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+    return step, found.idle
 
 
-def _places(lesson: Prose, systems: Sequence[Linearization], equilibria: Equilibria) -> Block:
-    """Return the table of places with what their eigenvalues say."""
-    scene = lesson.scene
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
-    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
-    units = SceneUnits(scene).coordinates
-    rows: list[list[str | Form | Words]] = []
-    for one in systems:
-        place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
-        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), _values(lesson, one)])
-    return lesson.table(heads, rows)
-
-
-def _crossings(lesson: Prose, equilibria: Equilibria) -> Block:
-    """Return the table of places where it rests and branches of loops meet."""
+def _places(
+    lesson: Prose, places: Sequence[Equilibrium], idle: Sequence[str], systems: Sequence[Linearization] = ()
+) -> Block:
+    """Return the table of places, without coordinates that do not matter, and what eigenvalues of systems there say."""
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in equilibria.idle]
-    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in equilibria.crossings]
-    return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
+    rows: list[list[str | Words]] = [
+        [_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown] for place in places
+    ]
+    for row, one in zip(rows, systems, strict=False):  # there may be none
+        row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
+    heads = ("equilibria.kind", "closed.values") if systems else ()
+    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *heads], rows)
 
 
-def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
+def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     """Return the steady motion next to the start, None where it starts at rest or there is none.
 
     Coordinates that do not matter, `idle`, are not listed.
@@ -97,7 +90,7 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    told = lesson.say("closed.next", kind=verdict, values=_values(lesson, one))
+    told = lesson.say("closed.next", kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     return Step(
         "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
@@ -108,11 +101,15 @@ def _with_unit(lesson: Prose, x: float, unit: str) -> str:
     return lesson.written(x) if unit == "1" else lesson.scene.in_shown_unit(lesson.written(x), unit)
 
 
-def _values(lesson: Prose, one: Linearization) -> str:
-    """Return the eigenvalues that are not zero, a pair as one."""
+def eigenvalues(lesson: Prose, values: Iterable[complex]) -> str:
+    """Return eigenvalues in print, 1/s, of a pair the one above; "0" where there are none."""
     told = []
-    for mode in one.modes:
-        size = abs(mode.value)
-        real = "" if abs(mode.value.real) <= 1e-9 * size else lesson.written(mode.value.real)
-        told.append(f"{real} ± {lesson.written(mode.value.imag)} i".strip() if mode.oscillates else real)
+    for x in values:
+        real = lesson.written(x.real) if not x.imag or abs(x.real) > 1e-9 * abs(x) else ""
+        told.append(f"{real} ± {lesson.written(x.imag)} i".strip() if x.imag else real)
     return "; ".join(told) or "0"
+
+
+def _moving(one: Linearization) -> list[complex]:
+    """Return the eigenvalues that are not zero."""
+    return [mode.value for mode in one.modes if mode.value]

@@ -5,17 +5,20 @@ Formulas are of places that are known exactly, and hold for all values of the pa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from symdyn.algebra import Form, Number, Ratios, Symbol
+from symdyn.algebra import Array, Form, Number, Ratios, Symbol
+from symdyn.draw import Stage, swing
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, evaluate
+from symdyn.graph import Expr, evaluate, gradient, substitute
+from symdyn.linear import Equilibrium
 from symdyn.scene import SceneUnits
-from symdyn.teach.derivations.afterwards.equilibria import RestPlace, Rests
-from symdyn.teach.derivations.afterwards.first_order import FirstOrder, first_order
-from symdyn.teach.derivations.afterwards.mode_pictures import mode_picture
+from symdyn.teach.derivations.afterwards.closed import eigenvalues
+from symdyn.teach.derivations.afterwards.equilibria import Rests
 from symdyn.teach.derivations.lagrange.velocities import length
-from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
+from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -25,7 +28,13 @@ MOST_FREEDOMS = 3
 LONGEST = 40
 """Terms and factors of a formula that is shown."""
 
+ANGLE, PART = 0.35, 0.15
+"""The largest displacement in a picture: of an angle, rad, and of a length over the extent of the mechanism."""
+
 TAGS = {"stable": "s", "unstable": "u"}
+
+Modes = Sequence[tuple[float, Array]]
+"""ω² and shapes, the number of each in print its place."""
 
 
 def near_rest_steps(lesson: Lesson, rests: Rests, chosen: Chosen) -> list[Step]:
@@ -33,54 +42,49 @@ def near_rest_steps(lesson: Lesson, rests: Rests, chosen: Chosen) -> list[Step]:
     steps: list[Step] = []
     for kind in TAGS:
         place = next((one for one in rests.places if one.kind == kind), None)
-        near = None if place is None else first_order(lesson, rests, place, chosen)
-        if place is not None and near is not None:
+        if place is not None and place.near.of(place.near.moved).moves:
             reason = Words(()) if steps else lesson.say("near.reason")
-            claim = lesson.say(f"near.{kind}", where=_where(lesson, rests, place))
-            blocks = _blocks(lesson, place, near, chosen)
+            claim = lesson.say(f"near.{kind}", where=Words(tuple(rests.where(place))))
+            blocks = _blocks(lesson, rests, place, chosen)
             steps.append(Step(f"near:{kind}", claim, blocks, reason, show=("angles", "weights", "forces")))
     return steps
 
 
-def _where(lesson: Lesson, rests: Rests, place: RestPlace) -> Words:
-    """Return "q1 = 0, q2 = π"."""
-    parts: list[str | Form] = []
-    for q, x in zip(rests.rest.q, place.shown, strict=True):
-        parts += [*([", "] if parts else []), named(q), " ≈ " if isinstance(x, str) else " = ", x]
-    return Words(tuple(parts))
-
-
-def _blocks(lesson: Lesson, place: RestPlace, near: FirstOrder, chosen: Chosen) -> tuple[Block, ...]:
-    blocks: list[Block] = []
-    idle = [named(q) for k, q in enumerate(lesson.state.q) if k not in near.moved]
+def _blocks(lesson: Lesson, rests: Rests, place: Equilibrium, chosen: Chosen) -> tuple[Block, ...]:
+    moved, blocks = place.near.moved, list[Block]()
+    near, modes = place.near.of(moved), place.near.of(moved).modes
+    idle = [named(q) for k, q in enumerate(lesson.state.q) if k not in moved]
     if idle:
         blocks.append(lesson.say("near.massless", names=together(idle)))
-    if place.exact is not None and len(near.moved) <= MOST_FREEDOMS:
-        blocks += _formulas(lesson, TAGS[place.kind], near, chosen)
+    if place.exact is not None and len(moved) <= MOST_FREEDOMS:
+        blocks += _formulas(lesson, rests, place, modes, chosen)
     if near.symmetric:
-        blocks += _modes(lesson, place, near, chosen)
-        if any(square < 0 for square, _ in near.modes):
+        blocks += _modes(lesson, place, modes, chosen)
+        if any(square < 0 for square, _ in modes):
             blocks.append(lesson.say("near.negative"))
     if np.abs(near.D).max() > 0 or not near.symmetric:
-        told = []
-        for x in near.eigenvalues:
-            real = lesson.written(x.real) if x.real or not x.imag else ""
-            told.append(f"{real} ± {lesson.written(x.imag)} i".strip() if x.imag else real)
-        blocks.append(lesson.say("near.damped" if near.symmetric else "near.turned", values="; ".join(told)))
+        values = [*(mode.value for mode in near.spectrum.modes), *([0j] if near.spectrum.zeros else [])]
+        told = eigenvalues(lesson, sorted(values, key=lambda x: (-x.real, x.imag)))
+        blocks.append(lesson.say("near.damped" if near.symmetric else "near.turned", values=told))
     return tuple(blocks)
 
 
 # Formulas
 
 
-def _formulas(lesson: Lesson, tag: str, near: FirstOrder, chosen: Chosen) -> list[Block]:
+def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return inertia and stiffness, and the frequencies that have a short formula."""
-    n, names = len(near.moved), [str(k + 1) for k in near.moved]
-    shown = [[_short(lesson, x) for row in matrix for x in row] for matrix in near.nodes]
+    state, moved, tag = lesson.state, place.near.moved, TAGS[place.kind]
+    n, names = len(moved), [str(k + 1) for k in moved]
+    exact = {q: place.exact[str(q.value)].express(lesson.graph) for q in rests.q} if place.exact else {}
+    M = [gradient(lesson.momenta[k], [state.qd[j] for j in moved]) for k in moved]
+    K = [gradient(rests.forces[k], [state.q[j] for j in moved]) for k in moved]
+    matrices = [[substitute(row, exact) for row in rows] for rows in (M, K)]
+    shown = [[_short(lesson, x) for row in matrix for x in row] for matrix in matrices]
     if max(length(x) for forms in shown for x in forms) > LONGEST:
         return []
     blocks: list[Block] = [lesson.say("near.drop")]
-    for letter, matrix, forms in zip("AC", near.nodes, shown, strict=True):
+    for letter, matrix, forms in zip("AC", matrices, shown, strict=True):
         keys = [f"near:{tag}:{letter}:{i},{j}" for i in names for j in names]
         entries = [x for row in matrix for x in row]
         for key, node in zip(keys, entries, strict=True):
@@ -90,7 +94,7 @@ def _formulas(lesson: Lesson, tag: str, near: FirstOrder, chosen: Chosen) -> lis
         else:
             whole = lesson.called(f"near:{tag}:{letter}", Letter(letter, (tag,)))
             blocks.append(Matrix(whole.name, tuple(forms), tuple(keys), width=n))
-    return [*blocks, *_frequencies(lesson, near, tag, chosen)]
+    return [*blocks, *_frequencies(lesson, matrices, modes, tag, chosen)]
 
 
 def _short(lesson: Lesson, node: Expr) -> Form:
@@ -98,13 +102,13 @@ def _short(lesson: Lesson, node: Expr) -> Form:
     try:
         return lesson.short(node)
     except (DerivationError, KeyError):
-        field = Ratios([node])
-        return field.form(evaluate([node], field, field.values())[0])
+        return Ratios.form_of(node)
 
 
-def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> list[Block]:
+def _frequencies(
+    lesson: Lesson, matrices: Sequence[Sequence[Sequence[Expr]]], modes: Modes, tag: str, chosen: Chosen
+) -> list[Block]:
     """Return ω² by the factors of det(C - ω² A) = 0 that are of first and second degree in ω², numbered as shapes."""
-    matrices = near.nodes
     n, flat = len(matrices[0]), [x for matrix in matrices for row in matrix for x in row]
     try:
         field = Ratios(flat)
@@ -114,7 +118,7 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
     except (ZeroDivisionError, OverflowError):
         return []
     shown: dict[int, list[Block]] = {}
-    left = dict(enumerate((square for square, _ in near.modes), 1))
+    left = dict(enumerate((square for square, _ in modes), 1))
     for monic, times in found:
         forms = [field.form(x) for x in monic[1:]]
         roots = np.roots([1.0, *chosen.of(*(x.express(lesson.graph) for x in forms))]).real
@@ -123,11 +127,11 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
         if monic[-1].is_zero or len(monic) > 3 or max(map(length, forms)) > LONGEST:
             continue
         if len(monic) == 2:
-            square = _negated(forms[0])
+            square = forms[0].negative
             lesson.name(key, "omega", *index, node=square.express(lesson.graph), power=2)
             shown[count] = [Formula(key, square)]
         else:
-            sum_, product = _negated(forms[0]), forms[1]
+            sum_, product = forms[0].negative, forms[1]
             omega = lesson.name(key, "omega", *index, node=None)
             b = lesson.name(f"{key}:b", "b", *index, node=sum_.express(lesson.graph))
             d = lesson.name(f"{key}:d", "d", *index, node=product.express(lesson.graph))
@@ -148,19 +152,14 @@ def _taken(left: dict[int, float], square: float) -> int:
     return count
 
 
-def _negated(form: Form) -> Form:
-    """Return -form, a minus in front of a term taken off."""
-    signed = (term.split_sign() for term in form.terms)
-    return Form.sum(Form.product((Number.MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
-
-
 # Numbers
 
 
-def _modes(lesson: Lesson, place: RestPlace, near: FirstOrder, chosen: Chosen) -> list[Block]:
+def _modes(lesson: Lesson, place: Equilibrium, modes: Modes, chosen: Chosen) -> list[Block]:
     """Return the table of frequencies and shapes, and a picture of every shape that swings; of one freedom a line."""
     rows: list[list[str | Form | Words]] = []
-    for k, (square, shape) in enumerate(near.modes, 1):
+    moved = place.near.moved
+    for k, (square, shape) in enumerate(modes, 1):
         root = abs(square) ** 0.5
         kind = "swing" if square > 0 else "leave" if square < 0 else "drift"
         time = f"{lesson.about(2 * np.pi / root if square > 0 else 1 / root)} s" if square else ""
@@ -168,12 +167,24 @@ def _modes(lesson: Lesson, place: RestPlace, near: FirstOrder, chosen: Chosen) -
         rows.append([str(k), told, *(lesson.written(float(x)) for x in shape)])
     if len(rows) == 1:
         return [lesson.say("near.one", told=str(rows[0][1]))]
-    heads: list[str | Symbol] = ["near.mode", "near.mode.kind", *(named(lesson.state.q[k]) for k in near.moved)]
+    heads: list[str | Symbol] = ["near.mode", "near.mode.kind", *(named(lesson.state.q[k]) for k in moved)]
     blocks: list[Block] = [lesson.say("near.modes"), lesson.table(heads, rows)]
-    units = SceneUnits(lesson.scene).coordinates
-    for k, (square, shape) in enumerate(near.modes, 1):
-        if square > 0 and place.kind == "stable" and len(near.moved) <= MOST_FREEDOMS:
-            whole = np.zeros(len(near.at))
-            whole[list(near.moved)] = shape
-            blocks.append(mode_picture(lesson, chosen, near.at, whole, units, k))
+    for k, (square, shape) in enumerate(modes, 1):
+        if square > 0 and place.kind == "stable" and len(moved) <= MOST_FREEDOMS:
+            whole = np.zeros(len(place.q))
+            whole[list(moved)] = shape
+            blocks.append(_picture(lesson, chosen, place.q, whole, k))
     return blocks
+
+
+def _picture(lesson: Lesson, chosen: Chosen, rest: Array, shape: Array, number: int) -> Picture:
+    """Return the picture of one shape about a place of rest; q and shape have shape (nq,)."""
+    scene, values = lesson.scene, chosen.parameters
+    length = Stage(scene, rest[None], values).found.reach
+    units = SceneUnits(scene).coordinates
+    limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
+    away = shape / float((np.abs(shape) / limits).max())
+    title = lesson.text("near.shape.alt", number=str(number), scene=scene.name)
+    stage = Stage(scene, np.stack([rest + away, rest, rest - away]), values)
+    text = swing(stage, title, lesson.text("near.ghosts"), f"mode{number}-", lesson.titles)
+    return Picture(text, lesson.say("near.shape", number=str(number)), title, f"mode{number}")

@@ -21,6 +21,7 @@ from symdyn.teach.derivations.afterwards.charts import (
     Panel,
     chart,
     contours,
+    round_up,
 )
 from symdyn.teach.derivations.afterwards.equilibria import Rests
 from symdyn.teach.derivations.afterwards.reduced import GRID, Reduced
@@ -89,15 +90,15 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
 
 def landscape_step(lesson: Lesson, rests: Rests, chosen: Chosen) -> Step | None:
     """Return the lines of equal potential energy over two coordinates; None where others decide."""
-    if len(rests.rest.q) != 2:
+    if len(rests.q) != 2:
         return None
     state, units = lesson.state, SceneUnits(lesson.scene).coordinates
-    which = [state.q.index(q) for q in rests.rest.q]
-    places = np.array([place.at for place in rests.places]).reshape(-1, 2)
+    which = [state.q.index(q) for q in rests.q]
+    places = np.array([place.q[which] for place in rests.places]).reshape(-1, 2)
     turns = [units[k] == "rad" for k in which]
-    spans = [span(chosen, q, turns[j], places[:, j]) for j, q in enumerate(rests.rest.q)]
+    spans = [span(chosen, q, turns[j], places[:, j]) for j, q in enumerate(rests.q)]
     x, y = (np.linspace(low, high, PLACES) for low, high in spans)
-    values = {**chosen.values, rests.rest.q[0]: x[:, None], rests.rest.q[1]: y[None, :]}
+    values = {**chosen.values, rests.q[0]: x[:, None], rests.q[1]: y[None, :]}
     with np.errstate(all="ignore"):
         (z,) = evaluate([lesson.energy.P], Batches(), values)
     z = np.broadcast_to(np.asarray(z, dtype=np.float64), (PLACES, PLACES))
@@ -105,14 +106,14 @@ def landscape_step(lesson: Lesson, rests: Rests, chosen: Chosen) -> Step | None:
     if not len(good) or np.ptp(good) <= 1e-12 * (1 + np.abs(good).max()):
         return None
     low, high = float(good.min()), float(np.quantile(good, 0.97))
-    step = _round((high - low) / LEVELS)
+    step = round_up((high - low) / LEVELS)
     first = math.ceil(low / step + 1e-9)
     levels = [k * step for k in range(first, math.floor(high / step) + 1)]
     curves = [Curve(line, SOLID, size=1.4) for level in levels for line in contours(x, y, z, level)]
     marks = [
         (at, STABLE if place.kind == "stable" else UNSTABLE)
         for place in rests.places
-        for at in _images(place.at, turns)
+        for at in _images(place.q[which], turns)
     ]
     names = [_spelled(lesson, k)[0].with_unit(lesson.scene.shown_unit(units[k])) for k in which]
     panel = Panel(
@@ -122,7 +123,7 @@ def landscape_step(lesson: Lesson, rests: Rests, chosen: Chosen) -> Step | None:
     title = lesson.text("landscape.alt", scene=lesson.scene.name)
     svg = chart(title, [panel], lesson.written, "landscape-")
     caption = lesson.say("landscape.caption", step=lesson.scene.in_shown_unit(lesson.written(step), "J"))
-    claim = lesson.say("landscape", names=together([named(q) for q in rests.rest.q]))
+    claim = lesson.say("landscape", names=together([named(q) for q in rests.q]))
     shown = Picture(svg, caption, title, "landscape")
     return Step("landscape", claim, (shown,), lesson.say("landscape.reason"), show=("energies", "angles"))
 
@@ -142,12 +143,6 @@ def _images(at: Array, turns: list[bool]) -> list[tuple[float, float]]:
     both = [turn and abs(x - math.pi) < 1e-9 for x, turn in zip(at, turns, strict=True)]
     ways = [(float(x), -math.pi) if two else (float(x),) for x, two in zip(at, both, strict=True)]
     return [(a, b) for a in ways[0] for b in ways[1]]
-
-
-def _round(size: float) -> float:
-    """Return the next round number."""
-    power = 10.0 ** math.floor(math.log10(size))
-    return float(next(one * power for one in (1, 2, 5, 10) if one * power >= size * (1 - 1e-9)))
 
 
 def _at(left: Reduced, place: float) -> float:

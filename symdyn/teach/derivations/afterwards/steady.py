@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
 from symdyn.errors import DerivationError
-from symdyn.graph import Op, evaluate, gradient
+from symdyn.graph import Op, gradient
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.afterwards.reduced import Reduced
 from symdyn.teach.derivations.lagrange.velocities import length
@@ -36,8 +36,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     W = lesson.name("W:", "W", node=left.static)
     try:
         whole = lesson.short(left.static)
-        field = Ratios([slope])
-        factored = field.form(evaluate([slope], field, field.values())[0])
+        factored = Ratios.form_of(slope)
     except (DerivationError, KeyError, OverflowError, ZeroDivisionError):
         whole = factored = Number.ZERO
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
@@ -75,10 +74,10 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> li
         under = [_divided(term, wave) for term in inner.terms if wave in set(term.walk())]
         if any(one is None for one in under):
             continue
-        above = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in over)
+        above = Form.sum(over).negative
         below = Form.sum(one for one in under if one is not None)
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
-            above, below = _turned(above), _turned(below)
+            above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).power(-1)))
         found.append(lesson.say("steady.wave", wave=wave, value=value))
     return found
@@ -114,10 +113,6 @@ def _taken_out(form: Form) -> Form:
 
 def _negative(form: Form) -> bool:
     return all(term.split_sign()[0] < 0 for term in form.terms)
-
-
-def _turned(form: Form) -> Form:
-    return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in form.terms)
 
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:

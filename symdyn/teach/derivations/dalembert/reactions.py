@@ -12,10 +12,11 @@ from symdyn.dynamics import derive_one
 from symdyn.dynamics.reactions import Unknown
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
+from symdyn.table import Table
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.shown_motion import determined, no_motion, solved_at
 from symdyn.teach.derivations.lagrange.velocities import PAGE, folded, length
-from symdyn.teach.document import Block, Formula, Step, Values, Words
+from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.shown_state import Chosen
 from symdyn.verdict import Verdict
@@ -91,7 +92,7 @@ def formulations_step(lesson: Balance, chosen: Chosen) -> Step | None:
     return Step("formulations", lesson.say("formulations"), tuple(blocks), lesson.say("formulations.reason"), "(5.21)")
 
 
-def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Values:
+def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Table[Words]:
     """Return every drive at the chosen state by both methods."""
     x, _ = solved_at(lesson, chosen)
     values = chosen.of(*other.values())

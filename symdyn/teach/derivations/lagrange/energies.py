@@ -226,17 +226,11 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
         if len(keys) != 1 or name == "K":
             total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    negative = Form.sum(_negated(term) for term in page.P.terms)
     blocks: list[Block] = [
-        folded(lesson, Formula("L:", Form.sum((page.K, negative)), lesson.number("L"))),
+        folded(lesson, Formula("L:", Form.sum((page.K, page.P.negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
     return steps
-
-
-def _negated(term: Form) -> Form:
-    sign, rest = term.split_sign()
-    return rest if sign < 0 else Form.product((Number.MINUS_ONE, term))
 
 
 def _reference(lesson: Lesson, key: str) -> str:

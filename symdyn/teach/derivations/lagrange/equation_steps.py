@@ -11,9 +11,10 @@ from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
 from symdyn.scene.values import force_unit
+from symdyn.table import Table
 from symdyn.teach.derivations.lagrange.forms import is_rate, rate_of
 from symdyn.teach.derivations.lagrange.velocities import MOST_TERMS, folded, length
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
 
 WIDEST = 110
@@ -109,7 +110,7 @@ def _rate(lesson: Lesson, i: int) -> Step:
     return Step(key, claim, (shown, lesson.say("rate.sum"), formula), reason, lesson.reference(key))
 
 
-def _products(lesson: Lesson, i: int) -> Values:
+def _products(lesson: Lesson, i: int) -> Table[Words]:
     """Return a table: each term of ∂L/∂q̇_i, a coefficient times a rate, and both parts of its derivative."""
     rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(lesson.state.q, lesson.state.rates, strict=True)}
     rows: list[tuple[Form, Form, Form]] = []
@@ -120,7 +121,7 @@ def _products(lesson: Lesson, i: int) -> Values:
     return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
 
 
-def _products_by_name(lesson: Lesson, i: int) -> Values:
+def _products_by_name(lesson: Lesson, i: int) -> Table[Words]:
     """Return the same with coefficients that are long by their names."""
     rows: list[tuple[Form, Form, Form]] = []
     for j in range(lesson.state.n):
