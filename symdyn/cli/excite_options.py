@@ -41,11 +41,10 @@ def add_exciting(verb: argparse.ArgumentParser) -> None:
         "tool.z=0.1..",
     )
     group.add_argument("--period", type=seconds, metavar="T", help="s (default: 10)")
-    group.add_argument("--family", metavar="F", help=f"{' or '.join(Excitation.families)} (default: {USUAL['family']})")
+    families, criteria = " or ".join(Excitation.families), ", ".join(Excitation.criteria)
+    group.add_argument("--family", metavar="F", help=f"{families} (default: {USUAL['family']})")
     group.add_argument("--terms", type=int, metavar="N", help="rounds a period of the fastest term (default: 5)")
-    group.add_argument(
-        "--criterion", metavar="C", help=f"{', '.join(Excitation.criteria)} (default: {USUAL['criterion']})"
-    )
+    group.add_argument("--criterion", metavar="C", help=f"{criteria} (default: {USUAL['criterion']})")
     group.add_argument("--noise", metavar="LIST", help="standard deviations of the drives' forces, e.g. tau1=0.5")
     group.add_argument(
         "--starts", type=int, metavar="N", help="of many drawn motions, how many to improve (default: 4)"

@@ -28,6 +28,7 @@ WAYS = {
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
+    gained = ", ".join(Identification.gain_units).replace("%", "%%")
     add_reading_options(verb)
     verb.add_argument(
         "data",
@@ -46,8 +47,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--units",
         metavar="LIST",
         help="columns that are not in SI with radians, e.g. t=ms,q*=deg,tau1=Ncm; "
-        f"drives whose gain is not known, e.g. tau*=A: {', '.join(Identification.gain_units).replace('%', '%%')}; and those whose gain "
-        "is, tau1=0.12*A",
+        f"drives whose gain is not known, e.g. tau*=A: {gained}; and those whose gain is, tau1=0.12*A",
     )
     verb.add_argument(
         "--payload",

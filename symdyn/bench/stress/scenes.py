@@ -67,13 +67,14 @@ def gimbal() -> Scene:
 def arm(n: int = 6) -> Scene:
     """Return an arm of n links of full inertia, each axis across the one before it."""
     axes = ([0, 0, 1], [0, 1, 0], [1, 0, 0])
-    tensor = "{ xx = 0.03, yy = 0.04, zz = 0.02, xy = 0.002, xz = -0.003, yz = 0.001 }"
+    tensor = "inertia = { xx = 0.03, yy = 0.04, zz = 0.02, xy = 0.002, xz = -0.003, yz = 0.001 }"
+    solid = f'com = [0.1, -0.02, 0.05], {tensor}, inertia_about = "com"'
     lines = ['name = "arm"']
     for k in range(1, n + 1):
         placed = f"axis = {axes[k % 3]}, origin = [{0.3 if k > 1 else 0}, 0, 0.2]"
         parent = f"b{k - 1}" if k > 1 else "ground"
         lines += [
-            f'bodies.b{k} = {{ mass = {n + 1 - k}, com = [0.1, -0.02, 0.05], inertia = {tensor}, inertia_about = "com" }}',
+            f"bodies.b{k} = {{ mass = {n + 1 - k}, {solid} }}",
             f'joints.j{k} = {{ {ROUND}, parent = "{parent}", child = "b{k}", {placed} }}',
         ]
     return read_text("\n".join(lines))

@@ -34,7 +34,6 @@ from .requested_units import (
 from .signals import LETTERS as LETTERS
 from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show
-from .texts import in_language as in_language
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError
 from .with_unit import fits as fits
