@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from symdyn.cli.talk import say
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import ReadOptions, Scene, bind, read_bindings, read_noting, with_symbols
+from symdyn.scene import Scene, bind, read_bindings, read_noting, with_symbols
 from symdyn.scene.values import ask_for_units, split_commas
 
 if TYPE_CHECKING:
@@ -180,10 +180,12 @@ def say_values_alone(options: argparse.Namespace, scene: Scene, who: str) -> Non
 
 def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     """Return the scene that the options name, and what its reader notes."""
-    cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
-    how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base, options.no_units)
+    cuts = options.spanning_tree and split_commas(options.spanning_tree)
     path = Path(options.scene)
-    reading = read_noting(StandardInput() if options.scene == STDIN else path, how)
+    reading = read_noting(
+        StandardInput() if options.scene == STDIN else path, options.snap, options.allow_invalid_inertia, cuts,
+        options.floating_base, options.no_units,
+    )  # fmt: skip
     whole, name = (printable(str(one), keep="") for one in (path, path.name))
     notes = [one.replace(whole, name, 1) if one.startswith(whole) else one for one in reading.notes[:MOST_NOTES]]
     if len(reading.notes) > MOST_NOTES:

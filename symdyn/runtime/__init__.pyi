@@ -10,7 +10,7 @@ from .extension import build_extension as build_extension, python_headers as pyt
 from .folder import CACHE_VARIABLE as CACHE_VARIABLE
 from .library import load_functions as load_functions
 from .loaded import Loaded as Loaded, lambdify as lambdify, load_program as load_program
-from .machine import RUNTIMES as RUNTIMES, here as here
+from .machine import here as here
 from .mockup_binary import with_binaries as with_binaries
 from .numeric_function import NumericFunction as NumericFunction, Operand as Operand
 from .runners import RUNNERS as RUNNERS, Runner as Runner, run_python as run_python

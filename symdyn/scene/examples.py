@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.resources import folder
 from symdyn.scene.scene_files import read
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import check_scene_name, choice
+from symdyn.scene.values.names import choice
 
 
 def examples() -> tuple[str, ...]:
@@ -29,24 +31,12 @@ def example(name: str) -> Scene:
         SceneError: there is none of this name; tells those that there are.
     """
     check_arguments(example, locals(), SceneError)
-    _check(name)
-    return read(folder("examples") / f"{name}.toml")
+    return read(path_of(name))
 
 
-def example_text(example: str, name: str) -> str:
-    """Return the file of a scene that comes with the package, comments and all, under a name.
-
-    Raises:
-        SceneError: there is no such example, and which there are; or the name will not do.
-    """
-    _check(example)
-    text = (folder("examples") / f"{example}.toml").read_text(encoding="utf-8")
-    if fault := check_scene_name(name):
-        raise SceneError(f'the name "{name}" {fault}')
-    return text.replace(f'name = "{example}"', f'name = "{name}"', 1)
-
-
-def _check(name: str) -> None:
+def path_of(example: str) -> Path:
+    """Return the file of a scene that comes with the package; SceneError where there is none, and which there are."""
     known = examples()
-    if name not in known:
-        raise SceneError(f'there is no example "{name}"; {choice(name, known)}')
+    if example not in known:
+        raise SceneError(f'there is no example "{example}"; {choice(example, known)}')
+    return folder("examples") / f"{example}.toml"
