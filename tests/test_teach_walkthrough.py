@@ -24,6 +24,7 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, read
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.starters import Starter
 from symdyn.scene.toml import read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
