@@ -13,7 +13,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, sp
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
-from symdyn.linear import System, SystemsFile, find_systems
+from symdyn.linear import System, SystemsFile
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 from symdyn.simulation import read_forces, read_start
@@ -104,7 +104,7 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
         ),
     )
     where = start if options.along is None else Path(options.along)
-    return find_systems(scene, where, forces, outputs, independent, options.anywhere)  # type: ignore[arg-type]
+    return System.find(scene, where, forces, outputs, independent, options.anywhere)  # type: ignore[arg-type]
 
 
 def _text(system: System, options: argparse.Namespace) -> str:

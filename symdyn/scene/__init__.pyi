@@ -2,7 +2,6 @@
 
 from .binding import (
     bind as bind,
-    read_bindings as read_bindings,
     without_hidden_zeros as without_hidden_zeros,
 )
 from .build import (

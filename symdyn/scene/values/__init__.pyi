@@ -26,7 +26,6 @@ from .outline import OUTLINES as OUTLINES
 from .quantity import FormulaError as FormulaError
 from .requested_units import (
     ask_for_units as ask_for_units,
-    in_si_here as in_si_here,
     question as question,
 )
 from .signals import LETTERS as LETTERS

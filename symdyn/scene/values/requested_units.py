@@ -32,23 +32,6 @@ def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], o
         raise SceneError(asked)
 
 
-def in_si_here(letters: Iterable[Letter], given: Iterable[tuple[str, str]]) -> tuple[str, ...]:
-    """Return what is to be said of formulas that were typed for letters that are in another unit than that of SI.
-
-    A formula cannot be asked about as a number can, since letters of it may stand in SI.
-    """
-    chosen = {one.name: one for one in letters if one.written}
-    told = []
-    for name, text in given:
-        try:
-            found = quantity(text) if name in chosen else Quantity.ZERO
-        except FormulaError:
-            continue
-        if found.symbols and not found.unit:
-            told.append(f"{name} is in {chosen[name].unit} here, its file says {chosen[name].written}")
-    return tuple(dict.fromkeys(told))
-
-
 def question(letter: Letter, text: str) -> str:
     """Return what a bare number may mean of a letter that is in another unit than that of SI; "" where all is said."""
     if not letter.written or not _is_bare(text):
