@@ -24,7 +24,7 @@ from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import Candidates, formulate, lower
-from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, python_headers
+from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]
@@ -74,10 +74,8 @@ def bench(
         machines = ()
         notes.append(f"C and ufunc were not measured: {fault}")
     else:
-        try:
-            python_headers()
-        except MissingCompiler as fault:
-            notes.append(f"ufunc was not measured: {fault}")
+        if why := here()["headers"]["why"]:
+            notes.append(f"ufunc was not measured: {why}")
     progress("looking for singular positions")
     positions = _positions(scene, seed)
     found: list[Measured] = []

@@ -15,7 +15,7 @@ from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, split_commas
-from symdyn.simulation import CHECKS, Trajectory, axes_of, check_columns
+from symdyn.simulation import CHECKS, Trajectory, axes_of
 from symdyn.simulation.prescribed import words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
@@ -77,7 +77,7 @@ def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
     if options.plot_columns and not options.plot:
         raise SimulateError("--plot-columns: of --plot, which is not given")
     try:
-        check_columns(scene, _chosen(options))
+        Trajectory.check_columns(scene, _chosen(options))
     except UnknownNameError as fault:
         raise SimulateError(f"--plot-columns: {fault}") from None
 

@@ -6,7 +6,7 @@ from .cached_bytes import Kept as Kept
 from .commands import Commands as Commands
 from .compiler import find_compiler as find_compiler
 from .complete import complete as complete
-from .extension import build_extension as build_extension, python_headers as python_headers
+from .extension import build_extension as build_extension
 from .folder import CACHE_VARIABLE as CACHE_VARIABLE
 from .library import load_functions as load_functions
 from .loaded import Loaded as Loaded, lambdify as lambdify, load_program as load_program

@@ -16,11 +16,10 @@ from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_start as read_start
 from .integrate import METHODS as METHODS
 from .inverse_run import AskedMotion as AskedMotion, inverse as inverse
-from .panels import check_columns as check_columns
 from .plot import write_picture as write_picture
 from .prescribed.forces import Forces as Forces, read_forces as read_forces
 from .prescribed.scene_motion import read_motion as read_motion
 from .reaction_columns import axes_of as axes_of
-from .record import CHECKS as CHECKS, write_whole as write_whole
+from .record import CHECKS as CHECKS
 from .timed_runs import Runs as Runs
 from .trajectory import Trajectory as Trajectory
