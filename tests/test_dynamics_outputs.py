@@ -32,7 +32,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import Candidates
 from symdyn.scene import Quantity, Scene, bind, read, read_text
-from symdyn.scene.starters import Starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.values import acceleration_name
 from symdyn.scene.values.model import Signal
 from symdyn.verdict import Verdict

@@ -25,7 +25,7 @@ from symdyn.emit.print.printed_names import PrintName, latex_symbols, latex_unit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, parse, read
-from symdyn.scene.starters import Starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Parameter
 

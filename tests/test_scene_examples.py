@@ -13,10 +13,10 @@ from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
+from symdyn.scene.examples import Starter
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.start import start_of
-from symdyn.scene.starters import Starter
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -28,7 +28,7 @@ from symdyn.scene import (
     scene,
     with_symbolic_inertia,
 )
-from symdyn.scene.starters import Starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.scene.values import Pose
 from symdyn.spatial import Transform

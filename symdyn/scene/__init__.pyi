@@ -32,7 +32,7 @@ from .build_joints import (
 )
 from .declaration.locking import lock as lock
 from .declaration.reading import Written as Written, read_bounded as read_bounded
-from .examples import example as example, examples as examples
+from .examples import Starter as Starter, example as example, examples as examples
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
 from .forces.damper import damper as damper
@@ -47,7 +47,6 @@ from .scene_files import (
     write_text as write_text,
 )
 from .schema import schema as schema
-from .starters import Starter as Starter
 from .symbolic import with_force_parameters as with_force_parameters, with_symbols as with_symbols
 from .ten_parameters import INERTIAL as INERTIAL, with_symbolic_inertia as with_symbolic_inertia
 from .toml import read_text as read_text, tables_of as tables_of
