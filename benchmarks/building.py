@@ -13,7 +13,7 @@ from pathlib import Path
 from statistics import median
 
 from symdyn.dynamics import derive
-from symdyn.scene import Scene, body, read, read_text, revolute, scene, starter, with_symbolic_inertia
+from symdyn.scene import Scene, Starter, body, read, read_text, revolute, scene, with_symbolic_inertia
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -53,7 +53,7 @@ def main() -> int:
     scenes = {
         "7-axis arm, ten symbolic parameters a link": arm,
         "tree of 30 joints, full inertias, oblique frames": tree(30),
-        "chain of 100 links": read_text(starter("chain", "chain", 100), "chain.toml"),
+        "chain of 100 links": read_text(Starter("chain").from_template("chain", 100), "chain.toml"),
     }
     outputs = ("inverse_dynamics", "mass_matrix", "forward_dynamics")
     print("| scene | " + " | ".join(f"{name}, ms" for name in outputs) + " |")

@@ -20,7 +20,7 @@ from pathlib import Path
 import loops_over_tables
 from bars import Bar, in_time
 
-from symdyn.scene import starter
+from symdyn.scene import Starter
 
 HERE = Path(__file__).resolve().parent.parent
 
@@ -103,7 +103,7 @@ def main() -> None:
         print(f"\n{'loops':>8}{'read, s':>12}{'derive, s':>12}")
         for loops in given.loops:
             path = Path(folder, f"row{loops}.toml")
-            path.write_text(starter("row", "n_four_bar", loops), encoding="utf-8")
+            path.write_text(Starter("row").from_template("n_four_bar", loops), encoding="utf-8")
             least = _show([_alone(path, "forward_dynamics") for _ in range(given.runs)], loops)
             if loops in LOOPS:
                 bars.append(in_time(f"row of {loops} loops, derived", LOOPS[loops], least[1]))

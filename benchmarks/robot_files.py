@@ -21,7 +21,8 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
-from symdyn.scene import ReadOptions, Scene
+from symdyn.scene import Scene
+from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.urdf import read
 
 T = TypeVar("T")

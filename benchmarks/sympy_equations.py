@@ -14,7 +14,7 @@ import sympy  # noqa: F401  not counted
 
 import symdyn
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, read_text, starter, with_symbolic_inertia
+from symdyn.scene import Scene, Starter, read_text, with_symbolic_inertia
 
 
 def cases() -> Iterator[tuple[str, Scene]]:
@@ -23,7 +23,7 @@ def cases() -> Iterator[tuple[str, Scene]]:
         yield name, symdyn.example(name)
     yield "puma560, ten symbols a link", with_symbolic_inertia(symdyn.example("puma560"))
     for n in (10, 14, 16, 60):
-        yield f"chain of {n}", read_text(starter("chain", "chain", n), "chain.toml")
+        yield f"chain of {n}", read_text(Starter("chain").from_template("chain", n), "chain.toml")
 
 
 def main() -> None:

@@ -18,6 +18,9 @@ ALL = 0
 MOST = 17
 """Digits that tell any two doubles apart."""
 
+DIGITS = {"all": ALL} | {str(count): count for count in range(1, MOST + 1)}
+"""How many may be shown, by their words."""
+
 _ASKED: ContextVar[int | None] = ContextVar("digits", default=None)
 
 

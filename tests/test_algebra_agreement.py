@@ -11,11 +11,11 @@ from graphs import Fractions
 from running import random_fractions
 
 from symdyn.algebra.big import BigFloats
-from symdyn.algebra.degree import bound
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.graph.ops import FUNCTIONS
+from symdyn.verify.degree import bound
 
 
 def rational_outputs(graph, x, y, z):

@@ -166,7 +166,7 @@ def test_the_module_runs_as_a_command_and_survives_a_closed_pipe() -> None:
 
 
 def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    def interrupt(path: str, options: object) -> None:
+    def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("symdyn.cli.scene_options.read_noting", interrupt)

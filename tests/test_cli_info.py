@@ -19,7 +19,7 @@ from symdyn.graph import Op, reachable
 from symdyn.program import formulate, lower, prepare, skipped
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
-from symdyn.scene.starters import starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.toml import read_text
 
 DOOR = str(Path(__file__).parent / "data" / "door.toml")
@@ -269,7 +269,7 @@ def test_where_names_are_read_symbolic_says_nothing(tmp_path: Path, capsys: Capt
 @pytest.mark.parametrize("template", ["rr", "cart_pole", "four_bar", "slider_crank"])
 def test_starters_are_reported(template: str, tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(starter(template, template))
+    path.write_text(Starter(template).from_template(template))
 
     assert main(["info", str(path)]) == 0
     assert "Left out or merged" in capsys.readouterr().out
@@ -277,7 +277,7 @@ def test_starters_are_reported(template: str, tmp_path: Path, capsys: Capture) -
 
 def test_a_start_without_a_real_value_costs_a_draw_of_free_parameters_and_no_more() -> None:
     """With r = 1.4 and l = 0.6, which a draw may give, sqrt(l**2 - (r*sin(pi/3))**2) is not real."""
-    free = read_text(starter("slider_crank", "slider_crank"))
+    free = read_text(Starter("slider_crank").from_template("slider_crank"))
     free = replace(free, parameters=tuple(replace(one, value=None) for one in free.parameters))
     numbers = Numbers(free)
     draw = dict.fromkeys([one.name for one in free.parameters], 1.0)

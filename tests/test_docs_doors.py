@@ -12,7 +12,7 @@ import symdyn
 from symdyn import identification, simulation, study
 
 IDENTIFICATION = {
-    "CRITERIA", "FAMILIES", "Excitation", "Gain", "Identification", "Identified", "Log", "OutputFit", "Payload",
+    "Excitation", "Gain", "Identification", "Identified", "Log", "OutputFit", "Payload",
     "Regression", "excite", "identified", "identify", "output_error", "with_parameters",
 }  # fmt: skip
 SIMULATION = {"Uncertainty"}

@@ -13,6 +13,7 @@ import pytest
 import symdyn
 from symdyn.cli import doctor, main
 from symdyn.extras import EXTRAS
+from symdyn.runtime.machine import PROGRAMS
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -78,7 +79,7 @@ def test_with_nothing_else_installed_all_is_told(tmp_path: Path) -> None:
     assert not found["compiler"]["works"]
     assert "no C compiler found" in found["compiler"]["why"]
     assert "NumPy" in found["compiler"]["without"]
-    assert [one["path"] for one in found["programs"]] == [None] * len(doctor.PROGRAMS)
+    assert [one["path"] for one in found["programs"]] == [None] * len(PROGRAMS)
     assert all(one["without"] for one in found["programs"])
     assert (found["cache"]["safe"], found["cache"]["entries"]) == (True, 0)
     assert not (tmp_path / "cache").exists()  # looking makes nothing

@@ -15,7 +15,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs.linear_loops import linear_loops
 from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
-from symdyn.scene.starters import starter
+from symdyn.scene.examples import Starter
 from symdyn.simulation import simulate
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.written import state_equations
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.runs()
 
 
 def row_of(n: int) -> Scene:
-    return read_text(starter("row", "n_four_bar", n))
+    return read_text(Starter("row").from_template("n_four_bar", n))
 
 
 def test_a_parallelogram_holds_its_coordinates_in_proportion():
@@ -39,7 +39,7 @@ def test_a_parallelogram_holds_its_coordinates_in_proportion():
 
 @pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
 def test_other_loops_do_not(template):
-    closed = Workspace(read_text(starter("one", template))).loops
+    closed = Workspace(read_text(Starter("one").from_template(template))).loops
 
     assert linear_loops(closed.numbers, closed.decisions) is None
 
@@ -94,7 +94,7 @@ def test_what_is_compiled_for_a_row_grows_as_its_length():
 @pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
 def test_the_rows_of_a_system_are_those_of_the_scene(template):
     """G is put together of its entries that are not zero."""
-    scene = read_text(starter("one", template))
+    scene = read_text(Starter("one").from_template(template))
     system, G = state_equations(scene), symdyn.load(scene, "constraint_jacobian").constraint_jacobian
     start = read_start(scene)
     x = np.concatenate([start.q, start.u + 0.3, np.zeros(int(system.works))])

@@ -32,7 +32,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import Candidates
 from symdyn.scene import Quantity, Scene, bind, read, read_text
-from symdyn.scene.starters import starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.values import acceleration_name
 from symdyn.scene.values.model import Signal
 from symdyn.verdict import Verdict
@@ -446,7 +446,8 @@ def up_to(name: str, way: str, closed: bool) -> None:
     """A formulation beyond what it pays for is not compared, and its formulas are no shorter."""
     row = OUTPUTS[name].constrained if closed else OUTPUTS[name]
     most = min(8, row.formulations[way].up_to)
-    one = read_text(starter("row", "n_four_bar", 5)) if closed or not of_trees(name) else chain(int(most) + 1)
+    five = Starter("row").from_template("n_four_bar", 5)
+    one = read_text(five) if closed or not of_trees(name) else chain(int(most) + 1)
     w = at_work(name, one)
     asked = request(name, w.scene)
     assert way not in Candidates(w, asked).names, way

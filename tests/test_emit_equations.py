@@ -25,7 +25,7 @@ from symdyn.emit.print.printed_names import PrintName, latex_symbols, latex_unit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, parse, read
-from symdyn.scene.starters import starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Parameter
 
@@ -184,7 +184,7 @@ def test_a_long_force_fits_the_page(group: str) -> None:
 @pytest.mark.long
 def test_equations_that_nobody_could_read_are_refused_with_the_way_out() -> None:
     with pytest.raises(DerivationError, match=r"symdyn generate writes .*\.sympy\('k_z', 0, 0\) gives a single"):
-        equations_text(read_text(starter("chain", "chain", 20), "chain.toml"), "text")
+        equations_text(read_text(Starter("chain").from_template("chain", 20), "chain.toml"), "text")
 
 
 def test_coefficients_name_what_vanishes() -> None:

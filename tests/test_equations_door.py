@@ -213,9 +213,9 @@ def test_a_six_axis_arm_takes_no_long() -> None:
 
 @pytest.mark.long
 def test_what_would_take_minutes_is_refused_in_seconds_with_a_way_out() -> None:
-    from symdyn.scene.starters import starter
+    from symdyn.scene.examples import Starter
 
-    chain = symdyn.equations(read_text(starter("chain", "chain", 60), "chain.toml"))
+    chain = symdyn.equations(read_text(Starter("chain").from_template("chain", 60), "chain.toml"))
     with counted() as calls, pytest.raises(symdyn.SymdynError, match=r"too long to be of use.*symdyn generate writes"):
         chain.sympy()
     assert calls.number < 100_000

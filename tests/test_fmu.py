@@ -19,12 +19,13 @@ from fmus import VERSIONS, model_of, sources_of, unpack, unpacked
 
 import symdyn
 from symdyn.cli import main
+from symdyn.cli.scene_options import read_bindings
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.program import lower, prepare, tunable
 from symdyn.runtime.complete import complete
 from symdyn.runtime.mockup_binary import binary_place
-from symdyn.scene import bind, read_bindings, read_text
+from symdyn.scene import bind, read_text
 from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

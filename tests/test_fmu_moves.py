@@ -16,9 +16,10 @@ from scipy.integrate import solve_ivp
 from test_fmu import SIGNALS
 
 import symdyn
+from symdyn.cli.scene_options import read_bindings
 from symdyn.emit import write
 from symdyn.runtime.mockup_binary import with_binaries
-from symdyn.scene import Scene, bind, read_bindings, read_text
+from symdyn.scene import Scene, bind, read_text
 from symdyn.simulation import simulate
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs("cc")]

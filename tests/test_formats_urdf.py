@@ -99,7 +99,7 @@ def test_what_was_changed_or_left_out_is_noted():
 
 
 def test_without_snapping_angles_keep_their_digits():
-    result = read_noting(ARM, ReadOptions(snap=False))
+    result = read_noting(ARM, snap=False)
 
     assert result.scene.joints[0].origin.steps[1:] == (("Rz", parse("-0.7853981634")), ("Rx", parse("1.57079633")))
     assert not [note for note in result.notes if "is read as" in note]
@@ -437,7 +437,7 @@ def test_a_floating_base_carries_the_mass_of_the_root_and_moves_the_joints_as_be
     np.testing.assert_allclose(np.diag(M(q))[:3], 4, rtol=1e-15)
     np.testing.assert_allclose(tau(q, u, u)[:3], [0, 0, 4 * 9.81], atol=1e-13)
     np.testing.assert_allclose(tau(q, u, u)[6:], lambdify(still, "inverse_dynamics")([0.4], [0], [0]), atol=1e-14)
-    assert not any("does not move" in note for note in read_noting(robot, ReadOptions(floating_base="trunk")).notes)
+    assert not any("does not move" in note for note in read_noting(robot, floating_base="trunk").notes)
 
 
 @pytest.mark.parametrize(

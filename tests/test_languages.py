@@ -20,7 +20,6 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.toml import read_text
-from symdyn.scene.values.texts import in_language
 from symdyn.teach import rendered, walkthrough
 
 room = import_module("symdyn.teach.languages")  # a name that its package offers for something else
@@ -198,7 +197,7 @@ def test_a_scene_may_say_what_its_letters_are_in_several_languages() -> None:
     scene = read_text(BOB.format(text='{ en = "mass of the bob", sk = "hmotnosť závažia" }'))
 
     assert [one.text for one in (*scene.parameters, *scene.inputs)] == ["mass of the bob", "voltage"]
-    assert [one.text for one in in_language(scene, "sk").parameters] == ["hmotnosť závažia"]
+    assert [one.text for one in scene.in_language("sk").parameters] == ["hmotnosť závažia"]
     assert read_text(write_text(scene).text) == scene
     pages = {code: rendered(walkthrough(scene, code), "md")["bob.md"] for code in ("en", "sk")}
     assert "hmotnosť závažia" in pages["sk"]

@@ -10,10 +10,11 @@ from arms import two_link
 from graphs import Fractions
 from running import call
 
+from symdyn.cli.scene_options import read_bindings
 from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
 from symdyn.program import formulate, lower
-from symdyn.scene import Quantity, bind, body, read_bindings, revolute, scene
+from symdyn.scene import Quantity, bind, body, revolute, scene
 
 
 def test_a_bound_parameter_has_its_value_and_the_others_stay_free():

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.errors import SceneError
-from symdyn.scene import ReadOptions, read, read_noting, scene_of
+from symdyn.scene import read, read_noting, scene_of
 
 DATA = Path(__file__).parent / "data"
 URDF = DATA / "gripper_arm.urdf"
@@ -52,7 +52,7 @@ def test_sdf_is_refused_with_the_way_out(tmp_path):
 
 
 def test_snapping_can_be_turned_off():
-    snapped, kept = read_noting(URDF), read_noting(URDF, ReadOptions(snap=False))
+    snapped, kept = read_noting(URDF), read_noting(URDF, snap=False)
 
     assert any(" is read as pi/2" in note for note in snapped.notes)
     assert not any(" is read as " in note and "pi" in note for note in kept.notes)
@@ -66,7 +66,7 @@ def test_an_invalid_inertia_of_a_robot_file_says_how_to_read_it_all_the_same(tmp
 
     with pytest.raises(SceneError, match=r"Ixx \+ Iyy >= Izz .* or read with --allow-invalid-inertia$"):
         read(path)
-    reading = read_noting(path, ReadOptions(allow_invalid_inertia=True))
+    reading = read_noting(path, allow_invalid_inertia=True)
     assert [body.allow_invalid_inertia for body in reading.scene.bodies] == [True]
     assert reading.scene == read(path, allow_invalid_inertia=True)
     assert [note for note in reading.notes if note.endswith("; kept as it is")]

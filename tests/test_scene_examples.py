@@ -13,10 +13,10 @@ from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
+from symdyn.scene.examples import Starter
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.start import start_of
-from symdyn.scene.starters import starter
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -87,16 +87,16 @@ def test_the_disc_begins_to_roll_without_slip():
 
 
 def test_n_four_bars_in_a_row():
-    row = read_text(starter("row", "n_four_bar", 40))
+    row = read_text(Starter("row").from_template("n_four_bar", 40))
 
     assert (len(row.bodies), len(row.loops), len(row.coordinates)) == (81, 40, 81)
-    assert residuals(read_text(starter("row", "n_four_bar", 3))) == [0] * 15
+    assert residuals(read_text(Starter("row").from_template("n_four_bar", 3))) == [0] * 15
 
 
 @pytest.mark.parametrize(("template", "n"), [("chain", 1025), ("n_four_bar", 1001), ("n_four_bar", 0)])
 def test_a_starter_has_a_largest_n(template, n):
     with pytest.raises(SceneError, match=f"n = {n} is out of range; {template} takes 1 to"):
-        starter("x", template, n)
+        Starter("x").from_template(template, n)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_a_starter_has_a_largest_n(template, n):
     ],
 )
 def test_examples_that_are_starters_are_their_text(name, template):
-    assert (ROOT / "examples" / f"{name}.toml").read_text() == starter(name, template)
+    assert (ROOT / "examples" / f"{name}.toml").read_text() == Starter(name).from_template(template)
 
 
 def test_two_link_is_example_5_28():

@@ -11,7 +11,7 @@ from mechanisms import AXES, shape
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, ReadOptions, read_noting, read_text, write_text
+from symdyn.scene import Quantity, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.joints.held_or_reversed import inverse
@@ -36,7 +36,7 @@ FOUR_BAR = (
 def noting(text, tmp_path, cuts=None):
     path = tmp_path / "four_bar.toml"
     path.write_text(text)
-    return read_noting(path, ReadOptions(spanning_tree=cuts))
+    return read_noting(path, spanning_tree=cuts)
 
 
 def faults(text, tmp_path, cuts=None):

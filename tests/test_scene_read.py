@@ -28,7 +28,7 @@ from symdyn.scene import (
     scene,
     with_symbolic_inertia,
 )
-from symdyn.scene.starters import STARTERS, starter
+from symdyn.scene.examples import Starter
 from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.scene.values import Pose
 from symdyn.spatial import Transform
@@ -295,9 +295,9 @@ def test_symbolic_inertia_steps_aside_for_names_in_use():
     assert len(names) == len(set(names))
 
 
-@pytest.mark.parametrize("template", STARTERS)
+@pytest.mark.parametrize("template", Starter.TEMPLATES)
 def test_every_starter_reads_back(template):
-    built = read_text(starter("mine", template))
+    built = read_text(Starter("mine").from_template(template))
 
     assert built.name == "mine"
     assert built.coordinates
@@ -305,7 +305,7 @@ def test_every_starter_reads_back(template):
 
 @pytest.mark.parametrize("n", [1, 3, 12])
 def test_a_chain_has_n_links(n):
-    built = read_text(starter("chain", "chain", n))
+    built = read_text(Starter("chain").from_template("chain", n))
 
     assert built.coordinates == tuple(f"q{k}" for k in range(1, n + 1))
     assert [j.parent for j in built.joints] == [Scene.GROUND] + [f"link{k}" for k in range(1, n)]
@@ -322,8 +322,9 @@ def test_a_chain_has_n_links(n):
     ],
 )
 def test_a_starter_that_cannot_be_written_says_why(arguments, message):
+    name, *words = arguments
     with pytest.raises(SceneError, match=message):
-        starter(*arguments)
+        Starter(name).from_template(*words)
 
 
 @pytest.mark.runs

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symdyn.scene import read, read_text
-from symdyn.scene.starters import starter
+from symdyn.scene.examples import Starter
 from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Picture, Step, Words
@@ -87,7 +87,9 @@ def test_axes_that_are_not_parallel_share_no_moment() -> None:
 @pytest.mark.mends("5.4")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "rrp", "rrr"])
 def test_a_coefficient_is_absent_for_a_reason_of_mechanics(name: str) -> None:
-    scene = read_text(starter(name, name), name) if name.startswith("rr") else read(EXAMPLES / f"{name}.toml")
+    scene = (
+        read_text(Starter(name).from_template(name), name) if name.startswith("rr") else read(EXAMPLES / f"{name}.toml")
+    )
     document = walkthrough(scene)
 
     for kind in ("k_D", "k_C"):

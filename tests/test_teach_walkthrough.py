@@ -23,8 +23,8 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, read
+from symdyn.scene.examples import Starter
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
@@ -76,7 +76,7 @@ def scene(name: str) -> Scene:
     if name == "sprung":
         return read_text(SPRUNG, name)
     if name in templates:
-        return read_text(starter(name, templates[name]), name)
+        return read_text(Starter(name).from_template(templates[name]), name)
     return read(EXAMPLES / f"{name}.toml")
 
 

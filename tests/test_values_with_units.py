@@ -15,9 +15,10 @@ from hypothesis import example, given, settings, strategies as st
 
 import symdyn
 from symdyn.cli import main
+from symdyn.cli.scene_options import read_bindings
 from symdyn.errors import IdentifyError, SceneError, SimulateError
 from symdyn.identification.scene import with_parameters
-from symdyn.scene import Scene, bind, body, parameter, parse, read_bindings, read_text, revolute, scene, write_text
+from symdyn.scene import Scene, bind, body, parameter, parse, read_text, revolute, scene, write_text
 from symdyn.scene.values import spell
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import read_forces

@@ -8,10 +8,10 @@ from fractions import Fraction
 import pytest
 
 from symdyn.algebra.big import BigFloats, RunningErrors
-from symdyn.algebra.degree import Bounds, bound
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.algebra.midpoints import Midpoints, RealBalls
 from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.verify.degree import Bounds, bound
 from symdyn.verify.points import FirstPoints
 
 SEEDS = [[11, 12], [21, 22]]

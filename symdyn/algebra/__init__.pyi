@@ -10,7 +10,6 @@ from .big import (
 from .collect import rounded as rounded
 from .compact import Compactor as Compactor
 from .constants import constants as constants, is_simple as is_simple
-from .degree import Bound as Bound, Bounds as Bounds
 from .finite_field import FiniteField as FiniteField, Needs as Needs, Redraw as Redraw
 from .form import (
     Form as Form,
@@ -36,4 +35,3 @@ from .sympy_algebra import (
     graph_to_sympy as graph_to_sympy,
 )
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing
-from .vanishing import vanishes as vanishes

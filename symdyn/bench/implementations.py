@@ -20,7 +20,7 @@ from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS, SINGLE, ShortSines
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
-from symdyn.runtime import RUNNERS, Runner, build_extension
+from symdyn.runtime import RUNNERS, build_extension
 
 
 @dataclass(frozen=True)
@@ -126,15 +126,15 @@ def _every() -> list[Built]:
     """Return how every target that takes many states at once is measured: in ways of its own, or as its runner runs."""
     own = {one.target for one in BUILT}
     modules = [
-        Built(name, runner.many, partial(_run, runner), partial(_called, f"{TARGETS[name].title} module"), False)
+        Built(name, runner.many, partial(_run, name), partial(_called, f"{TARGETS[name].title} module"), False)
         for name, runner in RUNNERS.items()
         if runner.batches and not runner.asked and name not in own
     ]
     return [*modules, *BUILT]
 
 
-def _run(runner: Runner, sources: Sources, machine: str) -> Any:
-    return runner.run(sources)
+def _run(target: str, sources: Sources, machine: str) -> Any:
+    return RUNNERS[target].run(sources)
 
 
 def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:

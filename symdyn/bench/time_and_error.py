@@ -24,7 +24,7 @@ from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import Candidates, formulate, lower
-from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, python_headers
+from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]
@@ -74,10 +74,8 @@ def bench(
         machines = ()
         notes.append(f"C and ufunc were not measured: {fault}")
     else:
-        try:
-            python_headers()
-        except MissingCompiler as fault:
-            notes.append(f"ufunc was not measured: {fault}")
+        if why := here()["headers"]["why"]:
+            notes.append(f"ufunc was not measured: {why}")
     progress("looking for singular positions")
     positions = _positions(scene, seed)
     found: list[Measured] = []
@@ -221,19 +219,19 @@ def _references(
 def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) -> Measured:
     function, real = one.routine.function, REALS[one.real]
     errors, relative = [], []
-    for region, here in regions.items():
-        known = here.known
+    for region, states in regions.items():
+        known = states.known
         if not len(known.kept):
             continue
         with np.errstate(all="ignore"):
-            computed = np.asarray(one.results(here.states), float)
+            computed = np.asarray(one.results(states.states), float)
         gap = known.errors(computed)
         largest = np.max(np.abs(known.high), axis=1)
         scale = np.where(largest > 0, largest, 1.0)
         ulp = np.max(gap, axis=1) / (2 * real.roundoff * np.maximum(largest, real.tiniest / real.roundoff))
         own = known.bound * (real.roundoff / REALS["double"].roundoff) + real.tiniest
         share = np.max(gap / own, axis=1)
-        solve, tau = here.solve, here.states.get("tau")
+        solve, tau = states.solve, states.states.get("tau")
         plain = computed.ndim == 2  # else each number is a sum, which is not solved with here
         backward = (
             solve.backward(computed, tau, known.kept, real.roundoff) if solve and tau is not None and plain else None

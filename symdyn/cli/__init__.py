@@ -18,7 +18,7 @@ from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.cli.talk import begin, fail, print_json, say
 from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
 from symdyn.resources import version
-from symdyn.rounding import ALL, MOST, showing
+from symdyn.rounding import DIGITS, showing
 
 VERBS = {
     "equations": "print the equations of motion",
@@ -128,17 +128,15 @@ def add_talk(verb: argparse.ArgumentParser) -> None:
         "--digits",
         type=_digits,
         metavar="N",
-        help=f"significant digits of numbers that are rounded for people, 1 to {MOST}, or all; what machines read "
-        "(CSV, JSON, code) has all of them",
+        help=f"significant digits of numbers that are rounded for people, 1 to {max(DIGITS.values())}, or all; what "
+        "machines read (CSV, JSON, code) has all of them",
     )
 
 
 def _digits(text: str) -> int:
-    if text == "all":
-        return ALL
-    if text.isascii() and text.isdigit() and len(text) <= len(str(MOST)) and 1 <= int(text) <= MOST:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {MOST}, or all")
+    if text.lstrip("0") in DIGITS:
+        return DIGITS[text.lstrip("0")]
+    raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {max(DIGITS.values())}, or all")
 
 
 class Version(argparse.Action):

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from symdyn.cli.talk import print_text
 from symdyn.errors import SymdynError
 from symdyn.extras import install
-from symdyn.scene import STARTERS, examples
+from symdyn.scene import Starter, examples
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -21,7 +21,7 @@ FILES, FOLDERS = ("SCENE", "FILE", "OUT", "DIR|FILE", "F", "M"), ("DIR",)
 """What stands for a file or a folder in help texts, where it is completed as such."""
 
 WORDS: Mapping[tuple[str, str], Callable[[], Sequence[str]]] = {
-    ("new", "template"): lambda: tuple(STARTERS),
+    ("new", "template"): lambda: tuple(Starter.TEMPLATES),
     ("new", "example"): examples,
 }
 """What may be said beside the choices that options have: verb and option, and words."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import platform
-import shutil
 import sys
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, packages_distributions, version as installed
@@ -17,23 +16,10 @@ from typing import Any
 from symdyn.cli.talk import give, print_table, print_text
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
-from symdyn.runtime import CACHE_VARIABLE, RUNTIMES, here
+from symdyn.runtime import CACHE_VARIABLE, here
 from symdyn.table import Table
 
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich", "platformdirs", "defusedxml")
-
-PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
-    "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
-    "C++ compiler": (RUNTIMES["C++ compiler"], "verify measures no C++, which is written all the same"),
-    "Rust compiler": (RUNTIMES["Rust compiler"], "verify measures no Rust, which is written all the same"),
-    "Node.js": (RUNTIMES["Node.js"], "verify runs no JavaScript, which is written all the same"),
-    "Octave": (RUNTIMES["Octave"], "verify measures no MATLAB, which is written all the same"),
-    "Chromium": (
-        ("chromium", "chromium-browser", "google-chrome", "chrome"),
-        "nothing: only tests of pages run it, and any browser shows them",
-    ),
-}
-"""Programs by title: their commands, and what one does without."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -52,15 +38,16 @@ def run(options: argparse.Namespace) -> int:
 
 def looked() -> dict[str, Any]:
     """Return what is there, for JSON."""
-    packages = packages_distributions()
+    packages, machine = packages_distributions(), here()
+    programs = machine.pop("programs")
     return {
         "symdyn": version(),
         "python": {"version": platform.python_version(), "path": sys.executable},
         "system": platform.platform(),
         "packages": {name: _version(name) for name in PACKAGES},
-        **here(),
+        **machine,
         "extras": [_extra(name, packages) for name in EXTRAS],
-        "programs": [_program(title) for title in PROGRAMS],
+        "programs": programs,
     }
 
 
@@ -83,13 +70,6 @@ def _extra(name: str, packages: Mapping[str, list[str]]) -> dict[str, Any]:
         "name": name, "there": there, "modules": versions,
         "without": None if there else extra.without, "install": install(name),
     }  # fmt: skip
-
-
-def _program(title: str) -> dict[str, Any]:
-    """Return where a program is, or what one does without."""
-    commands, without = PROGRAMS[title]
-    path = next((found for command in commands if (found := shutil.which(command))), None)
-    return {"name": title, "path": path, "without": None if path else without}
 
 
 def show(result: Mapping[str, Any]) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from symdyn.algebra import Array
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, scene_and_notes
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
-from symdyn.draw import check_picture, free_body, picture, pose
+from symdyn.draw import free_body, picture, pose
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneUnits, parse
 from symdyn.scene.values import FormulaError, Unit, fits, split_commas
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     view = None if options.view is None else _view(options.view)
     if options.watch:
         return _watched(options, view)
-    file = None if not options.output else check_picture(options.output)
+    file = Path(options.output) if options.output else None
     scene = read_scene(options)
     with Waiting() as progress:
         progress("drawing")

@@ -12,7 +12,7 @@ from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
-from symdyn.identification import CRITERIA, FAMILIES, excite
+from symdyn.identification import Excitation, excite
 from symdyn.simulation import CHECKS
 
 USUAL: dict[str, Any] = {
@@ -41,9 +41,10 @@ def add_exciting(verb: argparse.ArgumentParser) -> None:
         "tool.z=0.1..",
     )
     group.add_argument("--period", type=seconds, metavar="T", help="s (default: 10)")
-    group.add_argument("--family", metavar="F", help=f"{' or '.join(FAMILIES)} (default: {USUAL['family']})")
+    families, criteria = " or ".join(Excitation.families), ", ".join(Excitation.criteria)
+    group.add_argument("--family", metavar="F", help=f"{families} (default: {USUAL['family']})")
     group.add_argument("--terms", type=int, metavar="N", help="rounds a period of the fastest term (default: 5)")
-    group.add_argument("--criterion", metavar="C", help=f"{', '.join(CRITERIA)} (default: {USUAL['criterion']})")
+    group.add_argument("--criterion", metavar="C", help=f"{criteria} (default: {USUAL['criterion']})")
     group.add_argument("--noise", metavar="LIST", help="standard deviations of the drives' forces, e.g. tau1=0.5")
     group.add_argument(
         "--starts", type=int, metavar="N", help="of many drawn motions, how many to improve (default: 4)"

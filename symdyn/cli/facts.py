@@ -17,7 +17,7 @@ from symdyn.program import choose, count_derived, formulate, lower, prepare, ski
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Joint, Letter, Place, as_written, spell
+from symdyn.scene.values import Joint, Place, spell
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
@@ -36,7 +36,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
     counted, more = _counted(equations, outputs)
     left_out += [*more, *_no_reactions(scene)]
     freedoms = _mobility(scene, closing)
-    told = SceneUnits(scene).told
+    told, written = SceneUnits(scene).told, _written(scene)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
@@ -77,7 +77,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
                 "value": spell(p.value) if p.value else None,
                 "unit": told[p.name],
                 "text": p.text,
-                **_written(p),
+                **written.get(p.name, {}),
             }
             for p in scene.parameters
         ],
@@ -91,9 +91,9 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     """Return the inputs and the outputs that a scene names, nothing where it names none."""
-    told = SceneUnits(scene).told
+    told, written = SceneUnits(scene).told, _written(scene)
     inputs = [
-        {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **_written(p)}
+        {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **written.get(p.name, {})}
         for p in scene.inputs
     ]
     looked = SceneUnits(scene).outputs
@@ -103,9 +103,9 @@ def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     return {name: some for name, some in (("inputs", inputs), ("outputs", outputs)) if some}
 
 
-def _written(letter: Letter) -> dict[str, str]:
-    """Return a value as it was written, where that is in another unit than that of SI."""
-    return {"written": said} if (said := as_written(letter)) else {}
+def _written(scene: Scene) -> dict[str, dict[str, str]]:
+    """Return by name the values that were written in another unit than that of SI, as they were."""
+    return {name: {"written": said} for name, said in SceneUnits(scene).written.items()}
 
 
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:

@@ -12,7 +12,7 @@ from symdyn.cli.scene_options import add_reading_options, again, read_scene, say
 from symdyn.cli.talk import Waiting, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
-from symdyn.identification import GAINED, TERMS, Identification, identify
+from symdyn.identification import Identification, identify
 from symdyn.rounding import finite, in_digits
 from symdyn.scene.values import split_commas
 
@@ -28,6 +28,7 @@ WAYS = {
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
+    gained = ", ".join(Identification.gain_units).replace("%", "%%")
     add_reading_options(verb)
     verb.add_argument(
         "data",
@@ -39,15 +40,14 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--friction",
         metavar="LIST",
-        help=f"terms of every drive beside what the scene declares: {', '.join(TERMS)}, or all",
+        help=f"terms of every drive beside what the scene declares: {', '.join(Identification.friction_terms)}, or all",
     )
     verb.add_argument("--hold-back", type=float, metavar="SHARE", help="part of every log that judges the result: 0.25")
     verb.add_argument(
         "--units",
         metavar="LIST",
         help="columns that are not in SI with radians, e.g. t=ms,q*=deg,tau1=Ncm; "
-        f"drives whose gain is not known, e.g. tau*=A: {', '.join(GAINED).replace('%', '%%')}; and those whose gain "
-        "is, tau1=0.12*A",
+        f"drives whose gain is not known, e.g. tau*=A: {gained}; and those whose gain is, tau1=0.12*A",
     )
     verb.add_argument(
         "--payload",
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             scene,
             options.data,
             options.band,
-            tuple(TERMS) if terms == ["all"] else [one for one in terms if one],
+            Identification.friction_terms if terms == ["all"] else [one for one in terms if one],
             options.hold_back or 0.0,
             not options.keep_outliers,
             pairs(options.units, "--units"),

@@ -17,10 +17,9 @@ import numpy as np
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
-from symdyn.emit import Contents
+from symdyn.emit import Contents, write_file
 from symdyn.linear import System, shown
 from symdyn.rounding import in_digits
-from symdyn.simulation import write_whole
 
 Lines: TypeAlias = list[str]
 Data: TypeAlias = dict[str, Any]
@@ -138,7 +137,7 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     lines += list(found.notes)
     if options.gains:
         path = Path(options.gains)
-        write_whole(path, found.text())
+        write_file(path, found.text())
         words = ["symdyn", "simulate", options.scene, "--until", "10", "--feedback", str(path)]
         words += ["--bind", options.bind] if options.bind else []
         words += ["--forces", *flattened(options.forces)] if system.found.feeding else []
@@ -215,5 +214,5 @@ def written(names: Sequence[str], table: Callable[[], str], picture: Callable[[s
     for name in names:
         ending = Path(name).suffix.lower()
         contents: Contents = table() if ending == ".csv" else picture(ending[1:])
-        write_whole(Path(name), contents)
+        write_file(name, contents)
     return [str(name) for name in names]

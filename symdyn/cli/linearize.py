@@ -14,7 +14,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, sp
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
-from symdyn.linear import System, SystemsFile, find_systems
+from symdyn.linear import System, SystemsFile
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 from symdyn.simulation import Problem
@@ -99,12 +99,12 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     problem = Problem(scene, flattened(options.forces))
     if options.at == REST or options.along is not None:
         where = REST if options.along is None else Path(options.along)
-        return find_systems(problem, where, outputs, independent, options.anywhere)
+        return System.find(problem, where, outputs, independent, options.anywhere)
     _, start = collected(
         lambda: problem.driving, lambda: Problem(scene, (), pairs(options.at, "--at"), rates_of(options)).initial
     )
     problem = replace(problem, start=start)  # type: ignore[arg-type]
-    return find_systems(problem, "start", outputs, independent, options.anywhere)
+    return System.find(problem, "start", outputs, independent, options.anywhere)
 
 
 def _text(system: System, options: argparse.Namespace) -> str:

@@ -9,7 +9,7 @@ from symdyn.cli.talk import print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, SceneError
-from symdyn.scene import STARTERS, example_text, examples, starter
+from symdyn.scene import Starter, examples
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -41,8 +41,8 @@ def run(options: argparse.Namespace) -> int:
 def _starter(options: argparse.Namespace, name: str) -> str:
     if not name:
         raise SceneError("new: it needs a name; `symdyn new arm --template rr`, or `symdyn new --example four_bar`")
-    template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
-    return starter(name, template, options.n)
+    template = (options.template or (name if name in Starter.TEMPLATES else "rr")).replace("-", "_")
+    return Starter(name).from_template(template, options.n)
 
 
 def _example(options: argparse.Namespace, name: str) -> str:
@@ -50,4 +50,4 @@ def _example(options: argparse.Namespace, name: str) -> str:
     beside = [f"--{word}" for word in ("template", "n") if getattr(options, word) is not None]
     if beside:
         raise SceneError(f"new: --example {options.example} is a whole scene; leave {' and '.join(beside)} out")
-    return example_text(options.example.replace("-", "_"), name)
+    return Starter(name).from_example(options.example.replace("-", "_"))

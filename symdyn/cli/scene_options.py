@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.cli.talk import say
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import ReadOptions, Scene, bind, read_bindings, read_noting, with_symbols
-from symdyn.scene.values import ask_for_units, split_commas
+from symdyn.scene import Scene, bind, parse, read_noting, with_symbols
+from symdyn.scene.values import FormulaError, ask_for_units, split_commas
 
 if TYPE_CHECKING:
     from symdyn.dynamics import LoopChoices
@@ -180,16 +180,43 @@ def say_values_alone(options: argparse.Namespace, scene: Scene, who: str) -> Non
 
 def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     """Return the scene that the options name, and what its reader notes."""
-    cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
-    how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base, options.no_units)
+    cuts = options.spanning_tree and split_commas(options.spanning_tree)
     path = Path(options.scene)
-    reading = read_noting(StandardInput() if options.scene == STDIN else path, how)
+    reading = read_noting(
+        StandardInput() if options.scene == STDIN else path, options.snap, options.allow_invalid_inertia, cuts,
+        options.floating_base, options.no_units,
+    )  # fmt: skip
     whole, name = (printable(str(one), keep="") for one in (path, path.name))
     notes = [one.replace(whole, name, 1) if one.startswith(whole) else one for one in reading.notes[:MOST_NOTES]]
     if len(reading.notes) > MOST_NOTES:
         notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
     return bind(scene, _bindings(options, scene)) if options.bind is not None else scene, notes
+
+
+def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
+    """Return name and formula of every part of `m1=2.5, h1=1/2`.
+
+    Args:
+        text: the parts.
+        option: what gives them, for messages.
+
+    Raises:
+        SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.
+    """
+    values: dict[str, str] = {}
+    for part in split_commas(text) or [""]:
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not name or not equals or not value:
+            raise SceneError(f'{option}: "{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
+        if name in values:
+            raise SceneError(f"{option}: {name} gets two values, {values[name]} and {value}; give one of them")
+        try:
+            parse(value)
+        except FormulaError as fault:
+            raise SceneError(f"{option}: {name}: {fault}") from None
+        values[name] = value
+    return values
 
 
 def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:

@@ -13,9 +13,9 @@ from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene import Scene
-from symdyn.scene.values import Faults, in_si_here, split_commas
-from symdyn.simulation import CHECKS, Trajectory, axes_of, check_columns
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import Faults, FormulaError, split_commas
+from symdyn.simulation import CHECKS, Trajectory, axes_of
 from symdyn.simulation.prescribed import words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
@@ -77,7 +77,7 @@ def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
     if options.plot_columns and not options.plot:
         raise SimulateError("--plot-columns: of --plot, which is not given")
     try:
-        check_columns(scene, _chosen(options))
+        Trajectory.check_columns(scene, _chosen(options))
     except UnknownNameError as fault:
         raise SimulateError(f"--plot-columns: {fault}") from None
 
@@ -175,10 +175,20 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
 def forces_told(scene: Scene, options: argparse.Namespace) -> list[str]:
     """Return what --forces says; of a formula for an input that is in another unit than SI's, say that it is in SI."""
     entries = flattened(options.forces)
-    said = [one.partition("=") for one in entries]
-    for line in in_si_here(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said]):
-        say(line)
+    chosen = {one.name: one for one in scene.inputs if one.written}
+    said = [(name.strip(), text.strip()) for name, _, text in (one.partition("=") for one in entries)]
+    for name in dict.fromkeys(name for name, text in said if name in chosen and _names_something(text)):
+        say(f"{name} is in {chosen[name].unit} here, its file says {chosen[name].written}")
     return entries
+
+
+def _names_something(text: str) -> bool:
+    """Tell whether a text is a formula without a unit that names something, letters of which may stand in SI."""
+    try:
+        found = parse(text)
+    except FormulaError:
+        return False
+    return bool(found.symbols) and not found.unit
 
 
 def flattened(entries: Sequence[Sequence[str]] | None) -> list[str]:

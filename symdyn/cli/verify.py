@@ -18,6 +18,7 @@ from symdyn.cli.scene_options import (
     add_reading_options,
     closing_of,
     functions_of,
+    read_bindings,
     read_scene,
     split,
 )
@@ -26,7 +27,7 @@ from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, SceneUnits, parse, read_bindings
+from symdyn.scene import Scene, SceneUnits, parse
 from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
 from symdyn.table import Table
 from symdyn.verdict import Verdict

@@ -10,6 +10,7 @@ import argparse
 import re
 import shlex
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -21,7 +22,7 @@ from symdyn.emit import emit
 from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verdict import Unclaimed
-from symdyn.verify import Certificate, hiding_files, why_unread
+from symdyn.verify import Certificate, why_unread
 
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
@@ -59,15 +60,11 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         target, (file, *_) = next(iter(wanted.values())).target, next(iter(commands.values()))
         raise VerifyError(f"{folder / file}: {why_unread(target)}")
     parts = [_of_command(options, folder, command, wanted[command], progress) for command in read]
-    first, *rest = parts
-    written = tuple(one for part in parts for one in part.written)
-    named = {one.file for one in written}
-    left = [name for name in sorted(_names(folder)) if name not in named]
-    hiding = hiding_files(folder, written, left)
-    written += hiding
-    hidden = {one.file for one in hiding}
+    names = sorted(_names(folder))
+    found = Certificate.of_folder(parts, folder, names)
+    judged = {one.file for one in found.written}
     unread = {name: wanted[one].target for one, files in commands.items() if one not in read for name in files}
-    left = [name for name in left if name not in hidden and name not in unread]
+    left = [name for name in names if name not in judged and name not in unread]
     ours = [name for name in left if any(name in files for files in commands.values())]
     told = (
         [f"not read, by their names they are another scene's: {', '.join(printable(one, '') for one in ours)}"]
@@ -81,17 +78,7 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         Unclaimed(f"the text of {', '.join(one for one in unread if unread[one] == target)}", why_unread(target))
         for target in dict.fromkeys(unread.values())
     ]
-    return Certificate(
-        first.scene,
-        first.fields,
-        tuple(one for part in parts for one in part.findings),
-        (),
-        tuple(dict.fromkeys([note for part in (first, *rest) for note in part.notes] + told)),
-        "",
-        written,
-        absent=tuple(dict.fromkeys(one for part in parts for one in part.absent)),
-        unshown=tuple(unreadable),
-    )
+    return replace(found, notes=tuple(dict.fromkeys((*found.notes, *told))), unshown=tuple(unreadable))
 
 
 def commands_in(folder: Path) -> dict[str, list[str]]:

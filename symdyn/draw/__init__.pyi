@@ -7,7 +7,6 @@ from .films import FILMS as FILMS, check_film as check_film, film as film
 from .force_arrows import Wrench as Wrench
 from .free_bodies import acting_on as acting_on, free_body as free_body
 from .lettering import Text as Text
-from .picture_files import check_picture as check_picture
 from .pictures import Lettered as Lettered, picture as picture
 from .positions import pose as pose
 from .reel import Reel as Reel

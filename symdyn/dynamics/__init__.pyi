@@ -25,7 +25,6 @@ from .outputs.requests import (
     formulations_of as formulations_of,
     kept_in_lines as kept_in_lines,
     known_formulation as known_formulation,
-    looped as looped,
     of_place as of_place,
     request_of as request_of,
     row_of as row_of,

@@ -1,13 +1,10 @@
 """Names that `symdyn.identification` offers; each is imported when it is first used."""
 
-from .criteria import CRITERIA as CRITERIA
 from .excitation import Excitation as Excitation
 from .exciting_motion import excite as excite
-from .families import FAMILIES as FAMILIES
 from .gains import Gain as Gain
 from .identification import Identification as Identification
 from .identify_logs import identify as identify
-from .linear_model import TERMS as TERMS
 from .log import Log as Log
 from .outcome import Outcome as Outcome
 from .output_error import output_error as output_error
@@ -16,4 +13,3 @@ from .payload import Payload as Payload
 from .regression import Regression as Regression
 from .report import report as report
 from .scene import Identified as Identified, identified as identified, with_parameters as with_parameters
-from .units import GAINED as GAINED

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Array
 from symdyn.identification.bounds import Bound
+from symdyn.identification.criteria import CRITERIA
+from symdyn.identification.families import FAMILIES
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown
@@ -54,7 +56,7 @@ class Excitation(Shown):
 
     Attributes:
         run: the motion with the forces that the scene predicts; rows from 0 to the period.
-        family, criterion: rows of `FAMILIES` and `CRITERIA`.
+        family, criterion: of `families` and `criteria`.
         period: s.
         terms: of the family.
         seed: what repeats it.
@@ -66,7 +68,11 @@ class Excitation(Shown):
         margin: least distance to a limit between samples too, in parts of half its room.
         coefficients: of the family's functions by coordinate, rad or m, shape (k, nq).
         notes: what a user should know.
+        families, criteria: those that there are.
     """
+
+    families: ClassVar[tuple[str, ...]] = tuple(FAMILIES)
+    criteria: ClassVar[tuple[str, ...]] = tuple(CRITERIA)
 
     run: Trajectory
     family: str

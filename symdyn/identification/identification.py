@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,10 +14,11 @@ from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
 from symdyn.identification.identifiability import Untold
-from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.linear_model import TERMS, LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.outliers import Outlier
 from symdyn.identification.regression import Regression
+from symdyn.identification.units import GAINED
 from symdyn.identification.validation import Fit
 from symdyn.scene import INERTIAL, Scene
 from symdyn.scene.values import choice
@@ -50,7 +51,12 @@ class Identification(Shown):
         used: of each motion, which samples were fitted, shapes (N, nv).
         held: of each motion, which samples were held back, shapes (N,).
         gains: of drives that show something else than their force, such as currents.
+        friction_terms: those that may be added to every drive.
+        gain_units: what such drives may show.
     """
+
+    friction_terms: ClassVar[tuple[str, ...]] = tuple(TERMS)
+    gain_units: ClassVar[tuple[str, ...]] = tuple(GAINED)
 
     scene: Scene
     model: LinearModel

@@ -19,6 +19,6 @@ from .record import SystemsFile as SystemsFile
 from .regulator import Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
 from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
-from .system import System as System, find_systems as find_systems
+from .system import System as System
 from .transfer import transfers as transfers
 from .verdict import Stability as Stability, stability as stability

@@ -12,12 +12,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.emit import Contents
-from symdyn.errors import LinearizeError, SimulateError
+from symdyn.emit import Contents, write_file
+from symdyn.errors import EmitError, LinearizeError
 from symdyn.linear.axis import Axis
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.report import as_json
-from symdyn.simulation import write_whole
 from symdyn.table import Table
 
 
@@ -107,6 +106,6 @@ class SystemsFile:
         if len({(one.states, one.inputs, one.outputs) for one in systems}) != 1:
             raise LinearizeError(f"{self.path}: these are systems of different states; write one at a time, with --at")
         try:
-            write_whole(self.path, WRITERS[self.path.suffix.lower()](systems))
-        except SimulateError as fault:
-            raise LinearizeError(fault.faults) from None
+            write_file(self.path, WRITERS[self.path.suffix.lower()](systems))
+        except EmitError as fault:
+            raise LinearizeError(str(fault)) from None

@@ -78,37 +78,38 @@ class System:
         made = animate_modes(self.found, path, reel, note)
         return [(where, mode, _words(mode)) for where, mode in made]
 
+    @classmethod
+    def find(
+        cls,
+        problem: Problem,
+        where: Path | str,
+        outputs: Sequence[str] = (),
+        independent: Sequence[str] = (),
+        anywhere: bool = False,
+    ) -> tuple[list[System], Sequence[str]]:
+        """Return the linear systems of a scene, and what is said of how they were found.
+
+        `where` is a file of a run, for a system at every sample; "rest" for all positions of rest; "start" for where
+        the problem starts. Other arguments as of `linearize`.
+
+        Raises:
+            LinearizeError: as of `linearize`; no position of rest, or a file that is no run of the scene.
+        """
+        asked = prepared(problem, outputs, independent)
+        if isinstance(where, Path):
+            return [cls(asked, one, None) for one in along(asked, read_run(problem.scene, where))], ()
+        if where != "rest":
+            start = problem.initial
+            found = settled(asked, asked.at(start.q, start.u, notes=start.notes), anywhere)
+            return [cls(asked, found, symbolic(asked, found))], ()
+        places = equilibria(asked)
+        notes = told_of(places)
+        if not places.systems:
+            way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
+            raise LinearizeError([f"{problem.scene.name}: {notes[0]}{way}", *notes[1:]])
+        return [cls(asked, one, symbolic(asked, one)) for one in places.systems], notes
+
 
 def _words(mode: Mode) -> str:
     turns = f", {in_digits(mode.frequency, 6)} Hz, a round in {MODE_PERIOD:g} s" if mode.oscillates else ""
     return f"the mode {shown(mode.value)} 1/s{turns}"
-
-
-def find_systems(
-    problem: Problem,
-    where: Path | str,
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
-    anywhere: bool = False,
-) -> tuple[list[System], Sequence[str]]:
-    """Return the linear systems of a scene, and what is said of how they were found.
-
-    `where` is a file of a run, for a system at every sample; "rest" for all positions of rest; "start" for where the
-    problem starts. Other arguments as of `linearize`.
-
-    Raises:
-        LinearizeError: as of `linearize`; no position of rest, or a file that is no run of the scene.
-    """
-    asked = prepared(problem, outputs, independent)
-    if isinstance(where, Path):
-        return [System(asked, one, None) for one in along(asked, read_run(problem.scene, where))], ()
-    if where != "rest":
-        start = problem.initial
-        found = settled(asked, asked.at(start.q, start.u, notes=start.notes), anywhere)
-        return [System(asked, found, symbolic(asked, found))], ()
-    places = equilibria(asked)
-    notes = told_of(places)
-    if not places.systems:
-        way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
-        raise LinearizeError([f"{problem.scene.name}: {notes[0]}{way}", *notes[1:]])
-    return [System(asked, one, symbolic(asked, one)) for one in places.systems], notes

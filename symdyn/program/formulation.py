@@ -30,7 +30,6 @@ from symdyn.dynamics import (
     formulations_of,
     known_formulation,
     loop_alone,
-    looped,
     row_of,
 )
 from symdyn.dynamics.outputs import Counts
@@ -124,19 +123,17 @@ class Candidates:
 
         Without `lines` a loop over a table is not derived in lines as well, where it need not be.
         """
-        loop, workspace = self.loop(formulation), self.workspace
-        if loop and not lines:
-            alone = loop_alone(workspace, self.request, loop)
-            if not (alone.loop and alone.loop.may_fail(workspace.scene)):
-                return alone
+        alone, workspace = self.loop(formulation), self.workspace
+        if alone and not lines and not (alone.loop and alone.loop.may_fail(workspace.scene)):
+            return alone
         if formulation is not None and formulation in self._formulations():
             return derive_one(workspace, self.request, formulation)
         found = self.cheapest()
-        return replace(found, loop=workspace.table_loop(loop)) if loop else found
+        return replace(found, loop=alone.loop) if alone else found
 
-    def loop(self, formulation: str | None = None) -> str:
-        """Return the formulation by which it is a loop over a table: the one asked for, or by count; "" for none."""
-        return looped(self.workspace, self.request, formulation)
+    def loop(self, formulation: str | None = None) -> Function | None:
+        """Return it as a loop over a table alone: by the formulation asked for, or by count; None where it is none."""
+        return loop_alone(self.workspace, self.request, formulation)
 
     def _formulations(self) -> tuple[str, ...]:
         return formulations_of(self.request, self.workspace.scene)

@@ -6,11 +6,11 @@ from .cached_bytes import Kept as Kept
 from .commands import Commands as Commands
 from .compiler import find_compiler as find_compiler
 from .complete import complete as complete
-from .extension import build_extension as build_extension, python_headers as python_headers
+from .extension import build_extension as build_extension
 from .folder import CACHE_VARIABLE as CACHE_VARIABLE
 from .library import load_functions as load_functions
 from .loaded import Loaded as Loaded, lambdify as lambdify, load_program as load_program
-from .machine import RUNTIMES as RUNTIMES, here as here
+from .machine import here as here
 from .mockup_binary import with_binaries as with_binaries
 from .numeric_function import NumericFunction as NumericFunction, Operand as Operand
 from .runners import RUNNERS as RUNNERS, Runner as Runner, run_python as run_python

@@ -1,7 +1,8 @@
-"""What this machine has to compile and to run generated code, and what one does without where it is missing."""
+"""What this machine has to compile, run and show what is generated, and what one does without where it is missing."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from os import W_OK, access
 from typing import Any
@@ -14,21 +15,33 @@ from symdyn.runtime.folder import cache_folder
 from symdyn.runtime.run_node import NODE_COMMANDS
 from symdyn.runtime.run_octave import OCTAVE_COMMANDS
 
-RUNTIMES: Mapping[str, tuple[str, ...]] = {
-    "C++ compiler": CPLUSPLUS.candidates,
-    "Rust compiler": RUSTC.candidates,
-    "Node.js": NODE_COMMANDS,
-    "Octave": OCTAVE_COMMANDS,
+PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
+    "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
+    "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
+    "Node.js": (NODE_COMMANDS, "verify runs no JavaScript, which is written all the same"),
+    "Octave": (OCTAVE_COMMANDS, "verify measures no MATLAB, which is written all the same"),
+    "Chromium": (
+        ("chromium", "chromium-browser", "google-chrome", "chrome"),
+        "nothing: only tests of pages run it, and any browser shows them",
+    ),
 }
-"""Programs that generated code runs by, and the commands that they are looked for as."""
+"""Programs by title: their commands, and what one does without."""
 
 NO_COMPILER = "load, lambdify and simulate run the NumPy module: the same results, slower; verify measures no C"
 NO_HEADERS = "load runs the NumPy module: the same results, slower"
 
 
-def here() -> dict[str, dict[str, Any]]:
-    """Return the compiler of C, Python's headers and the cache, as plain values; nothing is made or changed."""
-    return {"compiler": _compiler(), "headers": _headers(), "cache": _cache()}
+def here() -> dict[str, Any]:
+    """Return the compiler of C, Python's headers, the cache and programs as plain values; nothing is made."""
+    programs = [_program(title, *row) for title, row in PROGRAMS.items()]
+    return {"compiler": _compiler(), "headers": _headers(), "cache": _cache(), "programs": programs}
+
+
+def _program(title: str, commands: tuple[str, ...], without: str) -> dict[str, Any]:
+    """Return where a program is, or what one does without."""
+    path = next((found for command in commands if (found := shutil.which(command))), None)
+    return {"name": title, "path": path, "without": None if path else without}
 
 
 def _compiler() -> dict[str, Any]:

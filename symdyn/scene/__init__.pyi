@@ -2,7 +2,6 @@
 
 from .binding import (
     bind as bind,
-    read_bindings as read_bindings,
     without_hidden_zeros as without_hidden_zeros,
 )
 from .build import (
@@ -32,8 +31,8 @@ from .build_joints import (
     universal as universal,
 )
 from .declaration.locking import lock as lock
-from .declaration.reading import ReadOptions as ReadOptions, Written as Written, read_bounded as read_bounded
-from .examples import example as example, example_text as example_text, examples as examples
+from .declaration.reading import Written as Written, read_bounded as read_bounded
+from .examples import Starter as Starter, example as example, examples as examples
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
 from .forces.damper import damper as damper
@@ -48,7 +47,6 @@ from .scene_files import (
     write_text as write_text,
 )
 from .schema import schema as schema
-from .starters import STARTERS as STARTERS, starter as starter
 from .symbolic import with_force_parameters as with_force_parameters, with_symbols as with_symbols
 from .ten_parameters import INERTIAL as INERTIAL, with_symbolic_inertia as with_symbolic_inertia
 from .toml import read_text as read_text, tables_of as tables_of

@@ -16,7 +16,6 @@ from symdyn.graph import Graph
 from symdyn.scene.checks.draft import draft_of
 from symdyn.scene.checks.whole_scene import check
 from symdyn.scene.declaration.value_in_unit import value_for
-from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
@@ -100,31 +99,6 @@ def without_hidden_zeros(scene: Scene) -> Scene:
             return one
 
     return map_quantities(scene, settled) if values else scene
-
-
-def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
-    """Return name and formula of every part of `m1=2.5, h1=1/2`.
-
-    Args:
-        text: the parts.
-        option: what gives them, for messages.
-
-    Raises:
-        SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.
-    """
-    values: dict[str, str] = {}
-    for part in split_commas(text) or [""]:
-        name, equals, value = (piece.strip() for piece in part.partition("="))
-        if not name or not equals or not value:
-            raise SceneError(f'{option}: "{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
-        if name in values:
-            raise SceneError(f"{option}: {name} gets two values, {values[name]} and {value}; give one of them")
-        try:
-            parse(value)
-        except FormulaError as fault:
-            raise SceneError(f"{option}: {name}: {fault}") from None
-        values[name] = value
-    return values
 
 
 def _is_zero(value: Quantity) -> bool:

@@ -107,18 +107,26 @@ def read(
         SceneError: with every fault of the file, one line each.
     """
     check_arguments(read, locals(), SceneError)
-    cuts = None if spanning_tree is None else tuple(spanning_tree)
-    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base, units == "none")).scene
+    return read_noting(path, snap, allow_invalid_inertia, spanning_tree, floating_base, units == "none").scene
 
 
 @growing()
-def read_noting(path: FileLike, options: ReadOptions | None = None) -> Reading:
+def read_noting(
+    path: FileLike,
+    snap: bool = True,
+    allow_invalid_inertia: bool = False,
+    spanning_tree: Sequence[str] | None = None,
+    floating_base: str | None = None,
+    dimensionless: bool = False,
+) -> Reading:
     """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    file, options = _file(path), options or ReadOptions()
+    cuts = None if spanning_tree is None else tuple(spanning_tree)
+    options = ReadOptions(snap, allow_invalid_inertia, cuts, floating_base, dimensionless)
+    file = _file(path)
     format = _format(file)
     if options.floating_base is not None:
         from symdyn.scene.formats.floating import check_base

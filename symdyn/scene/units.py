@@ -23,6 +23,7 @@ from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Faults
+from symdyn.scene.values.unit import Unit
 from symdyn.scene.values.with_unit import with_unit
 
 PLAIN_NUMBERS = (Quantity.number(2), Quantity.number(Fraction(1, 2)), Quantity.PI)
@@ -84,6 +85,15 @@ class SceneUnits:
             known = self.dimensions
             found |= {name: _unit_of(name, known) for name in silent if name in known.certain}
         return found
+
+    @property
+    def written(self) -> dict[str, str]:
+        """The values of parameters and inputs as their writer said them, "500 mm", where that is no unit of SI."""
+        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
+        said = {one.name: (one.value, one.written or one.value.unit) for one in letters if one.value is not None}
+        return {
+            name: with_unit(x, unit) for name, (x, unit) in said.items() if unit and not Unit.read(unit).is_coherent
+        }
 
     @property
     def outputs(self) -> dict[str, str]:

@@ -16,13 +16,12 @@ from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse
-from .panels import check_columns as check_columns
 from .plot import write_picture as write_picture
 from .prescribed.forces import Forces as Forces, read_forces as read_forces
 from .prescribed.path_entries import read_path as read_path
 from .prescribed.scene_motion import motion_times as motion_times, read_motion as read_motion
 from .problem import Problem as Problem, Run as Run
 from .reaction_columns import axes_of as axes_of
-from .record import CHECKS as CHECKS, write_whole as write_whole
+from .record import CHECKS as CHECKS
 from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory

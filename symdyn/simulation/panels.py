@@ -13,8 +13,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import UnknownNameError
-from symdyn.scene import Scene
-from symdyn.simulation.columns import ENERGIES, FORCES, Column, columns, known, missing
+from symdyn.simulation.columns import ENERGIES, FORCES, Column, missing
 
 if TYPE_CHECKING:
     from symdyn.simulation.trajectory import Trajectory
@@ -106,15 +105,6 @@ def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str,
             raise UnknownNameError(f"{where}: {missing(name, every)}")
         found += wanted
     return tuple(one for one in dict.fromkeys(found) if one != TIME or TIME in names)
-
-
-def check_columns(scene: Scene, names: Iterable[str]) -> None:
-    """Raise UnknownNameError for a name that no column of a run will have."""
-    own = [*(one.name for one in scene.inputs), *(one.name for one in scene.outputs)]
-    every = [one.name for one in columns(scene, own)]
-    for name in names:
-        if not any(letter in name for letter in "*?[") and name not in every and not known(name):
-            raise UnknownNameError(f"{scene.name}: {missing(name, every)}")
 
 
 def _zero(forces: Sequence[Column], numbers: dict[str, Array]) -> set[str]:

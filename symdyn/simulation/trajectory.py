@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
@@ -18,7 +18,7 @@ from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
 from symdyn.simulation import tables
-from symdyn.simulation.columns import Column, columns, missing
+from symdyn.simulation.columns import Column, columns, known, missing
 from symdyn.simulation.feedback.saturation import Saturation, cut_lines
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -157,6 +157,15 @@ class Trajectory(Shown):
         """What was given over time, shape (N, inputs); what no column tells is as the scene says."""
         usual = {one.name: np.full(len(self.t), float(one.value.at({}) or 0)) for one in self.scene.inputs}
         return np.array([self.extra.get(name, column) for name, column in usual.items()]).reshape(-1, len(self.t)).T
+
+    @staticmethod
+    def check_columns(scene: Scene, names: Iterable[str]) -> None:
+        """Raise UnknownNameError for a name that no column of a run of the scene will have."""
+        own = [*(one.name for one in scene.inputs), *(one.name for one in scene.outputs)]
+        every = [one.name for one in columns(scene, own)]
+        for name in names:
+            if not any(letter in name for letter in "*?[") and name not in every and not known(name):
+                raise UnknownNameError(f"{scene.name}: {missing(name, every)}")
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""

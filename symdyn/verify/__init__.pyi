@@ -9,4 +9,3 @@ from .laws_of_reactions import claims_of_reactions as claims_of_reactions
 from .rigorous import Bound as Bound, Rigorous as Rigorous, rigorous as rigorous
 from .texts import why_unread as why_unread
 from .written.proof import Written as Written
-from .written.shadowing_files import hiding_files as hiding_files

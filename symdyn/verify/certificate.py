@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 from symdyn.arguments import check_arguments, native, walked
@@ -30,6 +31,7 @@ from symdyn.verify.program_claims import composed_claims, loop_claim, program_cl
 from symdyn.verify.quaternions import on_unit_sphere
 from symdyn.verify.texts import read_back, texts_of, unread
 from symdyn.verify.written.proof import Written
+from symdyn.verify.written.shadowing_files import hiding_files
 
 Progress = Callable[[str], None]
 
@@ -126,6 +128,25 @@ class Certificate(Shown, Claims):
         claims = on_unit_sphere(scene, claims)
         fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
         return cls(scene.name, fields, tuple(findings), (), notes, "", written, absent=tuple(empty))
+
+    @classmethod
+    def of_folder(cls, parts: Sequence[Certificate], folder: Path, names: Iterable[str]) -> Certificate:
+        """Return one certificate of certificates of files; of other names in the folder, some hide what these ask for.
+
+        Those hide it that a tool would take in place of its own; each is a file that fails.
+        """
+        written = tuple(one for part in parts for one in part.written)
+        read = {one.file for one in written}
+        return cls(
+            parts[0].scene,
+            parts[0].fields,
+            tuple(one for part in parts for one in part.findings),
+            (),
+            tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+            "",
+            written + hiding_files(folder, written, [name for name in names if name not in read]),
+            absent=tuple(dict.fromkeys(one for part in parts for one in part.absent)),
+        )
 
 
 def _of_finding(one: Finding) -> Judged:

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from math import lgamma, log
 from typing import Any
 
-from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw
+from symdyn.algebra import FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
 from symdyn.graph import Algebra, Expr, Op, reachable
 from symdyn.verdict import Verdict
+from symdyn.verify.degree import Bound, Bounds
 from symdyn.verify.elimination import eliminate
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed

@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.algebra import Bound, FiniteField, Redraw
+from symdyn.algebra import FiniteField, Redraw
 from symdyn.graph import Expr, Op, reachable
+from symdyn.verify.degree import Bound
 
 MOST = 7  # roots of one claim: 128 points are drawn for one at which all exist
 MOST_SIGNED = 3  # roots of one claim that are looked at with all their signs

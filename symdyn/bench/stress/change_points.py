@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.bench.case import Case, energy_drift, of_motion
 from symdyn.bench.stress.scenes import parallelogram, pinned
-from symdyn.scene import read_text, starter
+from symdyn.scene import Starter, read_text
 from symdyn.simulation import Trajectory, simulate
 
 TURNED = {2: (10.0, 31.750597186986102), 40: (10.0, 31.59743374398574)}
@@ -33,7 +33,7 @@ def builtin() -> Iterator[Case]:
     yield of_motion(name, "error of the place, m", 1e-9, np.abs(made.q[-1, :2] - A01).max(), made)
     yield from _kept(name, made)
     for loops, (until, angle) in TURNED.items():
-        made = simulate(read_text(starter("row", "n_four_bar", loops)), until=until)
+        made = simulate(read_text(Starter("row").from_template("n_four_bar", loops)), until=until)
         name = f"{loops} four-bars in a row, A02, {until:g} s"
         yield of_motion(name, "relative error of the angle", 1e-9, abs(made.q[-1, 0] / angle - 1), made)
         yield from _kept(name, made)

@@ -16,7 +16,7 @@ from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
-from symdyn.scene import Scene, body, joint, scene
+from symdyn.scene import Scene, read_text
 
 Array = npt.NDArray[np.float64]
 
@@ -142,12 +142,10 @@ def _units(function: Function) -> tuple[str, ...]:
 def _nothing() -> Case:
     """Return how many scenes in which nothing can move are taken, and not refused in one line."""
     found = []
-    for kind, bodies, joints in (
-        ("no bodies", [], []),
-        ("one fixed body", [body("b", mass=1)], [joint("f", "fixed", "ground", "b")]),
-    ):
+    fixed = 'bodies.b.mass = 1\njoints.f = { type = "fixed", parent = "ground", child = "b" }'
+    for kind, text in (("no bodies", ""), ("one fixed body", fixed)):
         try:
-            scene("nothing", bodies=bodies, joints=joints)
+            read_text(text, "nothing")
         except SceneError as fault:
             found.append((float(len(fault.faults) - 1), kind))
         else:
@@ -157,7 +155,8 @@ def _nothing() -> Case:
 
 def _weightless() -> Case:
     """Return how many functions of a mechanism of one joint without anything to move it fail to be zero or empty."""
-    weightless = scene("weightless", bodies=[body("b")], joints=[joint("j", "revolute", "ground", "b")])
+    joint = 'joints.j = { type = "revolute", parent = "ground", child = "b" }'
+    weightless = read_text(f"bodies.b = {{}}\n{joint}", "weightless")
     made = calls(weightless, ("inverse_dynamics", "mass_matrix", "gravity_forces"))
     given = {name: np.ones((2, 1)) for name in ("q", "qd", "qdd")}
     found = []

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 
 from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
-from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
+from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, resisting, stored
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces import FORCES, elastic, resisting
+from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Load, Strut
 from symdyn.spatial import Transform, dot
 

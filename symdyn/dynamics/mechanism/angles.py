@@ -23,7 +23,7 @@ import numpy as np
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.joints import JOINTS, ORIENTATION, Gimbal
+from symdyn.scene.joints import JOINTS, Gimbal
 from symdyn.scene.values import Joint
 
 
@@ -82,7 +82,9 @@ def without_angles(scene: Scene) -> Scene:
     spoken = {name for quantity in Quantity.inside(scene.rows) for name in quantity.symbols}
     spoken |= {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
     joints = tuple(
-        _turning(joint) if _has_angles(joint) and not spoken & {*joint.coordinates, *joint.rates} else joint
+        _turning(joint)
+        if joint.coordinates and _turns(joint) and not spoken & {*joint.coordinates, *joint.rates}
+        else joint
         for joint in scene.joints
     )
     if joints == scene.joints:
@@ -90,15 +92,15 @@ def without_angles(scene: Scene) -> Scene:
     return replace(scene, joints=joints, elements=scene.rows)
 
 
-def _has_angles(joint: Joint) -> bool:
-    described = ORIENTATION in JOINTS[joint.type].keys
-    return bool(joint.coordinates) and described and ORIENTATION.of(joint) != ORIENTATION.default
+def _turns(joint: Joint) -> str:
+    """Return the axes of the three turns that describe a rotation, such as "zyx"; "" where none do."""
+    return next((one.axes for one in JOINTS[joint.type].gimbals(joint) if len(one.axes) == 3), "")
 
 
 def _turning(joint: Joint) -> Joint:
     fresh = tuple(f"{joint.name}.{letter}" for letter in "wxyz")  # no name of a scene holds a dot
     return replace(
-        joint.shaped(orientation=ORIENTATION.default),
+        joint.shaped(orientation="quaternion"),
         coordinates=(*joint.coordinates[:-3], *fresh),
         velocities=joint.rates,
         forces=(),
@@ -117,8 +119,8 @@ def with_quaternions(scene: Scene, plain: Scene, q: Array) -> Array:
     for joint, other in zip(scene.moving, plain.moving, strict=True):
         here = q[at : at + len(joint.coordinates)]
         at += len(here)
-        turned = ORIENTATION.of(joint) != ORIENTATION.of(other)
-        found += [*here[:-3], *_quaternion(ORIENTATION.of(joint), here[-3:])] if turned else [*here]
+        turned = _turns(joint) != _turns(other)
+        found += [*here[:-3], *_quaternion(_turns(joint), here[-3:])] if turned else [*here]
     return np.array(found, dtype=np.float64)
 
 
@@ -129,7 +131,7 @@ def with_angles(scene: Scene, plain: Scene, q: Array, near: Array) -> Array:
     for joint, other in zip(scene.moving, plain.moving, strict=True):
         here = q[at : at + len(other.coordinates)]
         at += len(here)
-        if ORIENTATION.of(joint) == ORIENTATION.of(other):
+        if _turns(joint) == _turns(other):
             found += [*here]
         else:
             first = len(found) + len(joint.coordinates) - 3
@@ -150,7 +152,7 @@ def _angles(joint: Joint, e: Array, near: Array) -> Array:
     """Return the nearest of the angles of a rotation: they come in two kinds, each modulo a turn."""
     from scipy.spatial.transform import Rotation
 
-    axes = ORIENTATION.of(joint)
+    axes = _turns(joint)
     sequence: Any = axes.upper()  # about moving axes
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that they are singular is told elsewhere

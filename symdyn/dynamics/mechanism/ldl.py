@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import vanishes
 from symdyn.dynamics.mechanism.row_solve import RowStep
+from symdyn.dynamics.mechanism.vanishing import vanishes
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene

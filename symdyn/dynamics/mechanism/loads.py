@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces import FORCES, elastic, resisting
+from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Joint, Load, Place, Strut
 from symdyn.spatial import Transform, Vec, Wrench, dot, sub
 
@@ -105,6 +105,11 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
             force = FORCES[strut.kind].pull.force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
+
+
+def resisting(scene: Scene) -> tuple[Strut, ...]:
+    """Return the struts that store no energy."""
+    return tuple(one for one in scene.struts if FORCES[one.kind].pull.energy is None)
 
 
 def joint_of(scene: Scene, strut: Strut) -> Joint:

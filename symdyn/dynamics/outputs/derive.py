@@ -62,12 +62,15 @@ def derive(
 
 
 @growing()
-def loop_alone(workspace: Workspace, request: str, formulation: str) -> Function:
-    """Return an output by a formulation that is a loop with its table alone: no entry is derived."""
+def loop_alone(workspace: Workspace, request: str, formulation: str | None = None) -> Function | None:
+    """Return an output as a loop with its table alone, no entry derived: by the formulation asked for, or by count.
+
+    None where it is no loop.
+    """
     request = request_of(request, workspace.scene)
     row, place = row_of(request, workspace.scene)
-    assert row.formulations[formulation].loop, f"{formulation} is no loop"
-    return _named(workspace, request, row, place, formulation, ())
+    loop = looped(workspace, request, formulation)
+    return _named(workspace, request, row, place, loop, ()) if loop else None
 
 
 @growing()
@@ -150,8 +153,8 @@ def called(workspace: Workspace, request: str) -> Function | None:
     Raises:
         DerivationError: an unknown output, body or point, or equations that do not exist.
     """
-    if loop := looped(workspace, request, None):
-        return loop_alone(workspace, request, loop)
+    if loop := loop_alone(workspace, request):
+        return loop
     scene = workspace.scene
     request = request_of(request, scene)
     row, place = row_of(request, scene)

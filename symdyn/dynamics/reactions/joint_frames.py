@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra import vanishes
 from symdyn.dynamics.loops.cut_joints import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.dynamics.mechanism.vanishing import vanishes
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

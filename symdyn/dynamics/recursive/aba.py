@@ -20,8 +20,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra import vanishes
 from symdyn.dynamics.mechanism.ldl import Singular
+from symdyn.dynamics.mechanism.vanishing import vanishes
 from symdyn.dynamics.recursive.articulated import across, along_z, articulated, given_way
 from symdyn.dynamics.recursive.link_motion import at_rest, carried
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree

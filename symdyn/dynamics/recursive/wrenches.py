@@ -21,6 +21,7 @@ from symdyn.dynamics.mechanism.loads import (
     joint_resistance,
     load_vectors,
     pull,
+    resisting,
     stored,
     stored_between,
 )
@@ -30,7 +31,7 @@ from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.forces import FORCES, elastic as struts, resisting
+from symdyn.scene.forces import FORCES, elastic as struts
 from symdyn.scene.values import Joint, Load, Place, Strut, velocity_name
 from symdyn.spatial import Transform, Vec, Wrench, add, dot, sub
 

@@ -4,7 +4,6 @@ from .breaking import BMatrix as BMatrix, Line as Line
 from .dalembert_system import length_symbols as length_symbols
 from .equations_of_motion import EquationsOfMotion as EquationsOfMotion, equations as equations
 from .equations_text import (
-    CHOICES as CHOICES,
     base_parameter_texts as base_parameter_texts,
     printed_text as printed_text,
 )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
-from symdyn.emit.print.equations_text import equations_text
+from symdyn.emit.print.equations_text import CHOICES, equations_text
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
 from symdyn.errors import EmitError
@@ -21,7 +23,10 @@ class EquationsOfMotion(Shown):
 
     Attributes:
         scene: the mechanism.
+        choices: what can be printed, by argument of `printed_text`.
     """
+
+    choices: ClassVar[Mapping[str, tuple[str, ...]]] = CHOICES
 
     scene: Scene
 

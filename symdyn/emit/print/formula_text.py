@@ -18,7 +18,7 @@ from symdyn.emit.print.printed_names import PrintName
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
-from symdyn.scene.values import spell, takes_exponent
+from symdyn.scene.values import LatexSymbol, spell
 
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
@@ -282,7 +282,7 @@ class Latex:
         text = self(form.base)
         # an accent or a bracketed base takes the exponent as it is: \dot q_1^2, (a + b)^2
         bare = isinstance(form.base, Pi) or (isinstance(form.base, Number) and text.isdigit())
-        bare = bare or (isinstance(form.base, Symbol) and takes_exponent(text))
+        bare = bare or (isinstance(form.base, Symbol) and LatexSymbol(text).takes_exponent)
         exponent = str(form.exponent) if form.exponent < 10 else f"{{{form.exponent}}}"
         return f"{text}^{exponent}" if bare else f"{_brackets(text)}^{exponent}"
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from symdyn.emit.escape import in_latex
 from symdyn.scene import Scene
-from symdyn.scene.values import GREEK, acceleration_name, letters_of, velocity_name
+from symdyn.scene.values import GREEK, LatexSymbol, acceleration_name, velocity_name
 
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 
@@ -88,9 +88,9 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
 
     def enter(name: str, latex: str | None = None) -> PrintName:
         shown = _declared(latex) if latex else _of_frame(name) if name in velocities else PrintName.of_code(name)
-        if letters_of(str(shown)) in taken:
+        if LatexSymbol(str(shown)).letters in taken:
             shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
-        taken.add(letters_of(str(shown)))
+        taken.add(LatexSymbol(str(shown)).letters)
         found[name] = str(shown)
         return shown
 
@@ -103,7 +103,7 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         if velocity not in found:
             shown = enter(velocity)
             found[acceleration_name(velocity)] = shown.accented("dot")
-    taken.update(letters_of(str(one)) for one in found.values())
+    taken.update(LatexSymbol(one).letters for one in found.values())
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
     for given in scene.inputs:

@@ -4,6 +4,5 @@ from .contact import in_plane as in_plane
 from .force_table import (
     FORCES as FORCES,
     elastic as elastic,
-    resisting as resisting,
     without_place as without_place,
 )

@@ -88,11 +88,6 @@ def elastic(scene: Scene) -> tuple[Strut, ...]:
     return tuple(one for one in scene.struts if FORCES[one.kind].pull.energy is not None)
 
 
-def resisting(scene: Scene) -> tuple[Strut, ...]:
-    """Return the struts that store none."""
-    return tuple(one for one in scene.struts if FORCES[one.kind].pull.energy is None)
-
-
 def without_place(scene: Scene) -> tuple[str, ...]:
     """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
     return tuple(row.name for row in scene.rows if isinstance(row, Formula) and says_no_place(row, scene.velocities))

@@ -8,8 +8,7 @@ from .element import Contact as Contact, Element as Element, Load as Load, Place
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
-    letters_of as letters_of,
-    takes_exponent as takes_exponent,
+    LatexSymbol as LatexSymbol,
 )
 from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
@@ -26,15 +25,12 @@ from .names import (
 from .outline import OUTLINES as OUTLINES
 from .quantity import FormulaError as FormulaError
 from .requested_units import (
-    as_written as as_written,
     ask_for_units as ask_for_units,
-    in_si_here as in_si_here,
     question as question,
 )
 from .signals import LETTERS as LETTERS
 from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show
-from .texts import in_language as in_language
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError
 from .with_unit import fits as fits

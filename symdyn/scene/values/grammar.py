@@ -109,22 +109,31 @@ def read_latex(latex: str) -> tuple[SymbolPart, ...]:
     return parts
 
 
-def letters_of(latex: str) -> str:
-    """Return what symbols share that look alike: m_1 and m_{1} do; of what is no symbol, all of it."""
-    try:
-        return "".join(part.text for part in read_latex(latex))
-    except LatexError:  # a name of a word that is longer than a symbol may be
-        return latex
+@dataclass(frozen=True)
+class LatexSymbol:
+    """The LaTeX of a symbol that is shown; a word of our own may be longer than those of this grammar are."""
+
+    latex: str
+
+    @property
+    def letters(self) -> str:
+        """What symbols share that look alike: m_1 and m_{1} do; of what is no symbol, all of it."""
+        return "".join(part.text for part in _parts(self.latex)) or self.latex
+
+    @property
+    def takes_exponent(self) -> bool:
+        """Whether an exponent may follow as it is: not behind an upper script, nor behind a product."""
+        parts = _parts(self.latex)
+        return not parts or (len(parts) == 1 and not parts[0].raised)
 
 
 @cache
-def takes_exponent(latex: str) -> bool:
-    """Return whether an exponent may follow as it is: not behind an upper script, nor behind a product."""
+def _parts(latex: str) -> tuple[SymbolPart, ...]:
+    """Return the parts of a symbol, none of what is no symbol."""
     try:
-        parts = read_latex(latex)
-    except LatexError:  # what we made ourselves
-        return True
-    return len(parts) == 1 and not parts[0].raised
+        return read_latex(latex)
+    except LatexError:
+        return ()
 
 
 class _Reader:

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias, TypeVar
 
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError
@@ -117,6 +117,9 @@ class Signal:
     unit: str = ""
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
+
+
+_Described = TypeVar("_Described", Parameter, Input, Signal)
 
 
 @dataclass(frozen=True)
@@ -280,6 +283,19 @@ class Scene(Shown):
             plain,
             parameters=tuple(replace(one, written="") for one in plain.parameters),
             inputs=tuple(replace(one, written="") for one in plain.inputs),
+        )
+
+    def in_language(self, code: str) -> Scene:
+        """Return the scene with every description in a language, such as "sk", where it has it."""
+
+        def said(one: _Described) -> _Described:
+            return replace(one, text=dict(one.texts).get(code, one.text))
+
+        return replace(
+            self,
+            parameters=tuple(map(said, self.parameters)),
+            inputs=tuple(map(said, self.inputs)),
+            outputs=tuple(map(said, self.outputs)),
         )
 
     def in_numbers(self, names: Collection[str]) -> Scene:

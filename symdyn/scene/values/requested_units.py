@@ -1,4 +1,4 @@
-"""What is said of a letter in its writer's unit, "500 mm", and asked where a bare number is given to one in a run."""
+"""What is said and asked where a run gives a bare number to a letter that is in its writer's unit, "500 mm"."""
 
 from __future__ import annotations
 
@@ -12,15 +12,6 @@ from symdyn.scene.values.model import Letter
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.unit import Unit, in_si
-from symdyn.scene.values.with_unit import with_unit
-
-
-def as_written(letter: Letter) -> str:
-    """Return a letter's value as its writer said it, "500 mm", where that is in another unit than SI's, else ""."""
-    unit = letter.written or (letter.value.unit if letter.value is not None else "")
-    if not unit or letter.value is None or Unit.read(unit).is_coherent:
-        return ""
-    return with_unit(letter.value, unit)
 
 
 def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:
@@ -39,23 +30,6 @@ def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], o
     asked = [f"{option}: {one}" for one in told if one]
     if asked:
         raise SceneError(asked)
-
-
-def in_si_here(letters: Iterable[Letter], given: Iterable[tuple[str, str]]) -> tuple[str, ...]:
-    """Return what is to be said of formulas that were typed for letters that are in another unit than that of SI.
-
-    A formula cannot be asked about as a number can, since letters of it may stand in SI.
-    """
-    chosen = {one.name: one for one in letters if one.written}
-    told = []
-    for name, text in given:
-        try:
-            found = quantity(text) if name in chosen else Quantity.ZERO
-        except FormulaError:
-            continue
-        if found.symbols and not found.unit:
-            told.append(f"{name} is in {chosen[name].unit} here, its file says {chosen[name].written}")
-    return tuple(dict.fromkeys(told))
 
 
 def question(letter: Letter, text: str) -> str:

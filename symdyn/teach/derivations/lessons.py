@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
-from symdyn.scene.values import in_language
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.lagrange import walkthrough as lagrange
@@ -100,7 +99,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
-    scene = with_letters(in_language(scene, language), language)
+    scene = with_letters(scene.in_language(language), language)
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:

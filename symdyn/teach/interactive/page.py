@@ -20,7 +20,6 @@ from symdyn.emit.code import stem
 from symdyn.emit.print import Letters, latex_symbols
 from symdyn.graph import Expr
 from symdyn.scene import Scene
-from symdyn.scene.values import in_language
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.plotted import pairs, plotted
@@ -84,7 +83,7 @@ def interactive(
         EmitError: latex2mathml is not installed.
     """
     sentences = language_of(language).page
-    scene = in_language(scene.as_parameters(), language)
+    scene = scene.as_parameters().in_language(language)
     begun, whole = start(scene), scene
     scene = by_hand(scene)
     if parameters:

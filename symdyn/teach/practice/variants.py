@@ -21,7 +21,7 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, read_text, write_text
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Element, Joint, Load, Parameter, Place, Point, Pose, Strut
+from symdyn.scene.values import Body, Element, Joint, Load, Parameter, Place, Pose, Strut
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 
@@ -165,14 +165,11 @@ def _stretched(scene: Scene, body: Body, factor: Fraction) -> Scene:
             one = replace(one, tip=_longer(one.tip, c))
         return replace(one, origin=_longer(one.origin, c)) if one.parent == body.name else one
 
-    def point(one: Point) -> Point:
-        return replace(one, at=_longer(one.at, c)) if one.body == body.name else one
-
     return replace(
         scene,
         bodies=tuple(new if one is body else one for one in scene.bodies),
         joints=tuple(map(joint, scene.joints)),
-        points=tuple(map(point, scene.points)),
+        points=tuple(replace(p, at=_longer(p.at, c)) if p.body == body.name else p for p in scene.points),
         elements=tuple(map(element, scene.elements)),
     )
 

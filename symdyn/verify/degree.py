@@ -15,7 +15,7 @@ from fractions import Fraction
 from math import log, log10
 from typing import NamedTuple
 
-from symdyn.algebra.finite_field import Needs
+from symdyn.algebra import Needs
 from symdyn.graph import Expr, Op, arithmetic, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer

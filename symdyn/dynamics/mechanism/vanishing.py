@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from random import Random
 
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
+from symdyn.algebra import FiniteField, Needs, Redraw
 from symdyn.graph import Expr, Graph, Op, reachable
 
 POINTS = 2
