@@ -113,7 +113,7 @@ class Variations:
         name = "radau" if stiff else "dop853"
         relative, absolute, said = METHODS[name].tolerances(name, rtol, atol)
         parts = np.cos(1.0 + np.arange(len(rows))) * [_size(system, name) for name in names]
-        probe = parts @ starts, parts @ changes[:, : len(flow.parameters)]
+        probe = parts @ starts, parts @ changes
         tape = taped(flow, x[: flow.size], probe, times, relative, absolute, stiff, look)
         return cls(flow, tape, times, names, starts, changes, tuple(said))
 

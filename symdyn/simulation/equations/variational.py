@@ -100,6 +100,13 @@ class Flow:
         found: Array = self.calls[AGAINST](q, u, self.system.given(t, q, u), t, covectors)
         return found[:, : self.size], found[:, self.size :]
 
+    def tangent(self, t: float, x: Array, way: Array, change: Array) -> Array:
+        """Return δẋ, shape (nx,), of δx, shape (nx,), and δp, shape (at least 1,), by the sweep that there is."""
+        if ALONG in self.calls:
+            return np.asarray(self.along(t, x, way[None], change[None])[0])
+        J, F = self.slopes(t, x)
+        return J @ way + F @ change[: len(self.parameters)]
+
     def slopes(self, t: float, x: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x, shape (nx, nx), and ∂f/∂p, shape (nx, np), by the sweep that there is."""
         n, k = self.size, len(self.parameters)

@@ -169,7 +169,7 @@ def taped(
 ) -> Tape:
     """Return the run of a system by DOP853, or by Radau where it is stiff, with samples at times from its start on.
 
-    The probe is the variation that its steps are chosen for too: δx at the start, shape (nx,), and δp, shape (np,).
+    The probe is the variation that its steps are chosen for too: δx at the start, and δp as `Flow.tangent` takes it.
     After every step `look` hears the time, and may end the run by an IntegrationError.
 
     Raises:
@@ -182,8 +182,7 @@ def taped(
     n = len(x)
 
     def rates(t: float, both: Array) -> Array:
-        J, F = flow.slopes(t, both[:n])
-        return np.concatenate([flow.rates(t, both[:n]), J @ both[n:] + F @ change])
+        return np.concatenate([flow.rates(t, both[:n]), flow.tangent(t, both[:n], both[n:], change)])
 
     def slopes(t: float, both: Array) -> Array:  # without second derivatives
         return np.asarray(np.kron(np.eye(2), flow.slopes(t, both[:n])[0]), dtype=np.float64)
