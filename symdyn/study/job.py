@@ -90,7 +90,7 @@ class Job:
 def units_of(job: Job) -> dict[str, str]:
     """Return the unit of every column, "" where it is not known."""
     scene = job.scene
-    known = SceneUnits(scene).told
+    known = SceneUnits(scene).inferred
     states = dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
     states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
     known |= {name: scene.shown_unit(unit) for name, unit in states.items()}
