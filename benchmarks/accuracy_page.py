@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from symdyn.bench import bench, stress
-from symdyn.bench.report import curve_tables, measured_table, pictures, told
+from symdyn.bench.report import curve_tables, measured_table, pictures, remarks
 from symdyn.scene import read
 
 ROOT = Path(__file__).parent.parent
@@ -52,7 +52,7 @@ def main() -> int:
             best = replace(table, columns=table.columns[:-1], rows=[row[:-1] for row in table.rows if row[-1]])
             lines += [f"Best choices of `{function}`:", "", best.markdown(str), ""]
         if found.motion is not None:
-            lines += [f"{line}\n" for line in told(found.motion)]
+            lines += [f"{line}\n" for line in remarks(found.motion)]
             for table in curve_tables(found.motion):
                 lines += [replace(table, rows=[row for row in table.rows if row[1] in TOLD]).markdown(str), ""]
         lines += [f"Note: {note}\n" for note in found.notes]

@@ -34,7 +34,7 @@ def showing(digits: int | None) -> Iterator[None]:
         _ASKED.reset(before)
 
 
-def asked() -> int | None:
+def requested_digits() -> int | None:
     """Return to how many digits numbers are to be rounded, None where that is left to each place."""
     digits = _ASKED.get()
     return MOST if digits == ALL else digits
@@ -49,7 +49,7 @@ def digits_or(usual: int) -> int:
     ...     print(digits_or(6))
     17
     """
-    digits = asked()
+    digits = requested_digits()
     return usual if digits is None else digits
 
 

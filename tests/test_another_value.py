@@ -63,9 +63,11 @@ def test_equations_at_other_values_are_those_of_a_scene_of_numbers(name: str) ->
 
     assert other.compiled is first.compiled
     assert numbers.compiled is not first.compiled
-    assert any(abs(other.tell(told, 0.0, x) - first.tell(told, 0.0, x)).max() > 1e-3 for told in ("rates", "potential"))
+    assert any(
+        abs(other.evaluate(told, 0.0, x) - first.evaluate(told, 0.0, x)).max() > 1e-3 for told in ("rates", "potential")
+    )
     for told in set(other.calls) & set(numbers.calls):
-        assert other.tell(told, 0.2, x) == pytest.approx(numbers.tell(told, 0.2, x), rel=1e-9, abs=1e-9), told
+        assert other.evaluate(told, 0.2, x) == pytest.approx(numbers.evaluate(told, 0.2, x), rel=1e-9, abs=1e-9), told
 
 
 @pytest.mark.wide(4)

@@ -88,7 +88,7 @@ def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(read(EXAMPLES / "four_bar.toml"))
     found = runs.truth(UNTIL)
-    r = runs.system.tell("constraint_residual", 0.0, found.x.astype(float))
+    r = runs.system.evaluate("constraint_residual", 0.0, found.x.astype(float))
 
     assert found.uncertain < 1e-15
     assert np.abs(r).max() < 1e-14

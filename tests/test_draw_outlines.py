@@ -87,7 +87,7 @@ def test_a_word_is_drawn_with_its_sizes_and_comes_back_from_a_file(word: str):
     assert svg != symdyn.picture(replace(one, bodies=(replace(one.bodies[0], shape=None),)), prefix="p-")
     q, values = pose(one)
     stage = Stage(one, q.reshape(1, -1), values)
-    found, view = stage.found, stage.view
+    found, view = stage.places, stage.view
     plain = replace(found, outlines={})
     solids, bare = (standing(one, which, view, {})["b"] for which in (found, plain))
     assert len(solids) == len(bare) + 1

@@ -101,7 +101,7 @@ def test_the_rows_of_a_system_are_those_of_the_scene(template):
 
     assert system.jacobian(0.0, x) == pytest.approx(G(start.q))
     assert system.jacobian(0.0, np.stack([x, x]))[1] == pytest.approx(G(start.q))
-    assert system.tell("row_rates", 0.0, x) == pytest.approx(G(start.q) @ x[system.nq :][: system.nv])
+    assert system.evaluate("row_rates", 0.0, x) == pytest.approx(G(start.q) @ x[system.nq :][: system.nv])
 
 
 def test_a_state_of_loops_in_proportion_is_moved_onto_them_and_its_work_stays():

@@ -107,7 +107,7 @@ def test_a_joint_that_never_moves_is_named_and_keeps_what_the_scene_says() -> No
     assert "move q1" in said
     assert any("JxxR1 + JyyR1" in one.parameters for one in found.untold)
     place = found.names.index("mR3")
-    assert found.regression.told[place]
+    assert found.regression.identifiable[place]
     assert abs(found.after[place] - found.before[place]) < 4 * found.errors[place] < 1e-2
 
 
@@ -117,7 +117,7 @@ def test_a_joint_that_never_moves_takes_no_other_parameter_with_it(seed: int) ->
     found = symdyn.identify(scara(), noisy(log(scara(), {**MOTION, "q1": "0.2"}), seed, 0.01))
 
     assert [one.combination for one in found.untold] == ["JxxR1 + JyyR1"]
-    told = found.regression.told
+    told = found.regression.identifiable
     assert list(told) == [False] + [True] * 7
     assert np.all(np.abs(found.after - found.before)[told] < 4.5 * found.errors[told])
 
@@ -132,7 +132,7 @@ def test_what_two_columns_of_noise_truly_share_stays_together() -> None:
     tau = one * 3 + other + draws[2]
     found = solve(("a", "b", "c"), Rows(Y, tau, *rows_of(400), buried), np.array([1, 1, 1]), 10, 1)
 
-    assert list(found.told) == [False, False, True]
+    assert list(found.identifiable) == [False, False, True]
     assert abs(found.estimate[0] + found.estimate[1] - 3) < 0.2
     assert abs(found.estimate[0] - found.estimate[1]) < 1e-2
 
@@ -388,7 +388,7 @@ def test_rounding_of_a_joint_at_rest_tells_nothing() -> None:
     data = noisy(log(scara()), 3, 0.01)
     still = data | {"q2": np.full_like(data["t"], 0.3)}
     found = symdyn.identify(scara(), still, friction=("viscous", "coulomb"))
-    moved = [k for k, told in enumerate(found.regression.told) if told]
+    moved = [k for k, told in enumerate(found.regression.identifiable) if told]
 
     assert not any("R2" in found.names[k] or found.names[k].endswith("v2") for k in moved)
     np.testing.assert_allclose(

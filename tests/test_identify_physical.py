@@ -220,6 +220,6 @@ def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
 
     found = nearest_physical(known, C @ known.map, estimate, np.diag((noise / s[told]) ** 2))
 
-    assert found.told == told.sum() < len(known.base)
+    assert found.identifiable == told.sum() < len(known.base)
     assert found.margins[[name not in found.kept for name in known.bodies]].min() > 0
     assert found.missed < 0.2

@@ -16,7 +16,7 @@ from symdyn.identification import identify
 from symdyn.identification.identifiability import richer
 from symdyn.identification.named_parameters import fit_names
 from symdyn.identification.report import report
-from symdyn.identification.scene import body_of_ten, identified, told_combinations, with_parameters
+from symdyn.identification.scene import body_of_ten, identifiable_combinations, identified, with_parameters
 from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
 from symdyn.identification.written_scene import written
 from symdyn.scene.binding import bind
@@ -309,12 +309,12 @@ def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
     made = identified(found)
 
     assert found.untold
-    assert made.physical.told == len(found.names) - len(found.regression.untold)
+    assert made.physical.identifiable == len(found.names) - len(found.regression.untold)
     assert made.physical.margins.min() > 0
-    told, estimate, _ = told_combinations(found)
+    told, estimate, _ = identifiable_combinations(found)
     missed = np.linalg.norm(told @ made.physical.base - estimate) / np.linalg.norm(estimate)
     assert made.physical.missed == pytest.approx(missed, rel=1e-6, abs=1e-12)
     assert made.physical.missed < 0.2
     hardly = [note for note in made.notes if "hardly any noise" in note]
     assert not (hardly and noise)
-    assert any(f"tell {made.physical.told} combinations" in note for note in made.notes)
+    assert any(f"tell {made.physical.identifiable} combinations" in note for note in made.notes)

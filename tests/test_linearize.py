@@ -250,5 +250,5 @@ def test_of_rests_on_a_curve_along_which_frequencies_change_a_dozen_is_told_and_
     systems, found = linearize_at_rest(read_text(CIRCLE))
     assert len(systems) == FAMILY
     assert found.more > 100
-    assert found.more + found.lost + sum(place.found for place in found.places) == found.starts
+    assert found.more + found.lost + sum(place.starts for place in found.places) == found.starts
     assert all(abs(sum((place.q - [2, 0]) ** 2) - 1) < 1e-9 for place in found.places)

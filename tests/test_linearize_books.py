@@ -281,7 +281,7 @@ def test_positions_of_rest_are_found_and_singular_ones_are_none() -> None:
     assert [stability(one).verdict for one in bar] == ["oscillating", "oscillating", "unstable", "unstable"]
     none, places = linearize_at_rest(symdyn.read(EXAMPLES / "governor.toml"))
     assert none == ()
-    assert sum(place.found for place in places.crossings) > 100  # arms straight down, where branches meet
+    assert sum(place.starts for place in places.crossings) > 100  # arms straight down, where branches meet
 
 
 def test_no_equilibrium_is_told_with_the_nearest_one() -> None:

@@ -75,7 +75,7 @@ def test_changes_of_sign_find_what_no_seed_leads_to() -> None:
     expected = fine[:-1][force[:-1] * force[1:] < 0]
     assert [float(place.q[0]) for place in found.places] == pytest.approx(expected.tolist(), abs=2e-3)
     assert [place.kind for place in found.places[:2]] == ["stable", "unstable"]
-    assert any(place.found == 0 for place in found.places)
+    assert any(place.starts == 0 for place in found.places)
     assert found.scanned == pytest.approx(17 * pi)
 
 

@@ -21,7 +21,7 @@ from symdyn.runtime import RUNNERS, run_python
 from symdyn.scene.values import Parameter
 
 RUNNING = [
-    pytest.param(name, marks=[pytest.mark.targets] if RUNNERS[name].asked else [])
+    pytest.param(name, marks=[pytest.mark.targets] if RUNNERS[name].by_name_only else [])
     for name, row in TARGETS.items()
     if row.functions is None and name in RUNNERS
 ]

@@ -128,7 +128,7 @@ def _every() -> list[Built]:
     modules = [
         Built(name, runner.many, partial(_run, name), partial(_called, f"{TARGETS[name].title} module"), False)
         for name, runner in RUNNERS.items()
-        if runner.batches and not runner.asked and name not in own
+        if runner.batches and not runner.by_name_only and name not in own
     ]
     return [*modules, *BUILT]
 

@@ -123,7 +123,7 @@ def _sections(bench: Bench) -> Iterator[Section]:
             f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}" for c, p in motion.choices
         ]
         shown = [drawn[name] for name in ("trajectory", "energy") if name in drawn]
-        yield Section("trajectories", tables, {}, shown, told(motion), choices)
+        yield Section("trajectories", tables, {}, shown, remarks(motion), choices)
 
 
 def markdown(bench: Bench) -> str:
@@ -155,7 +155,7 @@ def _markdown(title: str, command: str, head: list[str], sections: Iterable[Sect
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def told(motion: MotionPrecision) -> list[str]:
+def remarks(motion: MotionPrecision) -> list[str]:
     """Return what a reader of the trajectories has to know."""
     doubt = f"which may be off by {motion.uncertain:.0e}; no smaller error is told" if motion.uncertain else "exact"
     return [

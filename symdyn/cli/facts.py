@@ -36,7 +36,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
     counted, more = _counted(equations, outputs)
     left_out += [*more, *_no_reactions(scene)]
     freedoms = _mobility(scene, closing)
-    told, written = SceneUnits(scene).told, _written(scene)
+    told, written = SceneUnits(scene).inferred, _written(scene)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
@@ -67,7 +67,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
             for joint in scene.loops
         ],
-        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].says(row)} for row in scene.rows],
+        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].fault(row)} for row in scene.rows],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "on_request": wanted.on_request,
@@ -91,7 +91,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     """Return the inputs and the outputs that a scene names, nothing where it names none."""
-    told, written = SceneUnits(scene).told, _written(scene)
+    told, written = SceneUnits(scene).inferred, _written(scene)
     inputs = [
         {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **written.get(p.name, {})}
         for p in scene.inputs
@@ -220,12 +220,12 @@ def acting(scene: Scene) -> list[dict[str, str]]:
 
     rows = []
     for strut in scene.struts:
-        rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].says(strut)))
+        rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].fault(strut)))
     for joint in scene.joints:
         if joint.dry is not None:
-            rows.append(row(joint.dry.kind, joint.name, at(joint.name, ()), FORCES[joint.dry.kind].says(joint.dry)))
+            rows.append(row(joint.dry.kind, joint.name, at(joint.name, ()), FORCES[joint.dry.kind].fault(joint.dry)))
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
     for load in scene.loads:
-        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].says(load)))
+        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].fault(load)))
     return rows

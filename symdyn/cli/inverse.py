@@ -14,8 +14,8 @@ from symdyn.cli.trajectory_options import (
     collected,
     deliver,
     flattened,
-    forces_told,
     pairs,
+    reported_forces,
 )
 from symdyn.errors import SimulateError
 from symdyn.simulation import Problem, inverse, motion_times, read_motion, read_path
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     laws, paths = flattened(options.motion), flattened(options.path)
     if not laws and not paths:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
-    problem = Problem(scene, forces_told(scene, options))
+    problem = Problem(scene, reported_forces(scene, options))
     motion, path, _, times, start, _ = collected(
         lambda: read_motion(scene, laws),
         lambda: read_path(scene, paths),

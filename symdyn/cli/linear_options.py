@@ -25,7 +25,7 @@ ENDINGS = {
 """What files may be, by the option that names them."""
 
 
-def add_asked(verb: argparse.ArgumentParser) -> None:
+def add_flags(verb: argparse.ArgumentParser) -> None:
     """Add a flag for every row, and those that say more of them."""
     group = verb.add_argument_group("of the linear system")
     for one in ASKED:
@@ -41,7 +41,7 @@ def add_asked(verb: argparse.ArgumentParser) -> None:
     group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg, .pdf or .png")
 
 
-def check_asked(options: argparse.Namespace) -> None:
+def check_flags(options: argparse.Namespace) -> None:
     """Raise LinearizeError for flags that want another one, or files that could not be written in the end."""
     faults = Faults("")
     for name, wants in {"hertz": "bode", "gains": "lqr", "locus": "over"}.items():
@@ -90,7 +90,7 @@ def rates_of(options: argparse.Namespace) -> dict[str, str]:
     return pairs(options.rates, "--rates") | pairs(options.speed, "--speed")
 
 
-def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
+def locus_over_range(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
     problem = Problem(scene, flattened(options.forces), pairs(options.at, "--at"), rates_of(options))
     found = locus_over(problem, options.over, split(options.independent) or (), options.anywhere)

@@ -56,7 +56,7 @@ class LinearRequest:
 
 def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     lines: Lines = []
-    found = system.found.transfers()
+    found = system.linearization.transfers()
     for one in found:
         if one.gain == 0:
             lines.append(f"{one.output} / {one.input}: 0, it does not follow")
@@ -78,8 +78,8 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     lines: Lines = []
     data: Data = {}
     for word, how, verb, found in (
-        ("controllability", "no input moves", "moved", system.found.controllability()),
-        ("observability", "no output shows", "seen", system.found.observability()),
+        ("controllability", "no input moves", "moved", system.linearization.controllability()),
+        ("observability", "no output shows", "seen", system.linearization.observability()),
     ):
         margin = f", {in_digits(found.margin, 2)} of the size of A from less" if found.rank else ""
         lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
@@ -94,7 +94,7 @@ def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.bode(options.hertz or None)
     if not options.bode:
         return found.table().csv().splitlines(), found.as_json()
-    title = f"{system.found.scene.name}: frequency response"
+    title = f"{system.linearization.scene.name}: frequency response"
     return written(options.bode, found.table().csv, lambda kind: found.plot(title, kind)), found.as_json()
 
 
@@ -108,13 +108,13 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     period = options.dt
     exact, stepped = system.sampled(period)
     apart = max(float(np.abs(x - y).max(initial=0.0)) for x, y in ((exact.A, stepped.A), (exact.B, stepped.B)))
-    told = stepped if system.found.kind == "moving" else exact
+    told = stepped if system.linearization.kind == "moving" else exact
     lines = [f"x(t + T) = Phi x(t) + Gamma w(t), T = {period:g} s, inputs held"]
     lines += _matrix("Phi", told.A) + (_matrix("Gamma", told.B) if told.B.size else [])
     lines.append(f"eigenvalues: {', '.join(map(shown, [z for z in told.eigenvalues if z.imag >= 0]))}")
     lines.append(
         f"by variational equations along the step the same to {apart:.1g}"
-        if system.found.kind != "moving"
+        if system.linearization.kind != "moving"
         else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
     )
     return lines, told.as_json() | {"formulations_differ_by": apart}
@@ -140,7 +140,7 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         write_file(path, found.text())
         words = ["symdyn", "simulate", options.scene, "--until", "10", "--feedback", str(path)]
         words += ["--bind", options.bind] if options.bind else []
-        words += ["--forces", *flattened(options.forces)] if system.found.feeding else []
+        words += ["--forces", *flattened(options.forces)] if system.linearization.feeding else []
         lines += [str(path), f"run it: {shlex.join(words)}"]
     return lines, found.as_json()
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from symdyn.cli.linear_options import add_asked, check_asked, check_one, found_over, rates_of
+from symdyn.cli.linear_options import add_flags, check_flags, check_one, locus_over_range, rates_of
 from symdyn.cli.linear_tools import ASKED
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
@@ -54,17 +54,17 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
     verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
-    add_asked(verb)
+    add_flags(verb)
 
 
 def run(options: argparse.Namespace) -> int:
     """Linearise, print, write."""
     scene = read_scene_to_move(options)
-    check_asked(options)
+    check_flags(options)
     if options.over:
         with Waiting() as progress:
             progress("linearising")
-            lines, data = found_over(scene, options)
+            lines, data = locus_over_range(scene, options)
         if options.json:
             give(data)
         else:
@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     for note in notes:
         say(f"symdyn: {note}")
     if file is not None:
-        file.write([one.found for one in systems])
+        file.write([one.linearization for one in systems])
         print_paths(options.output)
     if options.json:
         give(told if options.along is not None or options.at == REST else told[0])

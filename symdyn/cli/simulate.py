@@ -7,7 +7,7 @@ import argparse
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
+from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
         options.until, options.every, options.method, options.rtol, options.atol, options.stop, options.ignore_limits
     )
     forces, start, _, feedback, _, _ = collected(
-        lambda: Problem(scene, forces_told(scene, options)).driving,
+        lambda: Problem(scene, reported_forces(scene, options)).driving,
         lambda: (
             Problem(scene, (), pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")).initial
         ),

@@ -9,9 +9,9 @@ from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.seconds import seconds
-from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
+from symdyn.cli.sweep_outcome import add_outcome, check_outcome, report_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import forces_told, pairs
+from symdyn.cli.trajectory_options import pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
@@ -107,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
         _check(file)
     check_outcome(options)
     start, rates = pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")
-    problem = Problem(scene, forces_told(scene, options), start, rates)
+    problem = Problem(scene, reported_forces(scene, options), start, rates)
     run = {name: one for name, one in vars(options).items() if name in Run.Fields.__annotations__ and one is not None}
     with Bar(f"sweeping {scene.name}") as progress:
         runs = sweep(
@@ -132,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
             runs.to_csv(file)
         print_paths(file)
     nothing = not any(runs.known(name).size for name in runs.measures) and runs.complete
-    tell(runs, options, lambda: {} if nothing or runs.left else tell_outcome(runs, problem, Run(**run), options))
+    report(runs, options, lambda: {} if nothing or runs.left else report_outcome(runs, problem, Run(**run), options))
     if nothing:
         why = runs.told.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
         fail(f"no run has measures; run 0: {why}")
@@ -164,7 +164,7 @@ def summary(runs: Runs) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def tell(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[str, Any]]) -> None:
+def report(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[str, Any]]) -> None:
     """Print a summary and what else comes of runs, and say which runs did not reach their end."""
     told, columns = summary(runs), dict[str, Any]()
     if options.json:

@@ -38,7 +38,7 @@ def check_outcome(options: argparse.Namespace) -> None:
         raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
 
 
-def tell_outcome(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
+def report_outcome(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
     if runs.has_indices:

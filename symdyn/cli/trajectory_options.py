@@ -172,7 +172,7 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     return found
 
 
-def forces_told(scene: Scene, options: argparse.Namespace) -> list[str]:
+def reported_forces(scene: Scene, options: argparse.Namespace) -> list[str]:
     """Return what --forces says; of a formula for an input that is in another unit than SI's, say that it is in SI."""
     entries = flattened(options.forces)
     chosen = {one.name: one for one in scene.inputs if one.written}

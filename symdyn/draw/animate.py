@@ -102,7 +102,7 @@ def moving(
     kept = _kept(fine, fps, most)
     t, q = fine[kept], ways[kept]
     stage = Stage(scene, q, values, view)
-    found, seen = stage.found, stage.view
+    found, seen = stage.places, stage.view
     items, labels = mechanism(scene, found, seen)
     items = (*_traces(places(scene, ways, values), seen), *items)
     sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)

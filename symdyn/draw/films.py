@@ -55,7 +55,7 @@ class Motion:
     parameters: Mapping[str, float] | None
     view: tuple[float, float] | None
     scheme: str
-    told: Told
+    progress: Told
     note: Callable[[str], None]
 
 
@@ -198,7 +198,7 @@ def _frames(motion: Motion, reel: Reel, fps: float, even: bool) -> tuple[tuple[i
     paint = Painter(drawing, size, motion.scheme)
 
     def painted(k: int) -> Frame:
-        motion.told(k / count)
+        motion.progress(k / count)
         return paint(float(np.interp(t[0] + k / fps, t, np.arange(len(t)))))
 
     return size, count, painted
@@ -272,7 +272,7 @@ def _glb(motion: Motion, reel: Reel, fps: float) -> bytes:
     scene = motion.scene
     t, q, values = moments(scene, motion.times, motion.positions, motion.parameters, fps)
     stage = Stage(scene, q, values, motion.view)
-    found, seen = stage.found, stage.view
+    found, seen = stage.places, stage.view
     given = robot_solids(scene, motion.note)
     return glb(scene.name, found.bodies, standing(scene, found, seen, given), t, seen, found.gravity, Scene.GROUND)
 

@@ -59,7 +59,7 @@ def free_body(
     if file is not None:
         check_picture(file)
     stage = _stage(scene, q, parameters, view)
-    found = stage.found
+    found = stage.places
     alone = _alone(scene, found, body)
     seen = _closer(stage.view, alone, scene, body)
     drawn = list(link(scene, found, found.body(body), seen, _colour(scene, body)))
@@ -108,7 +108,7 @@ def acting_on(
         DrawError: as of `free_body`.
     """
     known_body(scene, body)
-    found = _stage(scene, q, parameters).found
+    found = _stage(scene, q, parameters).places
     placed = found.body(body)
     acting: list[Wrench] = []
     if np.any(found.gravity):

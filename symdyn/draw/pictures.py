@@ -125,7 +125,7 @@ def drawing(
     else:
         shown, values = _numbers(scene, q), values_of(scene, parameters)
     stage = Stage(scene, shown.reshape(1, -1), values, view)
-    found, seen = stage.found, stage.view
+    found, seen = stage.places, stage.view
     items, names = mechanism(scene, found, seen)
     if "coordinates" in labels:
         arcs, marked = marks(scene, found, seen, latex_symbols(scene))

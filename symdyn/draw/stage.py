@@ -37,7 +37,7 @@ class Stage:
         return values_of(self.scene) if self.parameters is None else self.parameters
 
     @cached_property
-    def found(self) -> Places:
+    def places(self) -> Places:
         """Where everything is."""
         return places(self.scene, self.q, self.values)
 
@@ -45,13 +45,13 @@ class Stage:
     def view(self) -> View:
         """The view in which everything fits."""
         nudged = self.q[:1] + 0.1 * (1 + np.arange(self.q.shape[-1]) % 5)  # by which chance shows
-        first = [self.found, places(self.scene, nudged, self.values)]
-        return look(first, spread(self.scene, self.found), self.direction)
+        first = [self.places, places(self.scene, nudged, self.values)]
+        return look(first, spread(self.scene, self.places), self.direction)
 
     @property
     def extent(self) -> float:
         """The largest extent of all that a picture must hold, m; 1 of what has none."""
-        return float(np.ptp(spread(self.scene, self.found), axis=0).max()) or 1.0
+        return float(np.ptp(spread(self.scene, self.places), axis=0).max()) or 1.0
 
 
 def spread(scene: Scene, result: Places) -> Array:

@@ -82,7 +82,7 @@ def svg(
     for k in order(drawing.items, 0):
         item = drawing.items[k]
         marked = f' data-item="{k}"' if tag else ""
-        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{in_html(item.title.said(titles))}</title>')
+        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{in_html(item.title.sentence(titles))}</title>')
         lines += [element(shape, tagged(shape)) for shape in item.shapes]
         lines.append("</g>")
     lines += [_label(one, prefix, tagged(one)) for one in drawing.labels]

@@ -24,7 +24,7 @@ def swing(stage: Stage, title: str, ghosts: str, prefix: str, titles: Mapping[st
         prefix: in front of every id.
         titles: what parts are called, as of `picture`.
     """
-    items, _ = mechanism(stage.scene, stage.found, stage.view)
+    items, _ = mechanism(stage.scene, stage.places, stage.view)
     drawn = [replace(one, depth=one.depth[:1], shapes=tuple(_at(x, 0) for x in one.shapes)) for one in items]
     outlines = [shape for one in items for k in (1, 2) for shape in _ghost(one, k)]
     ghost = Item("ghosts", Title("{text}", text=ghosts), 0, np.full(1, -1e6), tuple(outlines))

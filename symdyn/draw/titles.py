@@ -22,7 +22,7 @@ class Title(str):
         made.template, made.places = template, places
         return made
 
-    def said(self, words: Mapping[str, str]) -> str:
+    def sentence(self, words: Mapping[str, str]) -> str:
         """Return the sentence by a table from English: sentences, and words such as types of joints in their places."""
         filled = {key: words.get(value, value) if key in TRANSLATED else value for key, value in self.places.items()}
         return words.get(self.template, self.template).format(**filled)

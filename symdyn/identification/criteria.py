@@ -35,19 +35,19 @@ class Criterion:
         text: what it is, one line.
         scaled: whether columns are divided by their lengths before.
         smooth: from singular values, shape (p,), to a number and its slopes, shape (p,).
-        told: from singular values to the number that a user is shown.
+        displayed: from singular values to the number that a user is shown.
     """
 
     text: str
     scaled: bool
     smooth: Callable[[Array], tuple[float, Array]]
-    told: Callable[[Array], float]
+    displayed: Callable[[Array], float]
 
     def value(self, A: Array) -> float:
         """Return what a user is shown of rows A, shape (N, n, p)."""
         rows = A.reshape(-1, A.shape[-1])
         sizes = np.linalg.svd(rows / _lengths(A) if self.scaled else rows, compute_uv=False)
-        return self.told(np.asarray(sizes, dtype=np.float64))
+        return self.displayed(np.asarray(sizes, dtype=np.float64))
 
     def slope(self, A: Array) -> tuple[float, Array]:
         """Return the smooth number of rows A, shape (N, n, p), and its slope by every entry, of the same shape.

@@ -233,7 +233,7 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
     return float(found.cost), np.append(found.x[:count] / scale, guess / parts)
 
 
-def told_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, values: Array) -> tuple[Gain, ...]:
+def estimated_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, values: Array) -> tuple[Gain, ...]:
     """Return the gains of a fit, with their standard errors, in the order of velocities."""
     names, kinds = drive_names(scene), SceneUnits(scene).velocities
     errors = regression.errors[len(regression.names) - len(shown) :]

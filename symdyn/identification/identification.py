@@ -75,7 +75,7 @@ class Identification(Shown):
 
     def __repr__(self) -> str:
         count = len(self.model.names)
-        told = f"{int(self.regression.told[:count].sum())} of {count} base parameters told"
+        told = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters told"
         return f"<Identification of {self.scene.name}: {told}, condition number {self.regression.condition:.3g}>"
 
     @property
@@ -164,7 +164,7 @@ class Identification(Shown):
             "standard_error": self.errors,
             "unit": list(self.units),
             "before": self.before,
-            "told": self.regression.told,
+            "told": self.regression.identifiable,
         }
         found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
         found.attrs |= {"scene": self.scene.name, "band_hz": self.band, "condition": self.regression.condition}
@@ -179,7 +179,7 @@ class Identification(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values; numbers that are none are NaN."""
-        columns = zip(self.names, self.before, self.after, self.errors, self.regression.told, strict=True)
+        columns = zip(self.names, self.before, self.after, self.errors, self.regression.identifiable, strict=True)
         return {
             "scene": self.scene.name,
             "band_hz": self.band,

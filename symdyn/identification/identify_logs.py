@@ -12,14 +12,14 @@ from symdyn.errors import IdentifyError
 from symdyn.identification.calibrated_gains import doubts
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.fitting import Fitted, fitted
-from symdyn.identification.gains import told_gains
+from symdyn.identification.gains import estimated_gains
 from symdyn.identification.identifiability import untold
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import Log, read_logs
 from symdyn.identification.parts import evidence
 from symdyn.identification.payload import Carried, Payload, carried, check_payloads
-from symdyn.identification.units import forces_off, said_in, shown_in
+from symdyn.identification.units import forces_off, given_gains, shown_in
 from symdyn.scene import SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names
@@ -96,7 +96,7 @@ def identify(
     load = carried(model, payloads, logs)
     held = evidence(model, moved, load, hold_back)
     found = fitted(model, held, load, shown, band, outliers)
-    said = said_in(units or {}, [drive or "" for drive in scene.drives])
+    said = given_gains(units or {}, [drive or "" for drive in scene.drives])
 
     def freed(j: int) -> Fitted:
         unit = said[j].unit if j in said else "force"
@@ -105,7 +105,7 @@ def identify(
     forces = [j for j in model.rows if scene.drives[j] and j not in shown and j not in said]
     alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1
     doubted = doubts(model, said, forces, shown, found, freed, alone)
-    gains = told_gains(scene, shown, found.regression, found.gains)
+    gains = estimated_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
     notes += [*_expected(model, logs, moved, load, shown), *found.notes]
     lost = untold(model, load, shown, found, [place for place, _ in moved])

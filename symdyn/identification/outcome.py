@@ -18,19 +18,19 @@ class Outcome:
     """What is to be written about.
 
     Attributes:
-        found: the identification.
+        identification: the identification.
         total_mass: of all bodies, kg; None leaves it to the data.
         command: that made it.
     """
 
-    found: Identification
+    identification: Identification
     total_mass: float | None
     command: str
 
     @cached_property
     def made(self) -> Identified:
         """The identified scene."""
-        return identified(self.found, self.total_mass)
+        return identified(self.identification, self.total_mass)
 
     def page(self) -> tuple[str, str]:
         """Return the page, and why it has no identified scene; "" where it has one."""
@@ -38,7 +38,7 @@ class Outcome:
             made, why = self.made, ""
         except IdentifyError as fault:  # the page tells what was identified all the same
             made, why = None, str(fault)
-        return report(self.found, made, self.command), why
+        return report(self.identification, made, self.command), why
 
     def text(self, format: str) -> Written:
         """Return the identified scene, and what the format cannot hold; errors as of `identified`."""

@@ -200,7 +200,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
 
 
 def _units(scene: Scene, search: Search) -> tuple[str, ...]:
-    units = SceneUnits(scene).told
+    units = SceneUnits(scene).inferred
     states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
     states |= dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
     starts = (scene.shown_unit(states.get(one, "rad")) for piece in search.pieces for one in piece.unknowns)

@@ -60,7 +60,7 @@ class Physical:
         distance: from the estimates, in the metric of their covariance: their Mahalanobis distance; 1 is one standard
             error. Zero: the estimates are those of bodies as they are.
         missed: length of what is missed of the estimates by that of the estimates.
-        told: how many combinations were estimated.
+        identifiable: how many combinations were estimated.
         margins: smallest eigenvalue of the pseudo-inertia of every body by its trace, shape (bodies,); a third of a
             fourth is a ball, zero is a body without thickness, below zero is none. Lengths are in `length`.
         before: the same of the scene as declared.
@@ -74,7 +74,7 @@ class Physical:
     values: Array
     distance: float
     missed: float
-    told: int
+    identifiable: int
     margins: Array
     before: Array
     length: float

@@ -92,7 +92,7 @@ class Regression:
     def errors(self) -> Array:
         """Standard errors, shape (p,); NaN for what is not told."""
         found = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        found[~self.told] = np.nan
+        found[~self.identifiable] = np.nan
         return found
 
     @property
@@ -118,7 +118,7 @@ class Regression:
         return float(spread / (2 * mean) * chi2.ppf(level, 2 * mean**2 / spread)) if mean else 0.0
 
     @property
-    def told(self) -> Flags:
+    def identifiable(self) -> Flags:
         """Whether each parameter is told by itself, shape (p,)."""
         return np.asarray(np.linalg.norm(self.untold, axis=0) < ALONE)
 

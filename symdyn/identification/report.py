@@ -77,7 +77,7 @@ def _facts(identification: Identification) -> Iterator[tuple[str, str]]:
     yield "degrees of freedom", f"{regression.dof}"
     yield "condition number of the weighted rows, columns scaled", figure(regression.condition, 3)
     count = len(identification.model.names)
-    yield "base parameters told", f"{int(regression.told[:count].sum())} of {count}"
+    yield "base parameters told", f"{int(regression.identifiable[:count].sum())} of {count}"
 
 
 # Tables

@@ -47,7 +47,7 @@ def parameter_table(identification: Identification) -> Table[str]:
         identification.after,
         identification.errors,
         identification.interval(),
-        identification.regression.told,
+        identification.regression.identifiable,
     )
     count = len(identification.names) - len(identification.gains)
     rows = []

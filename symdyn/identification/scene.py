@@ -80,7 +80,7 @@ def identified(
     """
     check_arguments(identified, locals(), IdentifyError)
     total_mass, spread = native(float, total_mass, spread)
-    told = told_combinations(identification)
+    told = identifiable_combinations(identification)
     scene = identification.model.scene
     declared = {parameter.name for parameter in identification.scene.parameters}
     added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
@@ -112,7 +112,7 @@ def identified(
     )
 
 
-def told_combinations(identification: Identification) -> tuple[Array, Array, Array]:
+def identifiable_combinations(identification: Identification) -> tuple[Array, Array, Array]:
     """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance.
 
     The base parameters are those of `found.model.names`, in their order.
@@ -264,7 +264,7 @@ def _gain_notes(identification: Identification) -> list[str]:
 
 
 def _physical_notes(physical: Physical) -> list[str]:
-    count, notes = physical.told, list[str]()
+    count, notes = physical.identifiable, list[str]()
     moved = [name for name in physical.unknowns.bodies if name not in physical.kept]
     if moved:
         notes.append(

@@ -114,7 +114,7 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
     return found
 
 
-def said_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, ColumnUnits]:
+def given_gains(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, ColumnUnits]:
     """Return the gains that are given with the units of drives, by their numbers."""
     found = {}
     for k, name in enumerate(drives):

@@ -55,7 +55,7 @@ class Equilibrium:
 
     Attributes:
         q: coordinates, shape (nq,).
-        found: how many of the seeded starts led there; 0 where others did.
+        starts: how many of the seeded starts led there; 0 where others did.
         family: whether others are next to it, along more than coordinates on which nothing depends.
         exact: its coordinates, those on which something depends, as formulas of the parameters if they are so for all
             values of these; else None.
@@ -63,7 +63,7 @@ class Equilibrium:
     """
 
     q: Array
-    found: int
+    starts: int
     family: bool
     exact: Exact
     search: Search = field(repr=False, compare=False)
@@ -187,7 +187,7 @@ class _Lists:
             values = search.eigenvalues(q)
             known = next((k for k, other in self.spectra.items() if _alike(values, other)), None)
         if known is not None:
-            some[known] = replace(some[known], found=some[known].found + seeded)
+            some[known] = replace(some[known], starts=some[known].starts + seeded)
         elif family and len(self.spectra) == FAMILY:
             self.more += seeded
         else:

@@ -144,7 +144,7 @@ MOST = 6
 """Places without a linear motion that are told one by one."""
 
 
-def told_of(places: Equilibria) -> list[str]:
+def search_report(places: Equilibria) -> list[str]:
     """Return what is said of how positions of rest were found."""
     count, others = len(places.places), [*places.crossings, *places.locked]
     starts = f"from {places.starts} seeded starts of Newton's method"
@@ -173,7 +173,7 @@ def told_of(places: Equilibria) -> list[str]:
         lines += [_unmoved(places, place, where) for place in some[:MOST]]
         if len(some) > MOST:
             lines.append(f"and at {len(some) - MOST} places more where {where}")
-    if unseeded := sum(not place.found for place in (*places.places, *others)):
+    if unseeded := sum(not place.starts for place in (*places.places, *others)):
         lines.append(
             f"to {unseeded} of these positions no seed led: they are exact, or a force changes its sign next to them"
         )
@@ -193,5 +193,5 @@ def _unmoved(places: Equilibria, place: Equilibrium, where: str) -> str:
         for name, x, unit in zip(scene.coordinates, place.q, units, strict=True)
         if name not in places.idle
     ]
-    times = f" ({place.found} start{'s' * (place.found > 1)})" if place.found else ""
+    times = f" ({place.starts} start{'s' * (place.starts > 1)})" if place.starts else ""
     return f"it rests at {', '.join(values)}{times}, where {where}: it has no one linear motion there"

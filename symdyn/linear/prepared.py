@@ -34,7 +34,7 @@ class Prepared:
     forces: Forces
     outputs: Outputs
     functions: Variations
-    wanted: tuple[int, ...]
+    independent: tuple[int, ...]
 
     @property
     def drives(self) -> list[int]:
@@ -78,7 +78,7 @@ class Prepared:
         v, scene = self.functions, self.scene
         here = self.place(q, u, t, given)
         try:
-            choice = chosen(here, self.wanted) if like is None else self._like(here, like)
+            choice = chosen(here, self.independent) if like is None else self._like(here, like)
             with np.errstate(all="ignore"):  # what has no finite value is told below
                 found = matrices(v, here, choice, self.drives)
         except NoValueError as fault:
@@ -90,7 +90,7 @@ class Prepared:
                 raise LinearizeError(
                     f"{scene.name}: a derivative has no finite value there; give another place, or other values"
                 )
-        units, labels, told = SceneUnits(scene).velocities, COLUMNS["q"](v.w), SceneUnits(scene).told
+        units, labels, told = SceneUnits(scene).velocities, COLUMNS["q"](v.w), SceneUnits(scene).inferred
         shown = scene.shown_unit
         states = Axis(
             (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),

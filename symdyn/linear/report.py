@@ -14,7 +14,7 @@ from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
 from symdyn.linear.axis import Axis
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.modes import Mode
-from symdyn.rounding import asked, in_digits, showing
+from symdyn.rounding import in_digits, requested_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
@@ -70,7 +70,7 @@ def roots(formulas: Symbolic | None) -> list[str]:
 
 def _spelled(form: Form) -> str:
     """Return a formula in print, its numbers rounded where that is asked for."""
-    digits = asked()
+    digits = requested_digits()
     return text_of(form, digits)
 
 
@@ -103,7 +103,7 @@ def where(system: Linearization) -> str:
     names = drive_names(scene)
     parts += [shown(names[k], x, force_unit(units[k])) for k, x in enumerate(point.tau) if abs(x) > NOTHING]
     inputs = zip(scene.inputs, point.inputs, strict=False)
-    told = SceneUnits(scene).told
+    told = SceneUnits(scene).inferred
     parts += [f"{one.name} = {number(x)} {told[one.name]}".rstrip() for one, x in inputs if abs(x) > NOTHING]
     return f"at {', '.join(parts)}" + (f"; {shown('t', point.t, 's')}" if point.t else "")
 

@@ -13,7 +13,7 @@ from symdyn.linear.bode import Bode, bode
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.formulas import Symbolic
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.linearized import along, told_of
+from symdyn.linear.linearized import along, search_report
 from symdyn.linear.modes import Mode
 from symdyn.linear.moving import MODE_PERIOD, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
@@ -34,48 +34,48 @@ class System:
     """A linear system and what it came from.
 
     Attributes:
-        asked: what was linearised; linear systems at other places, and values, are asked of it.
-        found: the system.
+        prepared: what was linearised; linear systems at other places, and values, are asked of it.
+        linearization: the system.
         formulas: the same in formulas, where it is small.
     """
 
-    asked: Prepared
-    found: Linearization
+    prepared: Prepared
+    linearization: Linearization
     formulas: Symbolic | None
 
     def text(self) -> str:
         """Return it as text: where, states, matrices, modes, stability."""
-        return text(self.found, self.formulas)
+        return text(self.linearization, self.formulas)
 
     def latex(self) -> str:
         """Return it in LaTeX: formulas where there are some, else numbers."""
-        return latex(self.found, self.formulas)
+        return latex(self.linearization, self.formulas)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON, all digits."""
-        return as_json(self.found, self.formulas)
+        return as_json(self.linearization, self.formulas)
 
     def bode(self, hertz: str | None = None) -> Bode:
         """Return the frequency responses; `hertz` and errors as of `bode`."""
-        return bode(self.found, hertz)
+        return bode(self.linearization, hertz)
 
     def sampled(self, period: float) -> tuple[Sampled, Sampled]:
         """Return the system between samples, exactly and along a step; errors as of `sampled` and `along_a_step`."""
-        return sampled(self.found, period), along_a_step(self.asked, self.found, period)
+        return sampled(self.linearization, period), along_a_step(self.prepared, self.linearization, period)
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""
         given = read_weights("--lqr", weights, ("Q", "R"))
-        return lqr(self.found, given.get("Q"), given.get("R"), period)
+        return lqr(self.linearization, given.get("Q"), given.get("R"), period)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""
         given = read_weights("--kalman", variances, ("W", "V"))
-        return kalman(self.found, given.get("W"), given.get("V"), period)
+        return kalman(self.linearization, given.get("W"), given.get("V"), period)
 
     def animate(self, path: Path, reel: Reel, note: Callable[[str], None]) -> list[tuple[Path, Mode, str]]:
         """Write every mode as a film, and return which is where, in words too; errors as of `animate_modes`."""
-        made = animate_modes(self.found, path, reel, note)
+        made = animate_modes(self.linearization, path, reel, note)
         return [(where, mode, _words(mode)) for where, mode in made]
 
     @classmethod
@@ -103,7 +103,7 @@ class System:
             found = settled(asked, asked.at(start.q, start.u, notes=start.notes), anywhere)
             return [cls(asked, found, symbolic(asked, found))], ()
         places = equilibria(asked)
-        notes = told_of(places)
+        notes = search_report(places)
         if not places.systems:
             way = "" if places.crossings or places.locked else "; give forces that hold it, as in --forces NAME=FORMULA"
             raise LinearizeError([f"{problem.scene.name}: {notes[0]}{way}", *notes[1:]])

@@ -49,7 +49,7 @@ def numeric(function: NumericFunction) -> list[Markup]:
         (one.name, "number" if one.scalar else len(one.entries), ", ".join(one.entries)) for one in function.operands
     ]
     return [
-        head(function.name, function.told.partition(": ")[2]),
+        head(function.name, function.description.partition(": ")[2]),
         table(("argument", "length", "entries"), rows),
         table(("fixed", "value"), function.fixed.items()),
         note("leading dimensions broadcast; parameters and inputs may be given by name"),

@@ -48,7 +48,7 @@ def _tables(result: Scene) -> list[Markup]:
         for joint in result.moving
         for q in joint.coordinates
     ]
-    told, looked = SceneUnits(result).told, SceneUnits(result).outputs
+    told, looked = SceneUnits(result).inferred, SceneUnits(result).outputs
     named: list[list[Cell]] = [
         [one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text]
         for one in result.parameters

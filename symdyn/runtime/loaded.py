@@ -168,7 +168,7 @@ def loaded(
     for call, head in zip(found, heads, strict=True):
         one = numeric_function(scene, head.name, head, call, free, (_one_loaded, (*settings, head.name)))
         calls[head.name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
-    told = {name: call.told for name, call in calls.items()}
+    told = {name: call.description for name, call in calls.items()}
     made = Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
     return replace(made, accuracy=accuracy)
 

@@ -54,7 +54,7 @@ class NumericFunction(Shown):
         name: such as "mass_matrix".
         call: what computes, by place alone.
         operands: its arguments, in order.
-        told: how it is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
+        description: how it is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         usual: values of entries that a call need not give, such as inputs.
         fixed: parameters that are numbers in its code, with their values as text.
         again: a function and its arguments, which make it in another process.
@@ -63,7 +63,7 @@ class NumericFunction(Shown):
     name: str
     call: Callable[..., Any]
     operands: tuple[Operand, ...]
-    told: str
+    description: str
     usual: Mapping[str, float] = field(default_factory=dict)
     fixed: Mapping[str, str] = field(default_factory=dict)
     again: tuple[Callable[..., Any], tuple[Any, ...]] | None = None
@@ -91,7 +91,7 @@ class NumericFunction(Shown):
             raise ArgumentError(f"{self.name}: {'; '.join(faults)}") from error
 
     def __repr__(self) -> str:
-        return f"<{self.told}>"
+        return f"<{self.description}>"
 
     def __reduce__(self) -> Any:
         if self.again is None:
@@ -126,7 +126,7 @@ class NumericFunction(Shown):
                 known[one.name] = self._together([taken.get(name, self.usual.get(name)) for name in one.entries])
         faults += [self._strange(name, known) for name in named]
         if faults:
-            raise ArgumentError(f"{self.name}: {'; '.join(faults)}; {self.told}")
+            raise ArgumentError(f"{self.name}: {'; '.join(faults)}; {self.description}")
         return (*(known[one.name] for one in self.operands), *given[len(self.operands) :])
 
     def _strange(self, name: str, known: Mapping[str, Any]) -> str:
@@ -147,7 +147,7 @@ class NumericFunction(Shown):
     def _faults(self, given: Sequence[Any]) -> list[str]:
         """Return what is wrong with arguments, as far as it can be told."""
         if len(given) > len(self.operands) + 1:
-            return [f"{len(given)} arguments are given; {self.told}"]
+            return [f"{len(given)} arguments are given; {self.description}"]
         faults, leading = [], {}
         for one, value in zip(self.operands, given, strict=False):
             shape = self._shape(value)

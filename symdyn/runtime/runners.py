@@ -41,8 +41,8 @@ class Runner:
         many: the target's option for that; "" for none.
         measured: its option for `verify`, which leaves out what is measured elsewhere.
         usual: whether `verify` leaves out what `load` does, since compiling it takes longer than it tells.
-        asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy or seldom there,
-            or it takes longer than it tells.
+        by_name_only: whether `verify` measures it only where it is asked for by name: its runtime is heavy or seldom
+            there, or it takes longer than it tells.
         aside: whether a process of its own does the work, so that it may run while others go on.
     """
 
@@ -51,7 +51,7 @@ class Runner:
     many: str
     measured: str
     usual: bool
-    asked: bool
+    by_name_only: bool
     aside: bool
 
 
@@ -69,25 +69,25 @@ def run_python(sources: Sources) -> Any:
 
 
 RUNNERS: dict[str, Runner] = {
-    "numpy": Runner(run_python, batches=True, many="", measured="", usual=False, asked=False, aside=False),
-    "c": Runner(build, batches=True, many="batch", measured="", usual=False, asked=False, aside=True),
+    "numpy": Runner(run_python, batches=True, many="", measured="", usual=False, by_name_only=False, aside=False),
+    "c": Runner(build, batches=True, many="batch", measured="", usual=False, by_name_only=False, aside=True),
     "ufunc": Runner(
         lambda sources: build_extension(sources)[1],
         batches=True,
         many="",
         measured="doubles",
         usual=True,
-        asked=False,
+        by_name_only=False,
         aside=True,
     ),
-    "casadi": Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True, aside=False),
-    "heyoka": Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True, aside=False),
-    "js": Runner(run_js, batches=False, many="", measured="", usual=False, asked=False, aside=True),
-    "json": Runner(run_json, batches=False, many="", measured="", usual=False, asked=True, aside=False),
-    "gpu": Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True, aside=False),
-    "matlab": Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True, aside=True),
-    "cpp": Runner(run_cpp, batches=True, many="batch", measured="", usual=False, asked=True, aside=True),
-    "rust": Runner(run_rust, batches=True, many="batch", measured="", usual=False, asked=True, aside=True),
+    "casadi": Runner(run_casadi, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
+    "heyoka": Runner(run_heyoka, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
+    "js": Runner(run_js, batches=False, many="", measured="", usual=False, by_name_only=False, aside=True),
+    "json": Runner(run_json, batches=False, many="", measured="", usual=False, by_name_only=True, aside=False),
+    "gpu": Runner(run_opencl, batches=True, many="", measured="", usual=False, by_name_only=True, aside=False),
+    "matlab": Runner(run_matlab, batches=False, many="", measured="", usual=False, by_name_only=True, aside=True),
+    "cpp": Runner(run_cpp, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
+    "rust": Runner(run_rust, batches=True, many="batch", measured="", usual=False, by_name_only=True, aside=True),
 }
 
 

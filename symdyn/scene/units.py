@@ -68,7 +68,7 @@ class SceneUnits:
     @property
     def letters(self) -> dict[str, str]:
         """The coherent unit of every letter that somebody gives a value, "" of one that nothing tells."""
-        found = self.told | {"t": "s"}
+        found = self.inferred | {"t": "s"}
         found |= dict(zip(self.scene.coordinates, self.coordinates, strict=True))
         for velocity, drive, unit in zip(self.scene.velocities, self.scene.drives, self.velocities, strict=True):
             found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
@@ -76,7 +76,7 @@ class SceneUnits:
         return found
 
     @property
-    def told(self) -> dict[str, str]:
+    def inferred(self) -> dict[str, str]:
         """The coherent unit of every parameter and input: as it says, or as where it stands tells; else ""."""
         letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
         found = {one.name: one.unit for one in letters}
@@ -131,7 +131,7 @@ class SceneUnits:
         units = self.letters | dict(columns)
         names = [_alone(term) for term in terms(formula)]
         if self.scene.dimensionless:
-            return self.told.get(names[0], "")
+            return self.inferred.get(names[0], "")
         energy = any(units.get(name) == JOULE for name in names) or ENERGY.search(called)
         found = units[names[0]] if names[0] in units else _looked_at(self.scene, formula, units)
         return JOULE if energy and found == TORQUE.text else found

@@ -112,7 +112,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         found += [Column(name, kind, unit + ending, latex[name]) for name, unit in zip(names, rates, strict=True)]
     for name, unit in zip(forces, rates, strict=True):
         found.append(Column(name, FORCES, force_unit(unit), latex[name]))
-    told = SceneUnits(scene).told
+    told = SceneUnits(scene).inferred
     said = {
         one.name: Column(one.name, "inputs", told[one.name], one.latex or str(PrintName.of_code(one.name)))
         for one in scene.inputs

@@ -22,7 +22,7 @@ from symdyn.simulation.feedback.controller import Feedback, Law, Placed, Said, p
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.feedback.loop import Loop, Loops
 from symdyn.simulation.feedback.sampled_rows import held_columns, hidden, sampled_rows
-from symdyn.simulation.feedback.saturation import told
+from symdyn.simulation.feedback.saturation import saturation_report
 from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrator import Choice, choose
@@ -225,7 +225,7 @@ class Control:
         cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])
         others = tuple(k for one in self.functions for k in one.places)
         held = () if self.sampled is None else held_columns(trajectory.scene, forces, self.sampled, others)
-        notes = (*trajectory.notes, *told(cuts, end))
+        notes = (*trajectory.notes, *saturation_report(cuts, end))
         return replace(trajectory, held=held, saturations=cuts.until(end), notes=notes)
 
 

@@ -60,7 +60,7 @@ def _by_constant_forces(system: StateEquations, x: Array) -> list[Limit]:
     """Return the limits of effort that a force passes which no state changes, so that nothing crosses zero."""
     scene, graph = system.scene, Graph()
     watched = {limit.joint.name for limit in system.limits if limit.kind == "effort"}
-    forces = np.broadcast_to(system.tell("drives", 0.0, x), (system.nv,))
+    forces = np.broadcast_to(system.evaluate("drives", 0.0, x), (system.nv,))
     found = []
     for joint in scene.moving:
         limit, first = Limit(joint, "effort", graph.zero), scene.velocities.index(joint.rates[0])
@@ -83,7 +83,7 @@ def beyond(system: StateEquations, t: Array, x: Array) -> Array:
     """Return whether states (N, nx) at times (N,) are beyond each limit, shape (N, limits)."""
     if not system.limits:
         return np.zeros((len(t), 0), dtype=bool)
-    values = system.tell("events", t, x)
+    values = system.evaluate("events", t, x)
     return np.asarray(values[:, values.shape[1] - len(system.limits) :] > SLACK)
 
 

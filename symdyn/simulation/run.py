@@ -96,7 +96,7 @@ def _real(problem: InitialValueProblem, run: Integration) -> Integration:
     if run.stopped != STOPPED or len(run.t) < 2:
         return run
     with np.errstate(all="ignore"):
-        last = problem.system.tell("rates", run.t[-1:], run.x[-1:])
+        last = problem.system.evaluate("rates", run.t[-1:], run.x[-1:])
     return run if np.all(np.isfinite(last)) else replace(run, t=run.t[:-1], x=run.x[:-1])
 
 

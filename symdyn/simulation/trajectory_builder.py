@@ -34,15 +34,15 @@ def trajectory_of(
     events = _events(system, run, formulas, flags)
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
         columns, monitors = observe(system, run.t, run.x)
-        qdd = system.tell("rates", run.t, run.x)[:, parts[1]]
-        tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
+        qdd = system.evaluate("rates", run.t, run.x)[:, parts[1]]
+        tau = np.broadcast_to(system.evaluate("drives", run.t, run.x), u.shape)
         found = Trajectory(scene, run.t, q, u, qdd, tau, events=events, stopped=_why(system, formulas, run))
         if scene.inputs:
-            told = np.broadcast_to(system.tell("inputs", run.t, run.x), (len(run.t), len(scene.inputs)))
+            told = np.broadcast_to(system.evaluate("inputs", run.t, run.x), (len(run.t), len(scene.inputs)))
             columns = {one.name: column for one, column in zip(scene.inputs, told.T, strict=True)} | columns
             found = replace(found, extra=columns)
         if scene.points:
-            columns |= dict(zip(scene.point_letters, system.tell("points", run.t, run.x).T, strict=True))
+            columns |= dict(zip(scene.point_letters, system.evaluate("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)
@@ -94,7 +94,7 @@ def _why(system: StateEquations, formulas: Sequence[str], run: Integration) -> s
     t, x = float(run.t[-1]), run.x[-1]
     if system.changes(x[: system.nq]):
         return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
-    rates = np.nan_to_num(system.tell("rates", np.array([t]), x[None])[0])
+    rates = np.nan_to_num(system.evaluate("rates", np.array([t]), x[None])[0])
     places = (x + way * max(1.0, t) * rates for way in AHEAD)
     parts = (
         valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])

@@ -120,7 +120,7 @@ def units_of(scene: Scene, names: Sequence[str]) -> dict[str, str]:
     units = SceneUnits(scene)
     states = dict(zip(scene.coordinates, units.coordinates, strict=True))
     states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, units.velocities, strict=True)}
-    known = units.told | {name: scene.shown_unit(unit) for name, unit in states.items()}
+    known = units.inferred | {name: scene.shown_unit(unit) for name, unit in states.items()}
     return {name: known.get(name, "") for name in names}
 
 

@@ -59,7 +59,7 @@ class Prose:
     scene: Scene
     language: str
     names: dict[str, Name] = field(default_factory=dict)
-    told: dict[str, str | Form | Words] = field(default_factory=dict, repr=False)
+    references: dict[str, str | Form | Words] = field(default_factory=dict, repr=False)
 
     # Names
 
@@ -103,9 +103,9 @@ class Prose:
 
     def once(self, key: str, of: str | Form | Words, **places: str | Form | Words) -> Words:
         """Return prose the first time that it is asked for; later a reference to what it was told of."""
-        if key in self.told:
-            return self.say("as.before", of=self.told[key])
-        self.told[key] = of
+        if key in self.references:
+            return self.say("as.before", of=self.references[key])
+        self.references[key] = of
         return self.say(key, **places)
 
     def written(self, value: float) -> str:

@@ -85,7 +85,7 @@ def notation_step(lesson: Prose) -> Step:
 def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
     """Return the rows of the table of symbols about parameters, values with the language's decimal mark."""
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    told = SceneUnits(lesson.scene).told
+    told = SceneUnits(lesson.scene).inferred
     for parameter in lesson.scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")

@@ -52,13 +52,13 @@ class Layout:
 
     scene: Scene
     free: tuple[str, ...]
-    found: Written
+    written: Written
     grid: Grid
     paths: int
     span: tuple[float, float]
 
     def __post_init__(self) -> None:
-        scene, found, grid = self.scene, self.found, self.grid
+        scene, found, grid = self.scene, self.written, self.grid
         N, P, S = len(grid.widths), len(grid.share), len(grid.stage)
         nq, nv = len(scene.coordinates), len(scene.velocities)
         self.names = drive_names(scene)
@@ -91,7 +91,7 @@ class Layout:
         lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
         columns |= {name: place["u"][:, k] for k, name in enumerate(scene.velocities)}
-        columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.found.driven)}
+        columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.written.driven)}
         columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
         known_names("bounds", tuple(bounds), columns, faults)
         given = [(name, ends_of(one, f"bounds: {name}", faults)) for name, one in bounds.items() if name in columns]

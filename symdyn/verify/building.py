@@ -130,10 +130,10 @@ class Building:
         return part is None or part is self.program, target, option
 
 
-def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
+def requested_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
     """Return the targets to measure: those named, else what has type and accuracy and is not for those who ask."""
     if targets is None:
-        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
+        quick = {name for name, runner in RUNNERS.items() if not runner.by_name_only}
         having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
         return tuple(name for name in TARGETS if name in quick & having)
     if len(targets) == 0:

@@ -21,7 +21,7 @@ from symdyn.shown import Shown
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building, run_nowhere, unmeasured, wanted_targets
+from symdyn.verify.building import Building, requested_targets, run_nowhere, unmeasured
 from symdyn.verify.claims import claims_of, compared, taken
 from symdyn.verify.equality import Fields, Finding, prove
 from symdyn.verify.in_rows import InRows
@@ -217,7 +217,7 @@ def certify(
     if real not in SINGLE:
         raise VerifyError(f"real type {real!r} is not measured; give {' or '.join(SINGLE)}")
     asked, (seed,) = targets is not None, native(int, seed)
-    scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
+    scene, targets = scene_of(scene), requested_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
     sines = ShortSines.find(accuracy, real)
     if sines:

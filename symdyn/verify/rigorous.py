@@ -32,7 +32,7 @@ from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array
-from symdyn.verify.building import modules_of, wanted_targets
+from symdyn.verify.building import modules_of, requested_targets
 from symdyn.verify.claims import taken
 from symdyn.verify.natural_positions import lost_rank
 
@@ -152,7 +152,7 @@ def rigorous(
     program = lower(equations)
     given = None if at is None else _given(scene, workspace, at, real)
     progress("building")
-    made = modules_of(program, real, wanted_targets(None, real))
+    made = modules_of(program, real, requested_targets(None, real))
     if made.refused:
         raise VerifyError(f"{scene.name}: the code was refused: {made.refused}")
     progress("bounding")

@@ -101,7 +101,7 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
         DrawError: it has none.
     """
     q, values = pose(scene, at)
-    wide = {"rad": math.pi, "m": Stage(scene, q[None], values).found.reach if scene.coordinates else 1.0, "1": 1.0}
+    wide = {"rad": math.pi, "m": Stage(scene, q[None], values).places.reach if scene.coordinates else 1.0, "1": 1.0}
     spans = []
     for joint, name, unit in SceneUnits(scene).each_coordinate():
         low, high = joint.range(values)

@@ -121,4 +121,4 @@ AWK = Target(
 )
 
 TARGETS[AWK.name] = AWK
-RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False, asked=True, aside=False)
+RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False, by_name_only=True, aside=False)

@@ -52,7 +52,7 @@ def test_a_scene_has_it_unasked_and_it_is_proved(name: str) -> None:
 AGREE = ("recursive = definition", "definition = recursive")
 
 
-@pytest.mark.parametrize("target", [name for name, runner in RUNNERS.items() if not runner.asked])
+@pytest.mark.parametrize("target", [name for name, runner in RUNNERS.items() if not runner.by_name_only])
 def test_every_target_writes_it_and_its_slopes_are_the_momenta(target: str) -> None:
     one = scene("two_link")
     program = lower(formulate(one, (NAME, "momentum")))

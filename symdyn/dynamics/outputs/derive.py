@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
 from symdyn.dynamics.outputs.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.outputs.output import Output
 from symdyn.dynamics.outputs.requests import expected, looped, name_in_code, request_of, row_of
-from symdyn.dynamics.outputs.result_labels import told
+from symdyn.dynamics.outputs.result_labels import flagged_entries
 from symdyn.dynamics.outputs.too_large import too_large
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -169,7 +169,7 @@ def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
     if all(unique):
         return ""
     rows, columns = labels
-    loose = told(rows, columns, [not one for one in unique])
+    loose = flagged_entries(rows, columns, [not one for one in unique])
     return f"; not unique, for rigid bodies do not tell them: {loose}"
 
 

@@ -29,14 +29,14 @@ class Linear:
         columns: names of the parameters that are columns.
         known: what the other symbols stand for.
         declared: values of the columns' parameters as the scene declares them.
-        asked: the workspace whose scene it is, with values.
+        requesting: the workspace whose scene it is, with values.
     """
 
     workspace: Workspace
     columns: tuple[str, ...]
     known: dict[Expr, Expr]
     declared: tuple[Expr, ...]
-    asked: Workspace
+    requesting: Workspace
 
     @classmethod
     def of(cls, w: Workspace) -> Linear:
@@ -46,7 +46,7 @@ class Linear:
 
     def parameters(self) -> list[Expr]:
         """Return π, what the columns of the regressor are to be multiplied by, on the graph that was asked."""
-        return substitute(self.declared, {}, self.asked.graph)
+        return substitute(self.declared, {}, self.requesting.graph)
 
     def named(self) -> tuple[tuple[str, Expr], ...]:
         """Return name and value of every column."""
@@ -56,7 +56,7 @@ class Linear:
         """Return r, the driving forces where all of π is zero, shape (n,), N m or N; or what else is linear in π."""
         there = self.workspace
         nothing = {there.graph.symbol(name): there.graph.zero for name in self.columns}
-        return substitute(substitute((of or driving)(there), {**self.known, **nothing}), {}, self.asked.graph)
+        return substitute(substitute((of or driving)(there), {**self.known, **nothing}), {}, self.requesting.graph)
 
     def slopes(self, entries: Sequence[Expr]) -> list[list[Expr]]:
         """Return the derivatives of entries by the columns, a row an entry."""

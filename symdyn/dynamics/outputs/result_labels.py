@@ -58,7 +58,7 @@ def joints_of(scene: Scene) -> tuple[str, ...]:
     return tuple(joint.name for joint in (*scene.joints, *scene.loops))
 
 
-def told(rows: Sequence[str], columns: Sequence[str], flags: Sequence[bool]) -> str:
+def flagged_entries(rows: Sequence[str], columns: Sequence[str], flags: Sequence[bool]) -> str:
     """Return the flagged entries of a matrix, row by row, such as "fz, mx, my of A, B and C"; "" for none."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for k, row in enumerate(rows):

@@ -30,7 +30,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.outputs.result_labels import COMPONENTS, joints_of, told
+from symdyn.dynamics.outputs.result_labels import COMPONENTS, flagged_entries, joints_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.reactions.closure_equations import all_ties, refuse_without_place
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Unknown
@@ -287,4 +287,4 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
 def loose_reactions(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
     loose = ~unique_reactions(scene, closing=closing)
-    return told(joints_of(scene), COMPONENTS, loose.ravel().tolist())
+    return flagged_entries(joints_of(scene), COMPONENTS, loose.ravel().tolist())

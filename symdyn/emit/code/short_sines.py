@@ -63,7 +63,7 @@ class ShortSines:
         return row
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """What files say of it."""
         return (
             f"Accuracy {self.accuracy}: where angles are taken in rows (of many states, or three and more of one) each "

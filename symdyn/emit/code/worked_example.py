@@ -52,12 +52,12 @@ class Called:
     Attributes:
         name: of the function, without that of the scene.
         arguments: names of what is given, in calling order.
-        wanted, allowed: what must come out, and how far it may be off; decimal numbers.
+        expected, allowed: what must come out, and how far it may be off; decimal numbers.
     """
 
     name: str
     arguments: tuple[str, ...]
-    wanted: tuple[str, ...]
+    expected: tuple[str, ...]
     allowed: tuple[str, ...]
 
 

@@ -13,7 +13,7 @@ from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.print.dalembert_system import Written, forms_of, printed_system
 from symdyn.emit.print.formula_text import broken_text, rounded
 from symdyn.emit.print.text_page import equation_lines, length_lines
-from symdyn.rounding import asked
+from symdyn.rounding import requested_digits
 from symdyn.scene import Scene
 
 DIGITS = 15
@@ -88,4 +88,4 @@ def _body(scene: Scene, system: Equilibrium, forms: Written, names: list[str], j
             if (block := system.blocks.get((j, u))) is not None:
                 terms.append(Form.product((forms([*block[0], *block[1]][k]), Symbol(name))))
         yield f"# {AXES[k]}"
-        yield equation_lines(broken_text(rounded(Form.sum(terms), asked() or DIGITS)), "0")
+        yield equation_lines(broken_text(rounded(Form.sum(terms), requested_digits() or DIGITS)), "0")

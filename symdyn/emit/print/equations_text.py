@@ -14,7 +14,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
 from symdyn.emit.print.text_page import text_definitions, text_page
 from symdyn.errors import EmitError
-from symdyn.rounding import asked
+from symdyn.rounding import requested_digits
 from symdyn.scene import Scene
 
 
@@ -73,7 +73,7 @@ def equations_text(
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    return write(Printable.of(scene, angles == "short", asked() or FORMATS[format].digits), group)
+    return write(Printable.of(scene, angles == "short", requested_digits() or FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:
@@ -86,7 +86,7 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
     from symdyn.dynamics import base_parameter_forms
 
     _check("format", format)
-    digits, named = asked(), base_parameter_forms(scene)
+    digits, named = requested_digits(), base_parameter_forms(scene)
     shown = named if digits is None else [(name, rounded(form, digits)) for name, form in named]
     return FORMATS[format].definitions(scene, shown)
 

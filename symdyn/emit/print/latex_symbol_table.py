@@ -11,7 +11,7 @@ from symdyn.scene import Scene, SceneUnits
 
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
-    rows, told = [], SceneUnits(scene).told
+    rows, told = [], SceneUnits(scene).inferred
     for joint, q, unit in SceneUnits(scene).each_coordinate():
         rows.append(
             symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", scene.shown_unit(unit))

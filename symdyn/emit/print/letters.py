@@ -37,13 +37,13 @@ class Family:
         index: what stands below the letter, indices side by side; `{joints}` for the names of joints, `{slides}` for
             the numbers of velocities in m/s, `{struts}` for the names of struts between points.
         choices: letters, the first wanted most; each choice has as many.
-        asked: what pages ask for them by, where that is not the letters wanted most.
+        requested: what pages ask for them by, where that is not the letters wanted most.
     """
 
     of: str
     index: str
     choices: tuple[tuple[str, ...], ...]
-    asked: tuple[str, ...] = ()
+    requested: tuple[str, ...] = ()
 
 
 FAMILIES = (
@@ -130,7 +130,7 @@ class Letters:
                 one for one in _offered(family.choices) if not used & set(one) and not _any(one, index, taken)
             )
             used |= set(letters)
-            found |= dict(zip(family.asked or family.choices[0], letters, strict=True))
+            found |= dict(zip(family.requested or family.choices[0], letters, strict=True))
         return found
 
     def _taken(self) -> list[str]:

@@ -30,7 +30,7 @@ def dimension_of(unit: str) -> Dimension:
     return Unit.read(unit).dimension
 
 
-def said(scene: Scene) -> dict[str, str]:
+def declared_units(scene: Scene) -> dict[str, str]:
     """Return the unit of every letter whose unit is said, or is that of a joint."""
     found = {CLOCK: "s"}
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
@@ -69,7 +69,7 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
 
 def analysed(scene: Scene, uses: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
     """Return what formulas of a scene tell of dimensions; with units of `more` letters, such as columns of runs."""
-    units = said(scene) | dict(more or {})
+    units = declared_units(scene) | dict(more or {})
     found = Analysis(known_in(units), units)
     for use in uses:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None

@@ -32,7 +32,7 @@ def _shape(joint: Joint, stand: Stand) -> None:
     """Directions are directions, and what the keys of the type say fits together."""
     kind = JOINTS[joint.type]
     fine = [stand.direction(key.name, way) for key, way in kind.directions(joint)]
-    if all(fine) and (amiss := kind.amiss(joint)):
+    if all(fine) and (amiss := kind.fault(joint)):
         stand.fault(amiss)
     for key in kind.keys:
         key.check(joint, stand)

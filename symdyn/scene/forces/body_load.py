@@ -58,7 +58,7 @@ LOAD = ForceKind(
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
     law=Push(_wrench),
-    says=_says,
+    fault=_says,
     words={"en": "load", "sk": "zaťaženie"},
     lost="a wrench, which acts in the equations",
     check=_check,

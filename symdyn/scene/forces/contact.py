@@ -23,7 +23,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
-from symdyn.scene.values.key import Key, always_said
+from symdyn.scene.values.key import Key, always_given
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.shapes import VECTOR, choice_of, several
 from symdyn.scene.values.spelling import spell
@@ -150,11 +150,11 @@ KNIFE_EDGE = ForceKind(
     section="rows",
     noun=partial(Contact, type="knife_edge"),
     letter="r",
-    parts=(AtBody(), Key("axis", Table.vector, ACROSS, silent=always_said, names=None), OnPlane(needs_normal=False)),
+    parts=(AtBody(), Key("axis", Table.vector, ACROSS, silent=always_given, names=None), OnPlane(needs_normal=False)),
     needs=("axis",),
     missing="axis is missing; write axis = [0, 1, 0]",
     law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
-    says=_says_blade,
+    fault=_says_blade,
     words={"en": "knife edge", "sk": "čepeľ"},
     lost=LOST,
 )
@@ -189,7 +189,7 @@ ROLLING = ForceKind(
     needs=("radius",),
     missing="radius is missing; write radius = 0.1",
     law=Touch(_lean, _rolling, _height, lambda row: tuple(one == "normal" for one in row.components), _words),
-    says=_says_rolling,
+    fault=_says_rolling,
     words={"en": "rolling contact", "sk": "valenie"},
     lost=LOST,
     mark=Rim(),

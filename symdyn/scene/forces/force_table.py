@@ -10,7 +10,7 @@ from symdyn.scene.forces.damper import DAMPER
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
-from symdyn.scene.forces.velocity_row import FORMULA, Formula, says_no_place
+from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
 from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
@@ -90,4 +90,4 @@ def elastic(scene: Scene) -> tuple[Strut, ...]:
 
 def without_place(scene: Scene) -> tuple[str, ...]:
     """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
-    return tuple(row.name for row in scene.rows if isinstance(row, Formula) and says_no_place(row, scene.velocities))
+    return tuple(row.name for row in scene.rows if isinstance(row, Formula) and lacks_place(row, scene.velocities))

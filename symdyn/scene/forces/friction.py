@@ -11,7 +11,7 @@ from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
-from symdyn.scene.values.key import Key, Stand, always_said
+from symdyn.scene.values.key import Key, Stand, always_given
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.shapes import NUMBER
 from symdyn.scene.values.spelling import spell
@@ -83,7 +83,7 @@ FRICTION = ForceKind(
             "coulomb",
             Table.quantity,
             Quantity.ZERO,
-            silent=always_said,
+            silent=always_given,
             letters=("fc",),
             unit=FORCE_UNITS,
             text="sliding friction of {}",
@@ -121,7 +121,7 @@ FRICTION = ForceKind(
     needs=("coulomb",),
     missing="coulomb is missing; write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
     law=Rub(_force, jumps=lambda dry: dry.smoothing == Quantity.ZERO),
-    says=_says,
+    fault=_says,
     words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},
     lost="friction that enters the equations",
     check=_check,

@@ -144,7 +144,7 @@ SPRING = ForceKind(
     needs=("stiffness", "preload"),
     missing="stiffness is missing; write stiffness = 100, or a list of coefficients",
     law=Pull(_force, _energy, _over_distance, _stored_between),
-    says=_says,
+    fault=_says,
     words={"en": "spring", "sk": "pružina"},
     lost="a spring, which acts in the equations",
     mark=Mark(

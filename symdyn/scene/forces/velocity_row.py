@@ -16,7 +16,7 @@ from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import add, div, mul, neg, sub
-from symdyn.scene.values.key import MOTION, Key, Stand, always_said
+from symdyn.scene.values.key import MOTION, Key, Stand, always_given
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shapes import choice_of
@@ -55,7 +55,7 @@ def _acts_in(table: Table, key: str, usual: str) -> str:
     return usual
 
 
-def says_no_place(row: Formula, velocities: Sequence[str]) -> bool:
+def lacks_place(row: Formula, velocities: Sequence[str]) -> bool:
     """Tell whether a row exerts a force and does not say where."""
     slopes = {} if row.acts_in else linear_parts(row.formula, velocities)[0]
     return any(not one.express(Graph()).is_zero for one in slopes.values())
@@ -125,13 +125,13 @@ FORMULA = ForceKind(
     noun=Formula,
     letter="r",
     parts=(
-        Key("formula", Table.quantity, Quantity.ZERO, silent=always_said, names=MOTION),
+        Key("formula", Table.quantity, Quantity.ZERO, silent=always_given, names=MOTION),
         Key("acts_in", _acts_in, "", shape={"description": "where its force acts", **choice_of(IN_JOINTS)}),
     ),
     needs=("formula",),
     missing='formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"',
     law=Forbid(lambda row: row.formula),
-    says=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
+    fault=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
     words={"en": "constraint", "sk": "väzba"},
     lost="a constraint on velocities",
     check=_check,

@@ -173,7 +173,7 @@ class JointKind:
         held: what it does at a position, rad or m, as elementary steps; of one with several coordinates, or with none,
             what it does at zero.
         gimbals: its turns whose angles are singular somewhere.
-        amiss: what is wrong with keys that are right one by one; "" for nothing.
+        fault: what is wrong with keys that are right one by one; "" for nothing.
     """
 
     keys: tuple[Key[Any], ...]
@@ -184,7 +184,7 @@ class JointKind:
     turned: Callable[[Joint], Joint] | None = None
     held: Callable[[Joint, Quantity], tuple[Step, ...]] = lambda joint, position: ()
     gimbals: Callable[[Joint], tuple[Gimbal, ...]] = lambda joint: ()
-    amiss: Callable[[Joint], str] = lambda joint: ""
+    fault: Callable[[Joint], str] = lambda joint: ""
 
     @property
     def names_coordinates(self) -> bool:

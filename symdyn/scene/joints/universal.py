@@ -72,5 +72,5 @@ UNIVERSAL = JointKind(
     words={"en": "universal", "sk": "kardanové"},
     mark=JointMark((MarkPart("arm", 1.7), MarkPart("arm", 1.7, SECOND.name))),
     turned=_turned,
-    amiss=_amiss,
+    fault=_amiss,
 )

@@ -74,7 +74,7 @@ class TermPlace:
     key: str
     formula: Quantity
     unit: str
-    wanted: Dimension | None
+    expected: Dimension | None
 
     @property
     def words(self) -> str:
@@ -131,7 +131,7 @@ class Analysis:
         units: of letters, as they say them, for messages.
         certain: the dimensions that terms of letters alone tell.
         pairs: all of them, as `add` found them.
-        told: unknown letters in terms of others.
+        inferred: unknown letters in terms of others.
         origins: which place told each letter.
         wrong: pairs of letters alone, the units of which are said, that do not measure the same.
         disagreeing: such pairs with letters that say no unit, so that these stand in places of two dimensions.
@@ -142,7 +142,7 @@ class Analysis:
     units: Mapping[str, str] = field(default_factory=dict)
     certain: dict[str, Dimension] = field(default_factory=dict)
     pairs: list[Pair] = field(default_factory=list)
-    told: dict[str, Measure] = field(default_factory=dict)
+    inferred: dict[str, Measure] = field(default_factory=dict)
     origins: dict[str, Origin] = field(default_factory=dict)
     wrong: list[Pair] = field(default_factory=list)
     disagreeing: list[Pair] = field(default_factory=list)
@@ -152,17 +152,17 @@ class Analysis:
         """Take up a formula; a number alone measures whatever is asked for."""
         if not place.formula.symbols:
             return
-        wanted = Measure() if place.wanted is None else Measure(place.wanted)
+        wanted = Measure() if place.expected is None else Measure(place.expected)
         parts = [(part, self._measure(part, place)) for part in terms(place.formula)]
         alone = next(((part, own) for part, own in parts if not own.numbers), parts[0])
         for part, own in parts:
             if part is alone[0]:
                 continue
-            if own.numbers and place.wanted is not None:
+            if own.numbers and place.expected is not None:
                 self.pairs.append(Pair(place, part, None, own, wanted))
             else:
                 self.pairs.append(Pair(place, alone[0], part, alone[1], own))
-        if place.wanted is not None:
+        if place.expected is not None:
             whole = place.formula if len(parts) == 1 or not alone[1].numbers else alone[0]
             self.pairs.append(Pair(place, whole, None, alone[1], wanted))
 
@@ -177,7 +177,7 @@ class Analysis:
                 self._take(pair, ratio)
         doubted = {name for pair in self.disagreeing for name, _ in pair.ratio.letters}
         self.certain = {
-            name: found for name in self.told if name not in doubted and (found := self.letter(name)) is not None
+            name: found for name in self.inferred if name not in doubted and (found := self.letter(name)) is not None
         }
         for pair, ratio in ratios:
             if not _only_pi(ratio):
@@ -186,31 +186,31 @@ class Analysis:
     def resolved(self, measure: Measure) -> Measure:
         """Return what something measures, by all that is told by now."""
         for name, _ in measure.letters:
-            if name in self.told:
+            if name in self.inferred:
                 self._shorten(name)
         return self._put_in(measure)
 
     def _put_in(self, measure: Measure) -> Measure:
         """Return something with letters that are told replaced by what they are told to be, once."""
-        if not any(name in self.told for name, _ in measure.letters):
+        if not any(name in self.inferred for name, _ in measure.letters):
             return measure
-        found = Measure(measure.dimension, tuple(one for one in measure.letters if one[0] not in self.told))
+        found = Measure(measure.dimension, tuple(one for one in measure.letters if one[0] not in self.inferred))
         for name, power in measure.letters:
-            if name in self.told:
-                found = found.times(self.told[name], power)
+            if name in self.inferred:
+                found = found.times(self.inferred[name], power)
         return found
 
     def _shorten(self, name: str) -> None:
         """Write a told letter in terms of letters that are not told, and so those on the way, each way walked once."""
         way = [name]
         while way:
-            letters = [one for one, _ in self.told[way[-1]].letters if one in self.told]
-            longer = [one for one in letters if any(x in self.told for x, _ in self.told[one].letters)]
+            letters = [one for one, _ in self.inferred[way[-1]].letters if one in self.inferred]
+            longer = [one for one in letters if any(x in self.inferred for x, _ in self.inferred[one].letters)]
             if longer:
                 way.append(longer[0])
             else:
                 last = way.pop()
-                self.told[last] = self._put_in(self.told[last])
+                self.inferred[last] = self._put_in(self.inferred[last])
 
     def of(self, formula: Quantity) -> Measure:
         """Return what a formula that was added measures as a whole."""
@@ -220,8 +220,8 @@ class Analysis:
     def letter(self, name: str) -> Dimension | None:
         """Return the dimension of a letter, None where nothing tells it."""
         found = self.known(name)
-        if found is None and name in self.told:
-            measure = self.resolved(self.told[name])
+        if found is None and name in self.inferred:
+            measure = self.resolved(self.inferred[name])
             return None if measure.letters else measure.dimension
         return found
 
@@ -231,7 +231,7 @@ class Analysis:
         if left.letters:
             name, power = left.letters[0]
             others = tuple(one for one in left.letters if one[0] != name)
-            self.told[name] = Measure().times(Measure(left.dimension, others), Fraction(-1) / power)
+            self.inferred[name] = Measure().times(Measure(left.dimension, others), Fraction(-1) / power)
             self.origins[name] = Origin(pair.place, number)
         elif left.dimension != NUMBER and number is None:
             (self.disagreeing if ratio.letters else self.wrong).append(pair)

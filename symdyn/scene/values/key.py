@@ -200,7 +200,7 @@ def along(vector: Vector, letters: tuple[str, ...], place: str, unit: str, text:
     return (x, y, z)
 
 
-def always_said(one: Any) -> bool:
+def always_given(one: Any) -> bool:
     """Tell that no noun has the value of a key without saying so, as of one that must be given."""
     return False
 

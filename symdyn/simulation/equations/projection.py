@@ -53,7 +53,7 @@ class Projection:
         lengths = [abs(float(x[part] @ x[part]) - 1.0) for part in self.system.quaternions]
         off = max(lengths, default=0.0)
         if self.system.closed:
-            missed = self.system.tell("constraint_residual", 0.0, x), self.system.tell("row_rates", 0.0, x)
+            missed = self.system.evaluate("constraint_residual", 0.0, x), self.system.evaluate("row_rates", 0.0, x)
             fastest = max(1.0, float(np.abs(x[self.system.nq : self.system.nq + self.system.nv]).max(initial=0.0)))
             off = max(off, np.abs(missed[0]).max(initial=0.0), np.abs(missed[1]).max(initial=0.0) / fastest)
         return float(off)
@@ -89,7 +89,7 @@ class Projection:
 
     def _rows(self, x: Array) -> tuple[Array, Array]:
         """Return r, shape (m,), and G, shape (m, nv)."""
-        return self.system.tell("constraint_residual", 0.0, x), self.system.jacobian(0.0, x)
+        return self.system.evaluate("constraint_residual", 0.0, x), self.system.jacobian(0.0, x)
 
     def _normalised(self, x: Array) -> Array:
         x = x.copy()

@@ -71,7 +71,7 @@ class StateEquations:
         calls: the functions by name at these values, each of (q, qd, tau, t) or fewer, batches too.
         works: whether W is the last entry of x.
         candidates: momenta that may be conserved.
-        told: which of them are told by "momenta".
+        conserved: which of them are told by "momenta".
         mass: M of a tree, with parameters free, shape (nv nv,).
         dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
         rows: number of rows that hold velocities.
@@ -91,7 +91,7 @@ class StateEquations:
     calls: Calls = field(repr=False)
     works: bool
     candidates: Candidates = field(repr=False)
-    told: tuple[int, ...]
+    reported: tuple[int, ...]
     mass: tuple[Expr, ...] = field(repr=False)
     dependent: tuple[int, ...] = ()
     rows: int = 0
@@ -254,7 +254,7 @@ class StateEquations:
         found = self.forces.tabulated(np.asarray(t, dtype=np.float64), self.given_size)
         return found if self.loop is None else found + self.loop(t, q, u)
 
-    def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
+    def evaluate(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
         times = np.asarray(t, dtype=np.float64)
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
@@ -270,7 +270,7 @@ class StateEquations:
     def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
         """Return G at states x, shape (..., rows, nv)."""
         G = np.zeros((*x.shape[:-1], self.rows * self.nv))
-        G[..., self.filled] = self.tell("slopes", t, x)
+        G[..., self.filled] = self.evaluate("slopes", t, x)
         return G.reshape(*x.shape[:-1], self.rows, self.nv)
 
 

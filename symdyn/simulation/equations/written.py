@@ -62,8 +62,8 @@ def state_equations(
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
     found = made.at(scene, forces, notes)
-    if not set(found.conserved) <= set(found.told):
-        made = _written(scene, forces, tuple(events), decisions, found.told)
+    if not set(found.conserved) <= set(found.reported):
+        made = _written(scene, forces, tuple(events), decisions, found.reported)
         _KEPT.put((*asked, decisions), made)
         found = made.at(scene, forces, notes)
     return found

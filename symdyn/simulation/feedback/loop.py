@@ -107,11 +107,11 @@ class Loop:
         places = list(self.placed.places)
         if not times.ndim:
             now = float(times)
-            found[places] = self.asked(now, q, u) if self.period is None else self._acting(now)
+            found[places] = self.requested(now, q, u) if self.period is None else self._acting(now)
             return found
         for k, now in enumerate(times.tolist()):
             try:
-                found[k, places] = self.asked(now, q[k], u[k]) if self.period is None else self._acting(now)
+                found[k, places] = self.requested(now, q[k], u[k]) if self.period is None else self._acting(now)
             except ControllerError:  # the run has ended there
                 found[k, places] = math.nan
         return found
@@ -120,7 +120,7 @@ class Loop:
         slack = SAME * (self.period or 0.0)  # a row's time and a sample's may be rounded differently
         return self._held[bisect_right(self._since, t + slack) - 1]
 
-    def asked(self, t: float, q: Array, u: Array) -> Array:
+    def requested(self, t: float, q: Array, u: Array) -> Array:
         """Return what the law says, cut at its limits, shape (m,); errors as of `_said`."""
         return self._cut(self._said(t, q, u))
 
@@ -158,7 +158,7 @@ class Loop:
             return found
         own = getattr(self.law, "slope", None)
         rows = self._differences(t, q, u) if own is None else np.array(own(t, q, u))
-        forces = self.asked(t, q, u)
+        forces = self.requested(t, q, u)
         for k, (row, force) in enumerate(zip(rows, forces, strict=True)):
             if self.placed.least[k] < force < self.placed.most[k]:
                 found[self.placed.places[k]] = row
@@ -171,7 +171,7 @@ class Loop:
             ahead, behind = x.copy(), x.copy()
             ahead[k] += step
             behind[k] -= step
-            pair = (self.asked(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
+            pair = (self.requested(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
             columns.append((next(pair) - next(pair)) / (2 * step))
         return np.array(columns).T
 

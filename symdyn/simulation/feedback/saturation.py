@@ -126,7 +126,7 @@ def cut_lines(saturations: Sequence[Saturation]) -> list[str]:
     return [*lines, f"and {more} more, which --json and, in Python, run.saturations list"] if more > 0 else lines
 
 
-def told(cuts: Cuts, end: float) -> list[str]:
+def saturation_report(cuts: Cuts, end: float) -> list[str]:
     """Return what is said of every limited force: for which share of the time it was cut, how often, first when."""
     found, lines = cuts.until(end), []
     for name, of, *ends in zip(cuts.names, cuts.units, cuts.least.tolist(), cuts.most.tolist(), strict=True):

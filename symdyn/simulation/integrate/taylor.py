@@ -224,7 +224,7 @@ class Guard:
         states = powers @ series.T
         slopes = powers[:, :-1] @ (series[:, 1:] * orders[1:]).T
         with np.errstate(all="ignore"):
-            off = h * np.abs(slopes - self.system.tell("rates", t + h * PLACES, states))
+            off = h * np.abs(slopes - self.system.evaluate("rates", t + h * PLACES, states))
         return bool(np.all(off <= self.limit * np.maximum(1.0, np.abs(states).max(axis=1))[:, None]))
 
 

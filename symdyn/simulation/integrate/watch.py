@@ -181,7 +181,7 @@ class Watch:
 
     def _look(self, times: Array, states: Array) -> Array:
         """Return the values at states (N, nx), shape (N, events)."""
-        values = np.array(self.problem.system.tell("events", times, states))
+        values = np.array(self.problem.system.evaluate("events", times, states))
         values[:, self.problem.outward :] -= SLACK
         return values
 

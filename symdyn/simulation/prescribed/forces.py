@@ -129,7 +129,7 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 
 def force_units(scene: Scene) -> tuple[str, ...]:
     """Return the units of what `force_names` names."""
-    told = SceneUnits(scene).told
+    told = SceneUnits(scene).inferred
     forces = (scene.shown_unit(force_unit(unit)) for unit in SceneUnits(scene).velocities)
     return (*forces, *(told[one.name] for one in scene.inputs))
 

@@ -138,7 +138,7 @@ class Approach:
 
     name: str
     rows: int
-    asked: PathRequest
+    target: PathRequest
     R: Array
     p: Array
 
@@ -146,19 +146,19 @@ class Approach:
         """Return what is asked for on the way."""
         from scipy.spatial.transform import Rotation
 
-        held = np.isfinite(self.asked.origin)
-        way = np.where(held, self.asked.origin - self.p, np.nan)
-        S, axes, turn = np.eye(6)[: 3 if self.asked.axes is None else 6], None, np.zeros(0)
+        held = np.isfinite(self.target.origin)
+        way = np.where(held, self.target.origin - self.p, np.nan)
+        S, axes, turn = np.eye(6)[: 3 if self.target.axes is None else 6], None, np.zeros(0)
         S, rate = S[[*np.flatnonzero(held), *range(3, len(S))]], np.zeros((self.rows, 6))
-        if self.asked.axes is not None:
-            turn = -self.asked.residual(self.R, self.p)[held.sum() :]
+        if self.target.axes is not None:
+            turn = -self.target.residual(self.R, self.p)[held.sum() :]
             axes = Rotation.from_rotvec(s * turn).as_matrix() @ self.R
-            if self.asked.axis is not None:
-                d = axes[:, self.asked.axis]
+            if self.target.axis is not None:
+                d = axes[:, self.target.axis]
                 S[-3:, 3:] -= np.outer(d, d)
                 rate[-3:, 3:] = -np.outer(np.cross(turn, d), d) - np.outer(d, np.cross(turn, d))
         return replace(
-            self.asked,
+            self.target,
             S=S,
             rate_of_S=rate,
             b=np.concatenate([way[held], turn]),

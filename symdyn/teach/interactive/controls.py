@@ -63,7 +63,7 @@ def controls(
             rows.append(_row(key, i, name, symbols[name], scene.shown_unit(UNITS[unit][k]), span, at[i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
-        told = SceneUnits(scene).told
+        told = SceneUnits(scene).inferred
         rows = [
             _row("params", k, p.name, symbols[p.name], told[p.name], _range(p, values[p.name]), values[p.name], p.text)
             for k, p in enumerate(scene.parameters)

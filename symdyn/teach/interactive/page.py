@@ -91,7 +91,7 @@ def interactive(
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
     stage = Stage(scene, q.reshape(1, -1), values)
-    computed = live(scene, values, named, stage.found.outlines)
+    computed = live(scene, values, named, stage.places.outlines)
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     extent = float(np.round(stage.extent, 2)) or 1.0

@@ -33,7 +33,7 @@ from symdyn.verify.written.c_family import SYNTAX, CFile, CReader, blanked, decl
 from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
 from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.straight_line import Value, takes
-from symdyn.verify.written.syntax import line_of, said, unread
+from symdyn.verify.written.syntax import line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -153,7 +153,7 @@ def _places(file: CFile, name: str) -> list[int] | None:
     found = _arrays(file, name)
     if not found:
         return None
-    table = PLACES.fullmatch(said(found[0]))
+    table = PLACES.fullmatch(text_of(found[0]))
     numbers = table[2].split(", ") if table else []
     if len(found) > 1 or table is None or table[1] != str(len(numbers)) or not all(map(str.isdecimal, numbers)):
         raise unread(found[0], "is no table of places")
@@ -167,7 +167,7 @@ def _arrays(file: CFile, name: str) -> list[Node]:
         declared = node.child_by_field_name("declarator") if node.type == "declaration" else None
         while declared is not None and declared.type in ("init_declarator", "array_declarator"):
             declared = declared.child_by_field_name("declarator")
-        if declared is not None and file.within(said(declared)) == name:
+        if declared is not None and file.within(text_of(declared)) == name:
             found.append(node)
     return found
 
@@ -178,7 +178,7 @@ def _table(file: CFile, expected: ExpectedFunction) -> Read:
     lines: list[int] = []
     for name in (f"{expected.name}_{ending}" for ending in TABLES):
         for row in (row for node in _arrays(file, name) for row in _rows(node)):
-            cells = [one for one in SYNTAX.meant(row) if one.is_named and not said(one).isdigit()]
+            cells = [one for one in SYNTAX.meant(row) if one.is_named and not text_of(one).isdigit()]
             numbers = [(value, line_of(cell)) for cell in cells for value in _numbers(file, cell)]
             entries += [value for value, _ in numbers]
             lines += [line for _, line in numbers]
@@ -202,7 +202,7 @@ def _numbers(file: CFile, node: Node) -> Iterator[Expr]:
         for one in node.named_children:
             yield from _numbers(file, one)
     elif node.type in ("number_literal", "unary_expression"):
-        yield _number(file, "".join(said(node).split()), node)
+        yield _number(file, "".join(text_of(node).split()), node)
     elif node.type != "comment":
         raise unread(node, "is no number")
 
@@ -221,7 +221,7 @@ class CStatements(CReader):
         """Read one statement."""
         if node.type == "for_statement":
             self._loop(node)
-        elif not (node.type == "preproc_call" and said(node).split() == ["#pragma", "omp", "simd"]):
+        elif not (node.type == "preproc_call" and text_of(node).split() == ["#pragma", "omp", "simd"]):
             super().statement(node)
 
     def perform(self, node: Node) -> None:
@@ -230,7 +230,7 @@ class CStatements(CReader):
         These are `memset(r, 0, sizeof r)`, `memcpy(out, r, sizeof r)`, `sincos_row(…)` and `sincos_rows(…)`.
         """
         (callee, given), own, within = self.call(node), self.file.own, self.file.within
-        name = said(callee)
+        name = text_of(callee)
         if name == COPY:
             self._copy(node, given)
         elif name == CLEAR:
@@ -248,7 +248,7 @@ class CStatements(CReader):
 
     def _loop(self, node: Node) -> None:
         """Read a loop for state k; what has been set before is common to all."""
-        found = LOOP.fullmatch("".join("".join(said(one).split()) for one in node.children[:-1]))
+        found = LOOP.fullmatch("".join("".join(text_of(one).split()) for one in node.children[:-1]))
         if found is None or "k" in self.names or not self.laned:
             raise unread(node, "is no loop over the states of a block")
         self.of_lanes(node, int(found[1]))
@@ -258,7 +258,7 @@ class CStatements(CReader):
     def _copy(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3:
             raise unread(node, "is no copy that is read here")
-        part = PART.fullmatch("".join(said(arguments[2]).split()))
+        part = PART.fullmatch("".join(text_of(arguments[2]).split()))
         if part is not None:
             to, source = (self.value(one) for one in arguments[:2])
             self._copy_part(node, to, source, int(part[1]), self.names.get(part[2]))
@@ -297,7 +297,7 @@ class CStatements(CReader):
                 r.store(Index(step[0] + column), found, line_of(node))
 
     def _clear(self, node: Node, arguments: list[Node]) -> None:
-        if len(arguments) != 3 or said(arguments[1]) != "0":
+        if len(arguments) != 3 or text_of(arguments[1]) != "0":
             raise unread(node, "sets no array to zero")
         self._whole(arguments[0], arguments[2])
         array = self.value(arguments[0])
@@ -309,10 +309,10 @@ class CStatements(CReader):
     def _whole(self, array: Node, size: Node) -> None:
         """Look whether `size` is that of a local array."""
         measured = size.children[1:] if size.type == "sizeof_expression" else []
-        if len(measured) != 1 or not {said(measured[0]), said(array)} <= self.arrays.keys():
+        if len(measured) != 1 or not {text_of(measured[0]), text_of(array)} <= self.arrays.keys():
             raise unread(size, "is not the size of a local array")
-        if said(measured[0]) != said(array):
-            raise unread(size, f"is not the size of {said(array)}")
+        if text_of(measured[0]) != text_of(array):
+            raise unread(size, f"is not the size of {text_of(array)}")
 
     def _sines(self, node: Node, arguments: list[Node]) -> None:
         """Read `sincos_row(count, x, s, c)`: of one state, or of a row of states."""

@@ -14,7 +14,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Rows, Work
 from symdyn.verify.written.reading import Unread
 from symdyn.verify.written.straight_line import FUNCTIONS, WHOLE, File, Reader, Syntax, Value
-from symdyn.verify.written.syntax import kinds, line_of, nodes, parse, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, nodes, parse, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -166,7 +166,7 @@ class CReader(Reader):
             self.perform(inner)
         elif inner.type != "cast_expression" or kinds(inner.children) != UNUSED:
             super().statement(node)
-        elif said(inner.children[1]) != "void" or said(inner.children[3]) not in self.names:
+        elif text_of(inner.children[1]) != "void" or text_of(inner.children[3]) not in self.names:
             raise unread(node, "is no word of something unused")
 
     def perform(self, node: Node) -> None:
@@ -189,7 +189,7 @@ class CReader(Reader):
         if found[0] == "type_qualifier" and found[2:] == ["init_declarator", ";"]:
             qualifier, real, declarator, _ = node.children
             self._is_real(real)
-            if said(qualifier) != "const":
+            if text_of(qualifier) != "const":
                 raise unread(qualifier, "is not const")
             self._define(declarator)
             return
@@ -204,12 +204,12 @@ class CReader(Reader):
         inner, size = self._array(node)
         if inner.type == "identifier":
             self.set(inner, Pointer(Work(size)))
-            self.arrays[said(inner)] = said(node)
+            self.arrays[text_of(inner)] = text_of(node)
             return
         name, rows = self._array(inner)
         self.of_lanes(node, size)
         self.set(name, Rows(tuple(Pointer(Work(size, row=True)) for _ in range(rows))))
-        self.arrays[said(name)] = said(node)
+        self.arrays[text_of(name)] = text_of(node)
 
     def hides(self, name: str) -> bool:
         """Tell whether a name is one of something else."""
@@ -241,7 +241,7 @@ class CReader(Reader):
         return body.children[1]
 
     def _is_real(self, node: Node) -> None:
-        if said(node) != self.real_word:
+        if text_of(node) != self.real_word:
             raise unread(node, f"is not {self.real_word}")
 
     def _define(self, node: Node) -> None:
@@ -264,7 +264,7 @@ class CReader(Reader):
         for place, value in enumerate(values):
             memory.store(Index(place), value, line_of(listed))
         self.set(name, Pointer(memory))
-        self.arrays[said(name)] = said(declarator)
+        self.arrays[text_of(name)] = text_of(declarator)
 
     def _array(self, node: Node) -> tuple[Node, int]:
         """Return what is declared an array, and its length."""
@@ -310,7 +310,7 @@ class CReader(Reader):
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
-        return self.function_of(said(node)) if node.type in ("identifier", "qualified_identifier") else None
+        return self.function_of(text_of(node)) if node.type in ("identifier", "qualified_identifier") else None
 
     def index(self, node: Node) -> Index:
         """Return which entry of an array an expression is."""
@@ -321,7 +321,7 @@ class CReader(Reader):
 
     def number(self, node: Node) -> Value:
         """Return a literal: a whole number, or a real one."""
-        digits = said(node)
+        digits = text_of(node)
         if WHOLE.fullmatch(digits):
             return Index(int(digits))
         size = digits.lstrip("-+")  # the grammar takes a sign along
@@ -345,7 +345,7 @@ class CReader(Reader):
         value = self.value(operand)
         if operator.type != "&" or not isinstance(value, Expr) or operand.type != "identifier":
             raise unread(node, "is not the address of a number")
-        return Pointer(MemoryInputs(said(operand), (value,)))
+        return Pointer(MemoryInputs(text_of(operand), (value,)))
 
     def cast(self, node: Node) -> Value:
         """Refuse a cast, unless it may be a product."""
@@ -362,7 +362,7 @@ def declared_name(node: Node) -> str:
     name = declarator.child_by_field_name("declarator") if declarator is not None else None
     if declarator is None or declarator.type != "function_declarator" or name is None:
         raise unread(node, "is no plain function")
-    return said(name)
+    return text_of(name)
 
 
 def parameters(node: Node) -> list[str]:
@@ -376,7 +376,7 @@ def parameters(node: Node) -> list[str]:
 
 def _parameter(node: Node) -> str:
     """Return the name that a declaration gives, however its type is written around it."""
-    names = [said(one) for one in nodes(node) if one.type == "identifier"]
+    names = [text_of(one) for one in nodes(node) if one.type == "identifier"]
     if len(names) != 1:
         raise unread(node, "is no plain parameter")
     return names[0]

@@ -19,7 +19,7 @@ from symdyn.verify.written.c_family import MATH, OURS, CFile, CReader, blanked, 
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
 from symdyn.verify.written.straight_line import Value, takes
-from symdyn.verify.written.syntax import said, unread
+from symdyn.verify.written.syntax import text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -61,7 +61,7 @@ def _definitions(root: Node) -> dict[str, Node]:
         node, space = stack.pop()
         if node.type == "namespace_definition":
             name = node.child_by_field_name("name")
-            inner = said(name) if name is not None and said(name) in ("raw", "own") else ""
+            inner = text_of(name) if name is not None and text_of(name) in ("raw", "own") else ""
             stack += [(child, inner) for child in node.children]
         elif node.type in INSIDE:
             stack += [(child, space) for child in node.children]
@@ -92,7 +92,7 @@ class CppStatements(CReader):
 
     def statement(self, node: Node) -> None:
         """Read one statement."""
-        words = "".join(said(node).split())
+        words = "".join(text_of(node).split())
         copied = LOOP.fullmatch(words) if node.type == "for_statement" else None
         if node.type == "using_declaration" and words.startswith("usingstd::") and words[10:-1] in STANDARD:
             self._use(node, words[10:-1])
@@ -116,7 +116,7 @@ class CppStatements(CReader):
 
     def called(self, node: Node) -> Value:
         """Return the value of a call; T(0.5) is a number."""
-        if said(node.children[0]) != "T":
+        if text_of(node.children[0]) != "T":
             return super().called(node)
         _, given = self.call(node)
         if len(given) != 1 or given[0].type != "number_literal":
@@ -133,12 +133,12 @@ class CppStatements(CReader):
     def perform(self, node: Node) -> None:
         """Read `own::sincos_row<n>(…)`, or a part of this function."""
         callee, given = self.call(node)
-        name = "".join(said(callee).split())
+        name = "".join(text_of(callee).split())
         row = SINES.fullmatch(name)
         if row is not None and "own::sincos_row" in self.file.functions and len(given) == 3:
             values = [self.value(one) for one in given]
             sizes = {one.memory.size for one in values if isinstance(one, Pointer) and isinstance(one.memory, Work)}
-            if len(sizes) != 1 or not {said(one) for one in given} <= self.arrays.keys():
+            if len(sizes) != 1 or not {text_of(one) for one in given} <= self.arrays.keys():
                 raise unread(node, "does not take three arrays of one length")
             self.sines(node, values, [Index(place) for place in range(int(row[1]))])
         elif name in self.file.functions and re.fullmatch(rf"own::{self.wanted.name}_part[0-9]+", name):

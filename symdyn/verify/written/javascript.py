@@ -20,7 +20,7 @@ from symdyn.graph import Op
 from symdyn.verify.written.memory import Index
 from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
-from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, nodes, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -69,7 +69,7 @@ def _bound(statements: list[Node]) -> dict[str, list[Node]]:
             name = one.child_by_field_name("name") if one.type == "variable_declarator" else one
             for word in nodes(name) if name is not None and name.type != "statement_block" else ():
                 if "identifier" in word.type:
-                    found.setdefault(said(word), []).append(statement)
+                    found.setdefault(text_of(word), []).append(statement)
     return found
 
 
@@ -87,7 +87,7 @@ class JavaScriptReader(Reader):
         taken = [*self.wanted.arguments]
         if self.wanted.shape:
             taken.append(f"{RESULT} = new Float64Array({self.wanted.size})")
-        takes(parameters, [said(one) for one in SYNTAX.listed(parameters, why)], taken)
+        takes(parameters, [text_of(one) for one in SYNTAX.listed(parameters, why)], taken)
         result = self.open()
         if not self.wanted.shape:
             del self.names[RESULT]
@@ -102,7 +102,7 @@ class JavaScriptReader(Reader):
         value = returned[1]
         if not self.wanted.shape:
             result.store(Index(0), self.real(value), line_of(value))
-        elif said(value) != RESULT:
+        elif text_of(value) != RESULT:
             raise unread(lines[-1], f"does not return {RESULT}")
         self.file.cut(self.wanted.name, lines[first], lines[-1])
         return self.finished(self.wanted.name, lines[-1], result)
@@ -113,7 +113,7 @@ class JavaScriptReader(Reader):
             return False
         callee, listed = node.children[0].children
         plain = {*kinds(listed.children)} <= {"(", ")", ",", "string", "identifier", "number"}
-        return callee.type == "identifier" and said(callee) in CHECKS and plain
+        return callee.type == "identifier" and text_of(callee) in CHECKS and plain
 
     def statement(self, node: Node) -> None:
         """Read `const x1 = …;` or `out[0] = …;`."""
@@ -140,8 +140,8 @@ class JavaScriptReader(Reader):
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
         parts = SYNTAX.meant(node)
-        held = kinds(parts) == ["identifier", ".", "property_identifier"] and said(parts[0]) == MATH
-        return SYNTAX.functions.get(said(parts[2])) if held else None
+        held = kinds(parts) == ["identifier", ".", "property_identifier"] and text_of(parts[0]) == MATH
+        return SYNTAX.functions.get(text_of(parts[2])) if held else None
 
 
 JAVASCRIPT = ReadLanguage("JavaScript", "tree_sitter_javascript", read)

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, said, spaced, unread
+from symdyn.verify.written.syntax import kinds, line_of, spaced, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -82,7 +82,7 @@ def _type(expected: ExpectedFunction) -> str:
 
 
 def _parameters(node: Node) -> list[str]:
-    return [said(one) for one in SYNTAX.listed(SYNTAX.meant(_signature(node))[1], "is no plain function")]
+    return [text_of(one) for one in SYNTAX.listed(SYNTAX.meant(_signature(node))[1], "is no plain function")]
 
 
 def _body(node: Node) -> list[Node]:
@@ -99,7 +99,7 @@ def _definitions(module: Node) -> dict[str, Node]:
         if node.type != "function_definition":
             raise unread(node, "is no function, nor words about one")
         called = _signature(node)
-        name = said(SYNTAX.meant(called)[0])
+        name = text_of(SYNTAX.meant(called)[0])
         if name in found or name in CALLED:
             raise unread(called, "is defined twice")
         found[name] = node
@@ -167,7 +167,7 @@ class JuliaReader(Reader):
         """Return what stands after `@inbounds`."""
         inner = SYNTAX.meant(node)
         listed = SYNTAX.meant(inner[1]) if len(inner) == 2 else []
-        if said(inner[0]) != INBOUNDS or len(listed) != 1:
+        if text_of(inner[0]) != INBOUNDS or len(listed) != 1:
             raise unread(node, "is no entry without a look at its index")
         return listed[0]
 
@@ -178,7 +178,7 @@ class JuliaReader(Reader):
         if node.type != "assignment" or kinds(SYNTAX.meant(node))[1:2] != ["operator"]:
             raise unread(node, "is no statement that is read here")
         left, operator, right = SYNTAX.meant(node)
-        if said(operator) != "=":
+        if text_of(operator) != "=":
             raise unread(operator, "is no assignment")
         if left.type == SYNTAX.entry:
             self.store(left, self.real(right))
@@ -195,7 +195,7 @@ class JuliaReader(Reader):
         """Read `s1, c1 = sincos(q_1)`."""
         targets = [one for one in SYNTAX.meant(left) if one.type not in ("(", ")", ",")]
         callee, given = self.call(right) if right.type == SYNTAX.called else (right, [])
-        if said(callee) != SINES or SINES in self.file.functions or len(targets) != 2 or len(given) != 1:
+        if text_of(callee) != SINES or SINES in self.file.functions or len(targets) != 2 or len(given) != 1:
             raise unread(right, "is no sine with its cosine")
         angle = self.real(given[0])
         self.set(targets[0], self.file.text.graph.sin(angle))
@@ -210,7 +210,7 @@ class JuliaReader(Reader):
         name, listed = SYNTAX.shaped(node, "is no entry of an array", "identifier", "vector_expression")
         base, places = self.value(name), SYNTAX.listed(listed, "is no entry of an array")
         index = [self.index(one).units - 1 for one in places]
-        shape = self.wanted.shape if said(name) == "out" else (len(self.wanted.arguments.get(said(name), ())),)
+        shape = self.wanted.shape if text_of(name) == "out" else (len(self.wanted.arguments.get(text_of(name), ())),)
         if len(index) != len(shape) or any(not 0 <= k < length for k, length in zip(index, shape, strict=True)):
             raise unread(node, f"is no entry of an array of shape {shape}")
         return base, Index(int(np.ravel_multi_index(index, shape)))
@@ -220,24 +220,24 @@ class JuliaReader(Reader):
         if SYNTAX.meant(node)[0].type == "operator":
             return self.signed(node)
         callee, given = self.call(node)
-        if said(callee) == "T" and len(given) == 1:
+        if text_of(callee) == "T" and len(given) == 1:
             return self._literal(given[0])
-        if said(callee) == FLOAT and len(given) == 1:
+        if text_of(callee) == FLOAT and len(given) == 1:
             return self._given(given[0])
         return super().called(node)
 
     def _literal(self, node: Node) -> Expr:
         """Read what `T(…)` converts: a decimal number, with a sign or without."""
         parts = SYNTAX.meant(node) if node.type == SYNTAX.signed else [node]
-        if parts[-1].type != "float_literal" or [said(one) for one in parts[:-1]] not in ([], ["-"]):
+        if parts[-1].type != "float_literal" or [text_of(one) for one in parts[:-1]] not in ([], ["-"]):
             raise unread(node, "is no decimal number")
-        value = self.file.text.number(said(parts[-1]), line_of(node))
+        value = self.file.text.number(text_of(parts[-1]), line_of(node))
         return value if len(parts) == 1 else self.file.text.negative(value, line_of(node))
 
     def _given(self, node: Node) -> Value:
         """Read what `float(…)` takes: an entry of an argument, or an argument that is one number."""
-        if node.type == SYNTAX.name and said(node) in self.wanted.scalars:
-            return self.wanted.arguments[said(node)][0]
+        if node.type == SYNTAX.name and text_of(node) in self.wanted.scalars:
+            return self.wanted.arguments[text_of(node)][0]
         return super().entry(self._unchecked(node) if node.type == "macrocall_expression" else node)
 
 

@@ -17,7 +17,7 @@ from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, parame
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
 from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
 from symdyn.verify.written.straight_line import Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, said, spaced, unread
+from symdyn.verify.written.syntax import kinds, line_of, spaced, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -152,7 +152,7 @@ class KernelStatements(CReader):
         if node.type != "identifier":
             raise unread(node, "is no declaration that is read here")
         self.set(node, Pointer(Work(1)))
-        self.waiting.add(said(node))
+        self.waiting.add(text_of(node))
 
     def name(self, node: Node) -> Value:
         """Return what a name stands for; what waits for sincos has no value before."""
@@ -164,16 +164,16 @@ class KernelStatements(CReader):
     def address(self, node: Node) -> Value:
         """Return where a number will be set."""
         operator, operand = node.children
-        if operator.type != "&" or said(operand) not in self.waiting:
+        if operator.type != "&" or text_of(operand) not in self.waiting:
             raise unread(node, "is not the address of a number that waits for a value")
-        self.waiting.remove(said(operand))
-        return self.names[said(operand)]
+        self.waiting.remove(text_of(operand))
+        return self.names[text_of(operand)]
 
     def perform(self, node: Node) -> None:
         """Read `sincos(q_1, &s1, &c1)` of CUDA."""
         name = "sincosf" if self.file.text.real == "float" else "sincos"
         callee, given = self.call(node)
-        if self.file.grammar != CUDA_GRAMMAR or said(callee) != name or len(given) != 3:
+        if self.file.grammar != CUDA_GRAMMAR or text_of(callee) != name or len(given) != 3:
             super().perform(node)
             return
         angle = self.real(given[0])
@@ -189,9 +189,9 @@ class KernelStatements(CReader):
 
     def called(self, node: Node) -> Value:
         """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, symdyn_again(n) is n."""
-        if said(node.children[0]) == "symdyn_again" and "symdyn_again" in self.file.functions:
+        if text_of(node.children[0]) == "symdyn_again" and "symdyn_again" in self.file.functions:
             return self.value(*self.call(node)[1])
-        if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":
+        if self.file.grammar == CUDA_GRAMMAR or text_of(node.children[0]) != "sincos":
             return super().called(node)
         _, given = self.call(node)
         if len(given) != 2:

@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, Pointer
 from symdyn.verify.written.reading import Cut, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -67,7 +67,7 @@ def _name(node: Node) -> str:
     name = node.child_by_field_name("name")
     if name is None or name.type != "identifier":
         raise unread(node, "is no plain function")
-    return said(name)
+    return text_of(name)
 
 
 @dataclass
@@ -118,18 +118,18 @@ class MatlabReader(Reader):
         """Look whether it takes and returns what it must."""
         outputs = [one for one in node.children if one.type == "function_output"]
         given = [one for one in node.children if one.type == "function_arguments"]
-        if len(outputs) != 1 or [said(one) for one in SYNTAX.meant(outputs[0])] != ["out", "="]:
+        if len(outputs) != 1 or [text_of(one) for one in SYNTAX.meant(outputs[0])] != ["out", "="]:
             raise unread(node, "does not return out")
-        listed = [said(one) for one in SYNTAX.listed(given[0], "is no plain function")] if given else []
+        listed = [text_of(one) for one in SYNTAX.listed(given[0], "is no plain function")] if given else []
         takes(node, listed, [*self.wanted.arguments])
 
     def _counts(self, node: Node) -> bool:
         """Tell whether a statement is one of those that count states, which are fixed text."""
         left, right = self._sides(node)
-        if left.type != "identifier" or said(left) != STATES:
+        if left.type != "identifier" or text_of(left) != STATES:
             return False
         called = SYNTAX.meant(right)[0] if right.type == SYNTAX.called else right
-        if said(called) not in ("1", COUNTED) or (said(called) == COUNTED and COUNTED not in self.file.functions):
+        if text_of(called) not in ("1", COUNTED) or (text_of(called) == COUNTED and COUNTED not in self.file.functions):
             raise unread(node, "does not count states")
         return True
 
@@ -142,10 +142,10 @@ class MatlabReader(Reader):
     def _allocates(self, node: Node) -> bool:
         """Tell of `out = zeros(rows, states, …)` and `out = reshape(out, n, m, states)`, which stay fixed text."""
         left, right = self._sides(node)
-        if left.type != "identifier" or said(left) != "out":
+        if left.type != "identifier" or text_of(left) != "out":
             return False
         callee, given = self.call(right) if right.type == SYNTAX.called else (right, [])
-        called, words = said(callee), [said(one) for one in given]
+        called, words = text_of(callee), [text_of(one) for one in given]
         if called == "zeros" and not self.made and words[:2] == [str(self.wanted.size), STATES]:
             self.made = True
         elif called == "reshape" and self.made and not self.shaped and len(self.wanted.shape) > 1:
@@ -176,19 +176,19 @@ class MatlabReader(Reader):
 
     def binary(self, node: Node) -> Value:
         """Return what an operator makes of two rows, number by number."""
-        if said(SYNTAX.meant(node)[1]) not in SYNTAX.operators:
+        if text_of(SYNTAX.meant(node)[1]) not in SYNTAX.operators:
             raise unread(node, "takes no rows number by number")
         return super().binary(node)
 
     def called(self, node: Node) -> Value:
         """Return a row of an argument, or a function of rows: MATLAB writes both alike."""
-        array = isinstance(self.names.get(said(SYNTAX.meant(node)[0])), Pointer)
+        array = isinstance(self.names.get(text_of(SYNTAX.meant(node)[0])), Pointer)
         return self.entry(node) if array else super().called(node)
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
-        ours = said(node) in self.file.functions and said(node) not in self.names
-        return OURS.get(said(node)) if ours else super().function(node)
+        ours = text_of(node) in self.file.functions and text_of(node) not in self.names
+        return OURS.get(text_of(node)) if ours else super().function(node)
 
     def subscript(self, node: Node) -> tuple[Value, Index]:
         """Return the array and the row of `name(3, :)`, which counts from 1."""
@@ -198,9 +198,9 @@ class MatlabReader(Reader):
         if given[1].type != "spread_operator":
             raise unread(node, "is no whole row")
         row = self.index(given[0]).units
-        size = self.wanted.size if said(name) == "out" else len(self.wanted.arguments.get(said(name), ()))
+        size = self.wanted.size if text_of(name) == "out" else len(self.wanted.arguments.get(text_of(name), ()))
         if not 1 <= row <= size:
-            raise unread(node, f"is row {row} of {said(name)}, which has {size}")
+            raise unread(node, f"is row {row} of {text_of(name)}, which has {size}")
         return self.value(name), Index(row - 1)
 
     def call(self, node: Node) -> tuple[Node, list[Node]]:

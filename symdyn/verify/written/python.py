@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 from symdyn.graph import Op
 from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
-from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, nodes, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -100,7 +100,7 @@ def _bound(root: Node) -> dict[str, list[Node]]:
             left = statement.children[0].child_by_field_name("left")
             words += [one for one in nodes(left) if one.type == "identifier"] if left is not None else []
         for word in words:
-            found.setdefault(said(word), []).append(statement)
+            found.setdefault(text_of(word), []).append(statement)
     return found
 
 
@@ -122,7 +122,7 @@ class PythonReader(Reader):
         node, handed = self.file.functions[name], self.dialect.handed
         taken = [*([handed] if handed else []), *self.wanted.arguments]
         listed = node.child_by_field_name("parameters")
-        takes(node, [said(one) for one in listed.children[1:-1:2]] if listed is not None else [], taken)
+        takes(node, [text_of(one) for one in listed.children[1:-1:2]] if listed is not None else [], taken)
         SYNTAX.shaped(node, "is no plain function", "def", "identifier", "parameters", ":", "block")
         self.open(numbers=False)
         del self.names["out"]
@@ -137,7 +137,7 @@ class PythonReader(Reader):
         if kinds(inner.children)[:2] != ["identifier", "="] or len(inner.children) != 3:
             raise unread(node, "is no assignment that is read here")
         left, _, right = inner.children
-        if said(left) in self.calls or said(left) == self.dialect.handed:
+        if text_of(left) in self.calls or text_of(left) == self.dialect.handed:
             raise unread(left, "has a value already")
         if self.dialect.handed and right.type == "attribute":
             self.calls[self.fresh(left)] = self._handed(right)
@@ -146,7 +146,7 @@ class PythonReader(Reader):
 
     def _handed(self, node: Node) -> Op:
         """Return which operation `of.sin` is."""
-        words = [said(one) for one in node.children]
+        words = [text_of(one) for one in node.children]
         if len(words) != 3 or words[:2] != [self.dialect.handed, "."] or words[2] not in self.dialect.functions:
             raise unread(node, "is no function that is read here")
         return self.dialect.functions[words[2]]
@@ -166,9 +166,9 @@ class PythonReader(Reader):
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
         if node.type == "identifier":
-            hidden = said(node) in self.file.functions
-            return self.calls.get(said(node)) or (None if hidden else self.dialect.builtins.get(said(node)))
-        words = [said(one) for one in node.children] if node.type == "attribute" else []
+            hidden = text_of(node) in self.file.functions
+            return self.calls.get(text_of(node)) or (None if hidden else self.dialect.builtins.get(text_of(node)))
+        words = [text_of(one) for one in node.children] if node.type == "attribute" else []
         held = words[:2] == [self.dialect.package, "."] and len(words) == 3
         return self.dialect.functions.get(words[2]) if held else None
 

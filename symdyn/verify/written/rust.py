@@ -21,7 +21,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Result, Rows, Work
 from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading
 from symdyn.verify.written.straight_line import File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, nodes, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, nodes, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -63,10 +63,10 @@ def read(text: Text) -> TextReading:
     functions: dict[str, Node] = {}
     for node in text.root.children:
         named = node.child_by_field_name("name")
-        if named is not None and said(named) in functions:
+        if named is not None and text_of(named) in functions:
             raise unread(named, "is defined twice")
         if named is not None:
-            functions[said(named)] = node
+            functions[text_of(named)] = node
     file = File(text, functions)
     found = []
     for wanted in text.wanted:
@@ -79,7 +79,7 @@ def read(text: Text) -> TextReading:
 def _read(file: File, wanted: ExpectedFunction, name: str, laned: bool) -> Read:
     """Return what a function computes, of one state or of a block."""
     parameters, body = _parts(file, name, file.functions[name])
-    types = dict(said(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
+    types = dict(text_of(one).split(": ", 1) for one in parameters.children if one.type == "parameter")
     rows = re.fullmatch(r"&mut \[\[\w+; ([0-9]+)\]; [0-9]+\]", types.get("out", ""))
     reader = RustReader(file, wanted, lanes=int(rows[1]) if laned and rows else 0)
     result = reader.open(columns=laned, apart=True)
@@ -148,7 +148,7 @@ class RustReader(Reader):
         mutable = len(found) != len(node.children)
         if pattern.type == "_":
             plain = {"tuple_expression", "reference_expression", "identifier", "(", ")", ",", "&"}
-            told = {said(one) for one in nodes(value) if one.type == "identifier"}
+            told = {text_of(one) for one in nodes(value) if one.type == "identifier"}
             if {*kinds(nodes(value))} - plain or told - self.names.keys():
                 raise unread(node, "is no statement that is read here")
         elif pattern.type == "tuple_pattern":
@@ -166,7 +166,7 @@ class RustReader(Reader):
 
     def fresh(self, node: Node) -> str:
         """Return a name that is given to something, or from now on to something else."""
-        name = said(node)
+        name = text_of(node)
         if node.type != SYNTAX.name or name in ("out", STATE) or name in self.file.functions or "#" in name:
             raise unread(node, "is no name that is given here")
         if name in self.wanted.arguments and name in self.names:
@@ -175,8 +175,8 @@ class RustReader(Reader):
 
     def _memory(self, node: Node, mutable: bool) -> Value:
         """Return memory of zeros: `&mut [0.0; 6]`, or `[[0.0; 64]; 6]` that may change."""
-        plain = re.fullmatch(r"&mut \[0\.0; ([0-9]+)\]", said(node))
-        many = re.fullmatch(rf"\[\[0\.0; {self.lanes}\]; ([0-9]+)\]", said(node))
+        plain = re.fullmatch(r"&mut \[0\.0; ([0-9]+)\]", text_of(node))
+        many = re.fullmatch(rf"\[\[0\.0; {self.lanes}\]; ([0-9]+)\]", text_of(node))
         found = many if mutable else plain
         if found is None or (many is not None and not self.lanes) or int(found[1]) > LARGEST:
             raise unread(node, "is no memory that is read here")
@@ -202,8 +202,8 @@ class RustReader(Reader):
 
     def _copy(self, left: Node, right: Node) -> None:
         """Read `*out = *r`."""
-        to, source = self.names.get(said(left)[1:]), self.names.get(said(right)[1:])
-        stars = said(left)[0] == said(right)[0] == "*" and right.type == SYNTAX.signed
+        to, source = self.names.get(text_of(left)[1:]), self.names.get(text_of(right)[1:])
+        stars = text_of(left)[0] == text_of(right)[0] == "*" and right.type == SYNTAX.signed
         if to is None or source is None or not stars or self.kind(to) != self.kind(source):
             raise unread(left, "is no copy of an array")
         self.copy(to, source, left)
@@ -214,7 +214,7 @@ class RustReader(Reader):
         if pattern is None or value is None or body is None:
             raise unread(node, "is no whole loop")
         before = self.names
-        if not self.lanes or STATE in before or said(pattern) != STATE or said(value) != f"0..{self.lanes}":
+        if not self.lanes or STATE in before or text_of(pattern) != STATE or text_of(value) != f"0..{self.lanes}":
             raise unread(node, "is no loop over the states of a block")
         self.names = {**before, STATE: K}
         self.run(SYNTAX.meant(body)[1:-1])
@@ -225,14 +225,14 @@ class RustReader(Reader):
         callee, given = self.call(node)
         if {callee.type, *kinds(given)} != {SYNTAX.name}:
             raise unread(node, "is no call that is read here")
-        parameters, body = _parts(self.file, said(callee), node)
+        parameters, body = _parts(self.file, text_of(callee), node)
         found = [one for one in parameters.children if one.type == "parameter"]
         if len(found) != len(given):
             raise unread(node, "has another number of arguments")
         names = {}
         for parameter, one in zip(found, given, strict=True):
-            name, kind = said(parameter).split(": ", 1)
-            value = self.names.get(said(one))
+            name, kind = text_of(parameter).split(": ", 1)
+            value = self.names.get(text_of(one))
             if value is None or kind != self.kind(value):
                 raise unread(one, f"is no {kind}")
             names[name] = value
@@ -253,7 +253,11 @@ class RustReader(Reader):
     def _sincos(self, node: Node) -> tuple[Pointer, Pointer]:
         """Return sines and cosines: of `&[x, y]`, or of a row of a block."""
         callee, given = self.call(node) if node.type == SYNTAX.called else (node, [])
-        if said(callee) != "sincos" or "sincos" not in self.file.functions or kinds(given) != ["reference_expression"]:
+        if (
+            text_of(callee) != "sincos"
+            or "sincos" not in self.file.functions
+            or kinds(given) != ["reference_expression"]
+        ):
             raise unread(node, "is no pair of sines and cosines")
         _, what = given[0].children
         row = what.type != "array_expression"
@@ -275,19 +279,19 @@ class RustReader(Reader):
 
     def index(self, node: Node) -> Index:
         """Return which entry of an array a whole number is, or k."""
-        return K if STATE in self.names and said(node) == STATE else super().index(node)
+        return K if STATE in self.names and text_of(node) == STATE else super().index(node)
 
     def called(self, node: Node) -> Value:
         """Return the value of a call; fma(a, b, c) is a b + c."""
         callee, given = self.call(node)
-        if said(callee) == "fma" and "fma" in self.file.functions and len(given) == 3:
+        if text_of(callee) == "fma" and "fma" in self.file.functions and len(given) == 3:
             a, b, c = map(self.real, given)
             return a * b + c
         return super().called(node)
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
-        return SYNTAX.functions.get(said(node)) if said(node) in self.file.functions else None
+        return SYNTAX.functions.get(text_of(node)) if text_of(node) in self.file.functions else None
 
 
 RUST = ReadLanguage("Rust", "tree_sitter_rust", read, comments=COMMENTS)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, Union
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Spelled, Work
 from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Text, Unread
-from symdyn.verify.written.syntax import kinds, line_of, said, unread
+from symdyn.verify.written.syntax import kinds, line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -203,7 +203,7 @@ class Reader:
         """Return a name that stands for nothing yet."""
         if node.type != self.syntax.name:
             raise unread(node, "is no name")
-        name = said(node)
+        name = text_of(node)
         if name in self.names:
             raise unread(node, "has a value already")
         if self.hides(name):
@@ -255,14 +255,14 @@ class Reader:
 
     def name(self, node: Node) -> Value:
         """Return what a name stands for."""
-        name = said(node)
+        name = text_of(node)
         if name not in self.names:
             raise unread(node, "has no value yet")
         return self.names[name]
 
     def number(self, node: Node) -> Value:
         """Return the number that a literal is read as."""
-        return self.file.text.number(said(node), line_of(node))
+        return self.file.text.number(text_of(node), line_of(node))
 
     def inner(self, node: Node) -> Value:
         """Return what is in parentheses."""
@@ -276,7 +276,7 @@ class Reader:
         operator, operand = self.syntax.meant(node)
         why = "is no sign of a number"
         given = self.syntax.listed(operand, why) if operand.type == self.syntax.arguments else [operand]  # of a call
-        if said(operator) != "-" or len(given) != 1:
+        if text_of(operator) != "-" or len(given) != 1:
             raise unread(node, why)
         return self.file.text.negative(self.real(given[0]), line_of(node))
 
@@ -285,9 +285,9 @@ class Reader:
         parts = self.syntax.meant(node)
         if len(parts) != 3:
             raise unread(node, "is no expression that is read here")
-        if said(parts[1]) not in self.syntax.operators:
+        if text_of(parts[1]) not in self.syntax.operators:
             raise unread(node, "is no operation that is read here")
-        return self.combined(node, said(parts[1]), self.value(parts[0]), self.value(parts[2]))
+        return self.combined(node, text_of(parts[1]), self.value(parts[0]), self.value(parts[2]))
 
     def combined(self, node: Node, operator: str, a: Value, b: Value) -> Value:
         """Return what an operator makes of two values."""
@@ -307,9 +307,9 @@ class Reader:
 
     def index(self, node: Node) -> Index:
         """Return which entry of an array a whole number is."""
-        if node.type != self.syntax.place or not WHOLE.fullmatch(said(node)):
+        if node.type != self.syntax.place or not WHOLE.fullmatch(text_of(node)):
             raise unread(node, "is no place in an array")
-        return Index(int(said(node)))
+        return Index(int(text_of(node)))
 
     def entry(self, node: Node) -> Value:
         """Return an entry of an array, or a row."""
@@ -339,8 +339,8 @@ class Reader:
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
-        other = node.type != self.syntax.name or said(node) in self.names or said(node) in self.file.functions
-        return None if other else self.syntax.functions.get(said(node))
+        other = node.type != self.syntax.name or text_of(node) in self.names or text_of(node) in self.file.functions
+        return None if other else self.syntax.functions.get(text_of(node))
 
 
 def takes(node: Node, found: Sequence[str], expected: Sequence[str]) -> None:

@@ -101,14 +101,14 @@ def line_of(node: Node) -> int:
     return node.start_point[0] + 1
 
 
-def said(node: Node) -> str:
+def text_of(node: Node) -> str:
     """Return the text of a node."""
     return (node.text or b"").decode("utf-8", "replace")
 
 
 def spaced(node: Node) -> str:
     """Return the text of a node with single spaces."""
-    return " ".join(said(node).split())
+    return " ".join(text_of(node).split())
 
 
 def words(node: Node) -> str:

@@ -86,7 +86,7 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
         found.append(Variable(place[rate], rate, "local", None, unit, f"rate of {name}", place[name], depends[rate]))
     for name in filter(None, forces):
         found.append(Variable(place[name], name, "input", 0.0, scene.shown_unit(units[name]), "driving force"))
-    told, looked = SceneUnits(scene).told, SceneUnits(scene).outputs
+    told, looked = SceneUnits(scene).inferred, SceneUnits(scene).outputs
     for one in scene.inputs:
         found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), told[one.name], one.text))
     for signal in scene.outputs:

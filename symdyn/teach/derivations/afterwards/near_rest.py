@@ -180,7 +180,7 @@ def _modes(lesson: Lesson, place: Equilibrium, modes: Modes, chosen: Chosen) -> 
 def _picture(lesson: Lesson, chosen: Chosen, rest: Array, shape: Array, number: int) -> Picture:
     """Return the picture of one shape about a place of rest; q and shape have shape (nq,)."""
     scene, values = lesson.scene, chosen.parameters
-    length = Stage(scene, rest[None], values).found.reach
+    length = Stage(scene, rest[None], values).places.reach
     units = SceneUnits(scene).coordinates
     limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
     away = shape / float((np.abs(shape) / limits).max())

@@ -34,7 +34,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     scene, symbol = lesson.scene, lesson.graph.symbol
     symbols = [*(symbol(p.name) for p in scene.parameters), *lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
     rates = SceneUnits(scene).velocities
-    told = SceneUnits(scene).told
+    told = SceneUnits(scene).inferred
     units = [*(told[parameter.name] for parameter in scene.parameters), *SceneUnits(scene).coordinates]
     units += [*(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
     if timed(scene):
