@@ -206,7 +206,7 @@ symdyn.equations(scene)
 symdyn.equations(scene).sympy()
 symdyn.linearize(symdyn.example("cart_pole"))
 symdyn.animation(scene, [0, 1], [[0.8, 0.14, 2.0], [0.8, 0.14, 2.0]])
-symdyn.simulate(symdyn.example("cart_pole"), "F=0.5", until=1)
+symdyn.simulate(symdyn.example("cart_pole"), forces="F=0.5", until=1)
 """
 
 FITS = """() => [...document.querySelectorAll('.symdyn-shown img')].filter(x => x.naturalWidth < 100).length
