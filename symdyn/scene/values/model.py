@@ -287,15 +287,16 @@ class Scene(Shown):
 
     def in_language(self, code: str) -> Scene:
         """Return the scene with every description in a language, such as "sk", where it has it."""
+        check_arguments(Scene.in_language, locals(), SceneError)
 
-        def said(one: _Described) -> _Described:
+        def described(one: _Described) -> _Described:
             return replace(one, text=dict(one.texts).get(code, one.text))
 
         return replace(
             self,
-            parameters=tuple(map(said, self.parameters)),
-            inputs=tuple(map(said, self.inputs)),
-            outputs=tuple(map(said, self.outputs)),
+            parameters=tuple(map(described, self.parameters)),
+            inputs=tuple(map(described, self.inputs)),
+            outputs=tuple(map(described, self.outputs)),
         )
 
     def in_numbers(self, names: Collection[str]) -> Scene:
