@@ -43,7 +43,7 @@ from symdyn.emit import TARGETS, emit
 from symdyn.errors import MissingProgram
 from symdyn.program import lower
 from symdyn.verify.certificate import taken
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import languages, printed, prove_texts
 workspace = Workspace(symdyn.read(sys.argv[1]))
 _, functions, _ = taken(workspace, None, None)

@@ -39,8 +39,8 @@ from symdyn.dynamics import Equations, Function, derive_one, row_of
 from symdyn.program import lower
 from symdyn.simulation.equations.compiled_routines import plain
 from symdyn.transcription import Collocation, solve
-from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.local import argument_of, inputs_of, partials, slopes_of, written
+from symdyn.transcription.solution import lagrangian
 
 HERE = Path(__file__).parent
 EXAMPLES, DATA = HERE.parent / "examples", HERE / "data"

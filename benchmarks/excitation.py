@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import numpy as np
 
 import symdyn
-from symdyn.identification import CRITERIA, FAMILIES, excite
+from symdyn.identification import Excitation, excite
 
 CONDITION, SECONDS = 100.0, 60.0
 
@@ -52,8 +52,8 @@ def main() -> int:
     missed = False
     for name in options.robots.split(","):
         print(f"{name:8} one sine a joint: condition {undirected(name, 0):8.1f}")
-        for family in FAMILIES:
-            for criterion in CRITERIA:
+        for family in Excitation.families:
+            for criterion in Excitation.criteria:
                 runs, seconds = [], []
                 for seed in range(options.seeds):
                     begin = time.process_time()

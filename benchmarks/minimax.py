@@ -7,8 +7,8 @@ more of cos open: cos y = 1 + z C(z). Each leading coefficient is rounded to the
 type and the rest is fitted again, so that rounding costs almost nothing. The parts of π/2 are cut, not rounded: k times
 one of the first ones is exact for |k| < 2²⁰, and all are positive, which keeps the sign of -0.
 
-    python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/sincos.py, and in
-                                        symdyn/emit/code/short_sines.py
+    python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/writer.py, and in
+                                        symdyn/emit/code/real.py
 """
 
 from __future__ import annotations

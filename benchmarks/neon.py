@@ -23,7 +23,7 @@ sys.path[:0] = [str(ROOT)]
 
 import symdyn  # noqa: E402
 from symdyn.emit import emit  # noqa: E402
-from symdyn.emit.targets.c.sincos import CHAINS  # noqa: E402
+from symdyn.emit.targets.c.writer import CHAINS  # noqa: E402
 from symdyn.program import Program  # noqa: E402
 
 COMPILER = "aarch64-linux-gnu-gcc"

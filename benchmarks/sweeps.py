@@ -29,8 +29,7 @@ from symdyn.scene import Scene, with_symbols
 from symdyn.scene.values import Faults
 from symdyn.study import job_of_places
 from symdyn.study.cluster import Cluster
-from symdyn.study.executors import executor
-from symdyn.study.job import Job, block
+from symdyn.study.job import Job, block, executor
 
 STATE = "q1=0.3,q2=-0.5,q3=0.8,q4=0.1,q5=0.4,q6=-0.2,q1_dot=1,q2_dot=-0.5,q3_dot=0.3,q1_ddot=2,q4_ddot=1"
 

@@ -18,7 +18,7 @@ from scipy.integrate import solve_bvp
 
 import symdyn
 from symdyn.transcription import METHODS, Collocation, Solution, along, solve
-from symdyn.transcription.lagrangian import lagrangian
+from symdyn.transcription.solution import lagrangian
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import METHODS
-from symdyn.simulation.equations.projection import Projection
+from symdyn.simulation.equations.system import Projection
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.integrate import InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import size, translate

@@ -3,7 +3,7 @@
 Run: python benchmarks/two_threads.py [--rounds R] [--real double|float], on a machine with a core to spare: on a busy
 one both threads run on one core, and the bar is missed by what starting one costs. Rows of states by the clock, both
 ways taking turns; compared is the tenth part of the rounds that was fastest. First as many states as the rule puts on
-two threads (`symdyn/runtime/on_threads.py`), where two shall not be slower than one by more than 5 %, then half and a
+two threads (`symdyn/runtime/c_module.py`), where two shall not be slower than one by more than 5 %, then half and a
 quarter of them, which the rule keeps on one, cut in two all the same.
 """
 
@@ -21,7 +21,7 @@ from bars import Bar
 from symdyn import derive, lower, read
 from symdyn.program import shared
 from symdyn.runtime import CFunction, bind_rows, build
-from symdyn.runtime.on_threads import GRAIN, WORTH, price, run_rows, split
+from symdyn.runtime.c_module import GRAIN, WORTH, price, run_rows, split
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CASES = (

@@ -18,15 +18,15 @@ import numpy as np
 from wrong_values import FAILING, WRONG
 
 import symdyn
-from symdyn.draw.shown_text import HtmlText, SvgText
+from symdyn.draw.pictures import HtmlText, SvgText
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm
 from symdyn.dynamics.outputs.named_functions import Equations
-from symdyn.emit.print.equations_of_motion import EquationsOfMotion
-from symdyn.emit.print.sympy_equations import SympyEquations
+from symdyn.emit.print.equations_text import EquationsOfMotion
+from symdyn.emit.print.sympy_page import SympyEquations
 from symdyn.errors import SymdynError
 from symdyn.identification import Identification
 from symdyn.linear.linearization import Linearization
-from symdyn.program.routine import Program
+from symdyn.program.prepare import Program
 from symdyn.resources import folder
 from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.numeric_function import NumericFunction

@@ -13,8 +13,7 @@ from typing import Any
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.dynamics.loops.constraint_rows import Constraints
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.mechanism.state import TIME, quaternions
 from symdyn.dynamics.outputs import closed_outputs
 from symdyn.graph import Expr, evaluate, reachable, tangents
 from symdyn.scene import Scene

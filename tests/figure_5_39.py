@@ -13,7 +13,7 @@ from mechanisms import shape
 
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
-from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity, Scene, parse
@@ -21,8 +21,8 @@ from symdyn.scene.values import Body, Joint, Load, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
 from symdyn.verdict import Verdict
+from symdyn.verify.certificate import on_unit_sphere
 from symdyn.verify.equality import Claim, prove
-from symdyn.verify.quaternions import on_unit_sphere
 
 
 def vector(*entries: object) -> tuple:

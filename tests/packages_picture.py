@@ -55,10 +55,9 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
         "values": [],
         "joints": ["values"],
         "forces": ["joints", "values"],
-        "checks": ["forces", "joints", "values"],
-        "declaration": ["checks", "forces", "joints", "values"],
+        "declaration": ["forces", "joints", "values"],
         "formats": ["declaration", "forces", "joints", "values"],
-        "": ["formats", "declaration", "checks", "forces", "joints", "values"],
+        "": ["formats", "declaration", "forces", "joints", "values"],
     },
     "simulation": {
         "prescribed": [],

@@ -13,8 +13,7 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene
-from symdyn.verify.elimination import eliminate
-from symdyn.verify.equality import Claim
+from symdyn.verify.equality import Claim, eliminate
 
 
 @lru_cache(maxsize=64)

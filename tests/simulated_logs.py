@@ -20,7 +20,7 @@ import symdyn
 from symdyn.identification import Identification, Payload, identify
 from symdyn.identification.linear_model import LinearModel, linear_model, with_terms
 from symdyn.scene import Scene, bind
-from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.scene.symbolic import INERTIAL
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation.prescribed.forces import drive_names
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.algebra.compact import with_added_angles, with_squares
 from symdyn.algebra.form import Form
-from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.numeric import Floats
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Graph, Op, evaluate, reachable

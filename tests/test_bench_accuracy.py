@@ -15,14 +15,14 @@ from arms import puma560, spatial_arm
 from symdyn.algebra.big import BigFloats
 from symdyn.bench import Measured, bench
 from symdyn.bench.implementations import implementations
-from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.reference import Solve, linear, reference
+from symdyn.bench.report import Dot, Series, log_log
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower
-from symdyn.program.states import quaternion_places
+from symdyn.program.tunable import quaternion_places
 from symdyn.scene import body, prismatic, read, scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

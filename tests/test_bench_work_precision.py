@@ -9,15 +9,15 @@ import pytest
 from mpmath import mp
 
 from symdyn.bench import Bench, Curve, MotionPrecision, Point
+from symdyn.bench.measurements import UNTIL, lively, marked, motion
 from symdyn.bench.report import html, markdown, pictures
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
 from symdyn.bench.stress.stiff import RUBBED
-from symdyn.bench.work_precision import UNTIL, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.extended import FINEST, truth
-from symdyn.simulation.timed_runs import TimedRuns
+from symdyn.simulation.tracked import TimedRuns
 
 pytestmark = pytest.mark.runs()
 

@@ -13,7 +13,7 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.dynamics import available
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.operators import stem
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
@@ -272,7 +272,7 @@ def test_functions_with_squares_of_entries_are_left_out_of_long_chains_unless_as
 def test_info_says_what_it_does_not_count_for_long_chains(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("symdyn.dynamics.outputs.requested.Requested.LARGEST", 3)
+    monkeypatch.setattr("symdyn.dynamics.outputs.derive.Requested.LARGEST", 3)
     monkeypatch.setattr("symdyn.cli.info.MOST_NESTED", 3, raising=False)
     path = tmp_path / "chain.toml"
     path.write_text(chain(4), encoding="utf-8")

@@ -181,9 +181,9 @@ def planted(cache) -> Path:
     )
     subprocess.run([*find_compiler().command, "-shared", "-fPIC", str(source), "-o", str(path)], check=True)
     path.chmod(0o755)
-    room = importlib.util.find_spec("symdyn.runtime.entry")
+    room = importlib.util.find_spec("symdyn.runtime.cache")
     if room is not None:  # whoever writes libraries writes their hashes too
-        importlib.import_module("symdyn.runtime.entry").seal(path)
+        importlib.import_module("symdyn.runtime.cache").seal(path)
     return canary
 
 
@@ -256,7 +256,7 @@ def test_the_file_itself_is_loaded_where_memory_cannot_be(cache, damage, monkeyp
 
 
 def test_what_a_killed_build_leaves_is_taken_away_by_the_next_and_what_a_running_one_has_is_not(cache):
-    from symdyn.runtime.folder import folder_aside
+    from symdyn.runtime.cache import folder_aside
 
     def killed(m1: str) -> str:
         with folder_aside(cache):

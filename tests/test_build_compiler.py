@@ -17,8 +17,8 @@ from symdyn.emit import emit
 from symdyn.errors import BuildError, SymdynWarning
 from symdyn.program import lower
 from symdyn.runtime import build
+from symdyn.runtime.cache import warn_once
 from symdyn.runtime.compiler import find_compiler
-from symdyn.runtime.warned import warn_once
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -16,8 +16,8 @@ import symdyn
 import symdyn.runtime.compiler as compiler_room
 import symdyn.runtime.library as library_room
 from symdyn.errors import BuildError
+from symdyn.runtime.cache import warn_once
 from symdyn.runtime.compiler import find_compiler
-from symdyn.runtime.warned import warn_once
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -117,7 +117,7 @@ def test_a_missing_compiler_ends_no_work(tmp_path, door):
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", ["load", "bench"])
 def test_missing_headers_of_python_end_no_work(tmp_path, door):
-    opening = "import pathlib, symdyn.runtime.extension as room\nroom.INCLUDE = pathlib.Path('nowhere')\n"
+    opening = "import pathlib, symdyn.runtime.library as room\nroom.INCLUDE = pathlib.Path('nowhere')\n"
     out, talk = answer(door, tmp_path, opening)
 
     assert "there is no Python.h" in out + talk

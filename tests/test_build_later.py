@@ -22,7 +22,7 @@ from patience import HANG
 import symdyn
 from symdyn import shell
 from symdyn.dynamics import Workspace, available, called, derive_one
-from symdyn.emit.targets.lazy import Code
+from symdyn.emit.targets.ufunc import Code
 from symdyn.errors import BuildError, DerivationError
 from symdyn.runtime.compiler import find_compiler
 from symdyn.simulation.integrate.heyoka_expressions import without_sympy

@@ -21,9 +21,9 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError, UnknownNameError
 from symdyn.program import lower
+from symdyn.runtime.cache import warn_once
 from symdyn.runtime.compiler import find_compiler
-from symdyn.runtime.extension import build_extension
-from symdyn.runtime.warned import warn_once
+from symdyn.runtime.library import build_extension
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -21,10 +21,10 @@ from symdyn.dynamics.outputs.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, EmitError
 from symdyn.program import Program, lower
-from symdyn.runtime import extension, run_python
+from symdyn.runtime import library as extension, run_python
+from symdyn.runtime.cache import cache_folder
 from symdyn.runtime.compiler import find_compiler
-from symdyn.runtime.extension import build_extension
-from symdyn.runtime.folder import cache_folder
+from symdyn.runtime.library import build_extension
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -271,7 +271,7 @@ def test_a_spoilt_extension_is_compiled_again(program, monkeypatch, tmp_path):
 BUILD = """
 import numpy as np
 from formulas import every_op
-from symdyn.runtime.extension import build_extension
+from symdyn.runtime.library import build_extension
 from symdyn.emit import emit
 from symdyn.program import lower
 module = build_extension(emit(lower(every_op()), "ufunc"))[1]

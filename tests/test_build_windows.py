@@ -17,7 +17,7 @@ from symdyn.program import lower
 from symdyn.runtime import build
 from symdyn.runtime.compiler import find_compiler, words_of
 from symdyn.runtime.dialects import CL, CLANG_CL, GNU, MINGW, Needs, candidates, dialect_of
-from symdyn.runtime.extension import python_libraries
+from symdyn.runtime.library import python_libraries
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -19,7 +19,7 @@ from symdyn.graph import Op, reachable
 from symdyn.program import formulate, lower, prepare, skipped
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
-from symdyn.scene.examples import Starter
+from symdyn.scene.scene_files import Starter
 from symdyn.scene.toml import read_text
 
 DOOR = str(Path(__file__).parent / "data" / "door.toml")

@@ -22,14 +22,14 @@ from test_centre_of_mass import FLYER
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import LoopChoices, Workspace, derive_one, formulations_of
-from symdyn.dynamics.mechanism.cost import operations
+from symdyn.dynamics.mechanism.linear_solve import operations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.linear import linearize
 from symdyn.scene import Scene, read_text
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, certify, prove
-from symdyn.verify.quaternions import on_unit_sphere
+from symdyn.verify.certificate import on_unit_sphere
 
 pytestmark = pytest.mark.long
 

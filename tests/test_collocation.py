@@ -20,8 +20,8 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene, bind, parse
 from symdyn.scene.toml import read_text
 from symdyn.transcription import METHODS, Collocation, along
-from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.local import written
+from symdyn.transcription.solution import lagrangian
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -25,7 +25,7 @@ def problem() -> Collocation:
 
 
 def drawn(problem: Collocation, starts: int = 6, seed: int = 3) -> list[np.ndarray]:
-    from symdyn.transcription.starts import drawn
+    from symdyn.transcription.ipopt import drawn
 
     return drawn(problem, problem.guess, starts, seed)
 

@@ -20,7 +20,7 @@ from small_steps import BIG, Numbers, State, apart
 import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, formulations_of
 from symdyn.dynamics.outputs.named_functions import ARGUMENTS, DIRECTIONS
-from symdyn.dynamics.outputs.operators import OPERATORS
+from symdyn.dynamics.outputs.requests import OPERATORS
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower

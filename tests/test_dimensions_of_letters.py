@@ -77,7 +77,7 @@ def test_what_no_letter_tells_alone_is_told_by_all_equations_together() -> None:
 @pytest.mark.runs("cc")
 def test_units_that_are_told_are_shown_everywhere() -> None:
     """Columns of runs, tables of LaTeX, of lessons, of notebooks and of linear models."""
-    from symdyn.notebook.scenes import _tables
+    from symdyn.notebook.mechanisms import _tables
     from symdyn.teach import walkthrough
 
     text = PENDULUM.replace('m = { value = 2, unit = "kg" }', "m = 2").replace('"V"', '""').replace("-b*phi_dot", "u")

@@ -95,7 +95,7 @@ def test_a_mass_matrix_that_is_singular_at_zeros_alone_leaves_no_hole_there():
 @pytest.mark.wide(3)
 @pytest.mark.parametrize("path", [*PINNED, *EXAMPLES], ids=lambda path: path.stem)
 def test_no_divisor_is_zero_everywhere(path):
-    from symdyn.dynamics.mechanism.vanishing import vanishes
+    from symdyn.dynamics.mechanism.linear_solve import vanishes
 
     scene = read(path)
     workspace = Workspace(scene)
@@ -111,7 +111,7 @@ def test_no_divisor_is_zero_everywhere(path):
 
 
 def test_what_is_zero_in_disguise_is_told_from_what_is_not():
-    from symdyn.dynamics.mechanism.vanishing import vanishes
+    from symdyn.dynamics.mechanism.linear_solve import vanishes
 
     graph = Graph()
     x, y = graph.symbol("x"), graph.symbol("y")
@@ -130,7 +130,7 @@ def test_what_is_zero_in_disguise_is_told_from_what_is_not():
 
 def test_an_angle_whose_order_cannot_be_factored_is_refused_in_words():
     """What zeros are needs a root of unity of order 2 n, whose primes are its proof (it hung on the way there)."""
-    from symdyn.dynamics.mechanism.vanishing import vanishes
+    from symdyn.dynamics.mechanism.linear_solve import vanishes
     from symdyn.errors import DerivationError
 
     graph = Graph()

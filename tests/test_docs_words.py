@@ -11,7 +11,7 @@ import pytest
 
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import read_text
-from symdyn.scene.declaration import body_table, coupling, declare, dh, joint_table
+from symdyn.scene.declaration import coupling, declare, declare as body_table, dh, joint_table
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.joints import JOINTS

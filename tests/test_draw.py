@@ -18,10 +18,9 @@ from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
-from symdyn.draw.label_places import Label, crosses, put
 from symdyn.draw.lettering import Text
 from symdyn.draw.pictures import drawing
-from symdyn.draw.places import places
+from symdyn.draw.places import Label, crosses, places, put
 from symdyn.draw.stage import Stage
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, name, svg

@@ -19,9 +19,9 @@ from test_draw_files import pixels
 
 import symdyn
 from symdyn.draw import film
+from symdyn.draw.gltf import ball, box, cylinder
 from symdyn.draw.places import places
-from symdyn.draw.positions import values_of
-from symdyn.draw.solids import ball, box, cylinder
+from symdyn.draw.stage import values_of
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, read
 from symdyn.scene.joints import JOINTS

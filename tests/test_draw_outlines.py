@@ -10,10 +10,9 @@ import pytest
 from browser import chromium, opened
 
 import symdyn
+from symdyn.draw.gltf import standing
 from symdyn.draw.places import places
-from symdyn.draw.positions import pose
-from symdyn.draw.stage import Stage
-from symdyn.draw.standing import standing
+from symdyn.draw.stage import Stage, pose
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
 from symdyn.scene.values import OUTLINES

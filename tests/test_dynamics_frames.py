@@ -14,7 +14,7 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.cli.frames_text import angle_text, frame_texts
+from symdyn.cli.facts import angle_text, frame_texts
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.frames_and_parameters import angle_of, chosen_frames
 from symdyn.dynamics.recursive.reduced_tree import reframe

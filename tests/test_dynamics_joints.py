@@ -19,13 +19,13 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion, joint_motion
-from symdyn.scene.joints.start import resting
+from symdyn.scene.joints.joint_table import resting
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import Verdict
+from symdyn.verify.certificate import on_unit_sphere
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
-from symdyn.verify.quaternions import on_unit_sphere
 
 CLASSES = {  # the textbook's connection of class t
     "revolute": 5,

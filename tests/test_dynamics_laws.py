@@ -14,15 +14,14 @@ from running import agreements, call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.dynamics import OUTPUTS, derive, derive_one, expected, formulations_of
-from symdyn.dynamics.recursive.crba import crba
-from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
+from symdyn.dynamics.recursive.crba import crba, crba_in_runs
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import Quantity, Scene, body, prismatic, read_text, revolute, scene
 from symdyn.verdict import Verdict
+from symdyn.verify.certificate import on_unit_sphere
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
-from symdyn.verify.quaternions import on_unit_sphere
 
 ARMS = [two_link(), cart_pole(), spatial_arm(), chain(3)]
 SCENES = [*ARMS, *TREES, *COUPLED]

@@ -15,9 +15,9 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs.linear_loops import linear_loops
 from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
-from symdyn.scene.examples import Starter
+from symdyn.scene.scene_files import Starter
 from symdyn.simulation import simulate
-from symdyn.simulation.equations.projection import Projection
+from symdyn.simulation.equations.system import Projection
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 

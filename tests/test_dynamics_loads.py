@@ -14,7 +14,7 @@ from running import agreements, call
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, formulations_of
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.linear_solve import cost
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit import emit
 from symdyn.emit.print.equations_text import equations_text
@@ -29,9 +29,9 @@ from symdyn.scene.forces.spring import Spring
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place
 from symdyn.verdict import Verdict
 from symdyn.verify import certify
+from symdyn.verify.certificate import on_unit_sphere
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
-from symdyn.verify.quaternions import on_unit_sphere
 
 RNG = np.random.default_rng(5)
 

@@ -35,9 +35,8 @@ from symdyn.dynamics import (
     formulations_of,
 )
 from symdyn.dynamics.loops import constraint_rows as rows
-from symdyn.dynamics.loops.constraint_rows import differentiated, recursive
-from symdyn.dynamics.loops.cut_joints import cuts
-from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.loops.constraint_rows import cuts, differentiated, recursive
+from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
@@ -48,12 +47,12 @@ from symdyn.scene.forces.spring import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
-from symdyn.scene.values.element import Contact, Place
+from symdyn.scene.values.joint import Contact, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove
-from symdyn.verify.quaternions import on_unit_sphere
+from symdyn.verify.certificate import on_unit_sphere
 
 CLOSING = [name for name in JOINTS if name not in ("free", "custom")]
 

@@ -21,18 +21,18 @@ import symdyn
 from symdyn.bench.reference import linear
 from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Workspace, derive_one, formulations_of
 from symdyn.dynamics.loops import Numbers
-from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
-from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.outputs.closed_outputs import REGRESSORS
+from symdyn.dynamics.outputs.named_functions import PASSIVITY
 from symdyn.dynamics.outputs.output import Constrained
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.output_table import CENTROIDAL
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import Candidates
 from symdyn.scene import Quantity, Scene, bind, read, read_text
-from symdyn.scene.examples import Starter
+from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import acceleration_name
 from symdyn.scene.values.model import Signal
 from symdyn.verdict import Verdict

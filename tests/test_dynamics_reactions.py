@@ -28,9 +28,9 @@ from symdyn.scene.toml import read_text
 from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough
 from symdyn.verdict import Verdict
+from symdyn.verify.certificate import on_unit_sphere
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
-from symdyn.verify.quaternions import on_unit_sphere
 
 
 def driven(one: Scene) -> Scene:

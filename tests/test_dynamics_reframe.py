@@ -15,7 +15,7 @@ from mechanisms import COUPLED, TREES
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
-from symdyn.dynamics.mechanism.exact import settle, values_of
+from symdyn.dynamics.mechanism.tree import settle, values_of
 from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
 from symdyn.dynamics.recursive.reduced_tree import reframe, regroup
 from symdyn.errors import DerivationError

@@ -9,7 +9,7 @@ from closed_mechanisms import bricard, crank_rocker, n_four_bar, rssr, slider_cr
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.loops import sparse_rows
-from symdyn.dynamics.loops.levels import Levels
+from symdyn.dynamics.loops.assembly import Levels
 from symdyn.dynamics.loops.loop_numbers import Numbers, jacobian
 from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import blocks

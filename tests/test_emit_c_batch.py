@@ -23,14 +23,22 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.derive import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
-from symdyn.emit.targets.c.sincos import COSINE, HALF_PI, SINE
-from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, LONGEST_OF_VECTOR, PIECE, longest_loop
+from symdyn.emit.targets.c.plan import (
+    LONGEST,
+    LONGEST_LOOP,
+    LONGEST_OF_VECTOR,
+    PIECE,
+    Pass,
+    SineCosine,
+    longest_loop,
+    plan,
+)
+from symdyn.emit.targets.c.writer import COSINE, HALF_PI, SINE
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
 from symdyn.runtime import build
-from symdyn.runtime.on_threads import GRAIN, WORTH, price, run_rows, split
+from symdyn.runtime.c_module import GRAIN, WORTH, price, run_rows, split
 from symdyn.scene import Scene, read
 
 pytestmark = pytest.mark.runs("cc")
@@ -321,7 +329,7 @@ def test_a_long_scalar_function_may_write_over_its_arguments():
 
 
 def test_a_result_too_large_for_blocks_is_computed_state_by_state(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.targets.c.batch.STACK", 1000)
+    monkeypatch.setattr("symdyn.emit.targets.c.cuts.STACK", 1000)
     g = Graph()
     q = [g.symbol(f"q{i}") for i in range(2)]
     program = lower(one([g.sin(q[0]) * k + q[1] for k in range(50)], q))
@@ -350,7 +358,7 @@ def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(mon
     name = "inverse_dynamics_derivatives"
 
     whole = emit(program, "c", option="batch")["arm7.c"]
-    monkeypatch.setattr("symdyn.emit.targets.c.stages.WIDEST_LOOP", 7 * 21 - 1)
+    monkeypatch.setattr("symdyn.emit.targets.c.plan.WIDEST_LOOP", 7 * 21 - 1)
     cut = emit(program, "c", option="batch")["arm7.c"]
 
     loops = [text.count("#pragma omp simd\n    for (size_t k = 0; k < 32;") for text in (whole, cut)]
@@ -392,7 +400,7 @@ class Rows:
 
 @pytest.mark.parametrize("turns", [0.0, 1e3, 1e4, 1e6])
 def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
-    from symdyn.program import states
+    from symdyn.program import tunable as states
     from symdyn.verify import accuracy
 
     program = lower(derive(random_tree(1, 4), ("inverse_dynamics", "forward_dynamics", "mass_matrix")))

@@ -14,8 +14,8 @@ from figure_5_39 import single_loop
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.print.dalembert_lines import dalembert_lines
 from symdyn.emit.print.dalembert_page import dalembert_text
+from symdyn.emit.print.dalembert_system import dalembert_lines
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import bind, body, parse, prismatic, read, scene
@@ -175,6 +175,6 @@ def test_a_system_of_many_megabytes_is_refused_with_its_size_before_it_is_writte
 
 def test_a_lesson_of_many_megabytes_is_refused_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """No scene is known that has one: other bounds keep lessons below a megabyte, so this one is lowered."""
-    monkeypatch.setattr("symdyn.emit.print.too_long.MOST", 0.001)
+    monkeypatch.setattr("symdyn.emit.print.breaking.MOST", 0.001)
     with pytest.raises(symdyn.SymdynError, match=r"lesson by dalembert would be some 0\.\d+ MB .*--detail brief"):
         walkthrough(symdyn.example("four_bar"), formulation="dalembert")

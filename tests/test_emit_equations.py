@@ -17,15 +17,14 @@ from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import Energies
-from symdyn.emit.print.breaking import break_lines
+from symdyn.emit.print.breaking import BREAK, LINE, break_lines, latex_width
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.emit.print.formula_text import Latex, significant, text_of
-from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import PrintName, latex_symbols, latex_unit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, parse, read
-from symdyn.scene.examples import Starter
+from symdyn.scene.scene_files import Starter
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Parameter
 

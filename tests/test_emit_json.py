@@ -16,7 +16,7 @@ from formulas import every_op, one
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.emit import TARGETS, emit, read_program
-from symdyn.emit.targets.json_reader import ProgramError
+from symdyn.emit.targets.json_graph import ProgramError
 from symdyn.errors import EmitError, SceneError, SymdynError
 from symdyn.graph import Graph, Op
 from symdyn.program import Program, formulate, lower, prepare

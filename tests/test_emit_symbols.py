@@ -39,7 +39,7 @@ def test_accelerations_of_a_turned_body_are_dotted_letters_not_words() -> None:
 
 @pytest.mark.mends("5.6")
 def test_a_dot_above_a_word_keeps_clear_of_the_dots_of_its_letters() -> None:
-    mathml = pytest.importorskip("symdyn.teach.mathml")
+    mathml = pytest.importorskip("symdyn.teach.mathematics")
 
     assert 'accent="true"' not in mathml.inner(r"\dot{\mathit{slide}}")
     assert 'accent="true"' in mathml.inner(r"\dot{x}")

@@ -14,7 +14,7 @@ import sympy.physics.mechanics
 from calls import counted
 
 import symdyn
-from symdyn.emit.print.sympy_equations import SympyEquations
+from symdyn.emit.print.sympy_page import SympyEquations
 from symdyn.scene import bind, body, prismatic, read_text, spring
 
 MOTOR = """
@@ -213,7 +213,7 @@ def test_a_six_axis_arm_takes_no_long() -> None:
 
 @pytest.mark.long
 def test_what_would_take_minutes_is_refused_in_seconds_with_a_way_out() -> None:
-    from symdyn.scene.examples import Starter
+    from symdyn.scene.scene_files import Starter
 
     chain = symdyn.equations(read_text(Starter("chain").from_template("chain", 60), "chain.toml"))
     with counted() as calls, pytest.raises(symdyn.SymdynError, match=r"too long to be of use.*symdyn generate writes"):

@@ -12,8 +12,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError
 from symdyn.identification import Excitation, excite
-from symdyn.identification.criteria import CRITERIA
-from symdyn.identification.families import FAMILIES
+from symdyn.identification.excitation import CRITERIA, FAMILIES
 from symdyn.notebook import bundle
 
 pytestmark = pytest.mark.runs("cc")

@@ -153,7 +153,7 @@ def shown_bytes(folder: Path) -> Refusal:
 
 def arrays(folder: Path) -> Refusal:
     """A small file that unpacks to more than is read; its directory says so, whatever comes of it."""
-    from symdyn.linear.run_files import read_run
+    from symdyn.linear.reach import read_run
 
     path = folder / "run.npz"
     np.savez_compressed(path, t=np.zeros(9))
@@ -165,7 +165,7 @@ def arrays(folder: Path) -> Refusal:
 
 
 def program(folder: Path) -> Refusal:
-    from symdyn.emit.targets.json_reader import read_program
+    from symdyn.emit.targets.json_graph import read_program
 
     text = " " * beyond("characters of a program in JSON")
     return lambda: read_program(text)

@@ -23,8 +23,7 @@ from symdyn.cli.scene_options import read_bindings
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.program import lower, prepare, tunable
-from symdyn.runtime.complete import complete
-from symdyn.runtime.mockup_binary import binary_place
+from symdyn.runtime.compiler import binary_place, complete
 from symdyn.scene import bind, read_text
 from symdyn.simulation.initial import read_start
 

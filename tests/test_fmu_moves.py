@@ -18,7 +18,7 @@ from test_fmu import SIGNALS
 import symdyn
 from symdyn.cli.scene_options import read_bindings
 from symdyn.emit import write
-from symdyn.runtime.mockup_binary import with_binaries
+from symdyn.runtime.compiler import with_binaries
 from symdyn.scene import Scene, bind, read_text
 from symdyn.simulation import simulate
 

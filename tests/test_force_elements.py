@@ -9,7 +9,7 @@ from wide import everything
 
 import symdyn
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.loads import resisting
+from symdyn.dynamics.mechanism.state import resisting
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.forces.force_kind import Mark, Pull

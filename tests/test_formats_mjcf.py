@@ -19,7 +19,7 @@ from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
-from symdyn.scene.joints.held_or_reversed import inverse as inverse_pose
+from symdyn.scene.joints.blocks import inverse as inverse_pose
 from symdyn.scene.values import Pose, spell, velocity_name
 from symdyn.scene.values.quantity import Quantity
 

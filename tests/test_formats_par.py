@@ -19,7 +19,7 @@ from symdyn.runtime import lambdify
 from symdyn.scene import Scene, body, fixed, parse, prismatic, read, read_text, revolute, scene, write_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par, par_writer
-from symdyn.scene.formats.par_frames import rows
+from symdyn.scene.formats.par_writer import rows
 from symdyn.scene.values import Pose, spell
 from symdyn.scene.values.quantity import Quantity
 from symdyn.verdict import Verdict

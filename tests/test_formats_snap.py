@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from symdyn.scene import parse
-from symdyn.scene.formats.snap import DENOMINATORS, PI_50, is_rounding, snap_angle
+from symdyn.scene.formats.placing import DENOMINATORS, PI_50, is_rounding, snap_angle
 
 
 @pytest.mark.parametrize(

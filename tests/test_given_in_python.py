@@ -11,7 +11,7 @@ import symdyn
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.scene import Scene, read
 from symdyn.simulation import inverse, read_forces, read_motion, simulate
-from symdyn.simulation.prescribed.function_laws import function_law
+from symdyn.simulation.prescribed.motion_laws import function_law
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 T = np.linspace(0.0, 1.0, 201)

@@ -9,7 +9,7 @@ from graphs import LEAVES
 from hypothesis import given, settings, strategies as st
 
 from symdyn.algebra.big import BigFloats
-from symdyn.dynamics.outputs.turns import turns
+from symdyn.dynamics.outputs.tree_formulations import turns
 from symdyn.graph import (
     Graph,
     Op,

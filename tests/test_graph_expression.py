@@ -12,7 +12,7 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.graph.identities import LinearForm
 from symdyn.graph.ops import ARITY, FUNCTIONS
 from symdyn.scene import parse
-from symdyn.scene.joints.pythagoras import as_number
+from symdyn.scene.joints.blocks import as_number
 
 
 @pytest.fixture

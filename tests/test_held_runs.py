@@ -5,9 +5,7 @@ from __future__ import annotations
 import pytest
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.recursive.crba import crba
-from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
-from symdyn.dynamics.recursive.held_runs import held_runs
+from symdyn.dynamics.recursive.crba import crba, crba_in_runs, held_runs
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.scene import Scene, read_text
 from symdyn.verify.equality import Claim, prove

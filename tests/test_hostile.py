@@ -92,7 +92,7 @@ def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
 
     from symdyn.draw.lettering import Text
     from symdyn.scene.values import LatexSymbol
-    from symdyn.teach.mathml import inner
+    from symdyn.teach.mathematics import inner
 
     symbols = random_symbols(600, 11)
     elements = {"mi", "mn", "mo", "mtext", "mrow", "msub", "msup", "msubsup", "mover", "munder", "mspace"}

@@ -67,7 +67,6 @@ SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 @pytest.fixture
 def units_are_not_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let any text be a unit, which no reader does, so that what escapes units is seen to escape."""
-    from symdyn.scene.checks import dimensions  # noqa: F401  reads units too, late
     from symdyn.scene.values.unit import Unit, UnitError
 
     read = Unit.read

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from simulated_logs import DRIVEN
 
 from symdyn.identification import Identification, calibrated_gains, identify, identify_logs
-from symdyn.identification.free_gain import bounds, steps
+from symdyn.identification.calibrated_gains import bounds, steps
 from symdyn.identification.gains import Gains
 from symdyn.identification.regression import Rows, solve
 

@@ -18,8 +18,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload, identified, identify
-from symdyn.identification.report import report
-from symdyn.identification.written_scene import written
+from symdyn.identification.report import report, written
 from symdyn.scene import Scene
 
 pytestmark = pytest.mark.runs("cc")

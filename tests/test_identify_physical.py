@@ -9,10 +9,9 @@ from scipy.optimize import least_squares
 import symdyn
 from symdyn.errors import IdentifyError
 from symdyn.identification import physical as subject
-from symdyn.identification.cones import matrix, pseudo_rows
-from symdyn.identification.physical import MARGIN, SPREAD, nearest_physical
-from symdyn.identification.unknowns import TEN, unknowns
-from symdyn.scene.binding import bind
+from symdyn.identification.linear_model import TEN, unknowns
+from symdyn.identification.physical import MARGIN, SPREAD, matrix, nearest_physical, pseudo_rows
+from symdyn.scene.scene_files import bind
 from symdyn.scene.values.formula import quantity
 
 FAR = 10.0

@@ -20,8 +20,8 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import linear_parameters
 from symdyn.graph import evaluate
 from symdyn.identification import Payload, identified, identify
-from symdyn.identification.unknowns import unknowns
-from symdyn.identification.written_scene import written
+from symdyn.identification.linear_model import unknowns
+from symdyn.identification.report import written
 from symdyn.scene import bind
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.values.quantity import Quantity
@@ -216,7 +216,7 @@ def fitted(case: Drawn, folder: Path, kind: str):
 
 def heavier(scene, load: Payload):
     """Return the scene with a payload on its last body."""
-    from symdyn.identification.scene import body_of_ten
+    from symdyn.identification.identified_scene import body_of_ten
 
     known = unknowns(scene)
     ten = known.ten(known.values)[-1] + load.ten
@@ -289,7 +289,7 @@ def test_every_kind_of_parameter_at_every_joint_predicts_from_its_file(seed: int
 
 
 @pytest.mark.parametrize(
-    "name", [*symdyn.scene.examples(), *(pytest.param(one, marks=pytest.mark.mends("30.robots.1")) for one in MIXED)]
+    "name", [*symdyn.scene.scene_files(), *(pytest.param(one, marks=pytest.mark.mends("30.robots.1")) for one in MIXED)]
 )
 def test_base_parameters_are_the_same_by_both_ways_to_them(name: str, tmp_path: Path) -> None:
     """By formulas of the scene's values, and by the linear map that the identified scene is solved with."""

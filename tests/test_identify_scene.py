@@ -13,13 +13,17 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification import identify
-from symdyn.identification.identifiability import richer
-from symdyn.identification.named_parameters import fit_names
-from symdyn.identification.report import report
-from symdyn.identification.scene import body_of_ten, identifiable_combinations, identified, with_parameters
-from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
-from symdyn.identification.written_scene import written
-from symdyn.scene.binding import bind
+from symdyn.identification.identification import richer
+from symdyn.identification.identified_scene import (
+    body_of_ten,
+    fit_names,
+    identifiable_combinations,
+    identified,
+    with_parameters,
+)
+from symdyn.identification.linear_model import TEN, ten_of_body, unknowns
+from symdyn.identification.report import report, written
+from symdyn.scene.scene_files import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import Quantity
 

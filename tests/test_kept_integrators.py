@@ -14,8 +14,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import SymdynWarning
-from symdyn.runtime.cached_bytes import Kept
-from symdyn.runtime.entry import seal
+from symdyn.runtime.cache import Kept, seal
 from symdyn.scene import bind
 from symdyn.simulation.integrate import cached_integrators
 

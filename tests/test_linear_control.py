@@ -19,16 +19,13 @@ from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
 from symdyn.linear.bode import bode
-from symdyn.linear.locus import root_locus
-from symdyn.linear.moving import animate_modes, motion
+from symdyn.linear.locus import read_values, root_locus
+from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
-from symdyn.linear.ranges import read_values
 from symdyn.linear.reach import controllability, observability
-from symdyn.linear.regulator import kalman, lqr
-from symdyn.linear.sampled import along_a_step, sampled
-from symdyn.linear.transfer import transfers, zeros
-from symdyn.linear.weights import read_weights
+from symdyn.linear.regulator import kalman, lqr, read_weights
+from symdyn.linear.transfer import along_a_step, sampled, transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate

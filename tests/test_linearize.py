@@ -21,7 +21,7 @@ from symdyn.linear.symbolic import symbolic
 from symdyn.program import Candidates
 from symdyn.scene import bind, read_text
 from symdyn.simulation import Problem
-from symdyn.simulation.equations.parametrised import opened
+from symdyn.simulation.equations.compiled_routines import opened
 
 pytestmark = pytest.mark.long
 
@@ -77,7 +77,7 @@ class Moving:
 
 
 def parameters(scene: symdyn.Scene) -> dict[str, float]:
-    from symdyn.simulation.equations.parametrised import opened
+    from symdyn.simulation.equations.compiled_routines import opened
 
     return dict(opened(scene).values)
 

@@ -16,11 +16,11 @@ from symdyn.dynamics.outputs.derive import derive_one
 from symdyn.errors import LinearizeError
 from symdyn.graph import evaluate
 from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_rest
-from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import equilibria
+from symdyn.linear.linearization import stability
+from symdyn.linear.linearized import complete
 from symdyn.linear.prepared import prepared
 from symdyn.linear.symbolic import symbolic
-from symdyn.linear.verdict import stability
 from symdyn.scene import bind
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem

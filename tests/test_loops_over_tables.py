@@ -14,11 +14,8 @@ import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one, formulations_of, kept_in_lines
 from symdyn.dynamics.outputs.count import Counts
 from symdyn.dynamics.outputs.named_functions import Argument, Function
-from symdyn.dynamics.recursive.aba_loop import aba_loop
-from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
-from symdyn.dynamics.recursive.rnea_loop import rnea_loop
-from symdyn.dynamics.recursive.row_kinds import kinds_of
-from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
+from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
+from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
@@ -26,8 +23,8 @@ from symdyn.program import formulate, in_lines, lower
 from symdyn.runtime.c_module import build
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
+from symdyn.verify.building import files_of
 from symdyn.verify.equality import Claim, prove
-from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 ID, LOOP = "inverse_dynamics", "rnea_loop"

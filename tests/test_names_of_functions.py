@@ -10,7 +10,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, row_of
 from symdyn.dynamics.outputs.closed_derivatives import CLOSED
-from symdyn.dynamics.outputs.operators import MANY, words
+from symdyn.dynamics.outputs.requests import MANY, words
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 

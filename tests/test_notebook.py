@@ -18,7 +18,7 @@ from kernels import executed
 
 import symdyn
 from symdyn.notebook import bundle
-from symdyn.notebook.rows import LATEX, NOUNS
+from symdyn.notebook.page import LATEX, NOUNS
 from symdyn.scene import bind, read_text
 from symdyn.shown import Shown
 

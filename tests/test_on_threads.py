@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from patience import HANG
 
-from symdyn.runtime.on_threads import run_rows
+from symdyn.runtime.c_module import run_rows
 
 PARTS = [(0, 64), (64, 128), (128, 192)]
 

@@ -22,7 +22,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
 from symdyn.runtime import build, run_python
-from symdyn.runtime.extension import build_extension
+from symdyn.runtime.library import build_extension
 from symdyn.scene import Scene, bind, read
 from symdyn.scene.values import Parameter
 from symdyn.verdict import Verdict

@@ -15,17 +15,17 @@ from mechanisms import random_tree
 
 import symdyn
 from symdyn.bench.reference import reference
-from symdyn.dynamics.loops import dense, reduced_rows
+from symdyn.dynamics.loops import partition as dense, reduction as reduced_rows
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
 from symdyn.program.row_loop import RowLoop
-from symdyn.program.states import quaternion_places
+from symdyn.program.tunable import quaternion_places
 from symdyn.runtime.c_module import build
 from symdyn.scene import Scene, read_text
 from symdyn.verify.accuracy import measure
+from symdyn.verify.building import files_of
+from symdyn.verify.claims import program_claims
 from symdyn.verify.equality import prove
-from symdyn.verify.program_claims import program_claims
-from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -16,9 +16,8 @@ from symdyn.errors import SceneError, SimulateError, SymdynError, UnknownNameErr
 from symdyn.scene import read, read_text
 from symdyn.simulation import Trajectory, inverse, simulate
 from symdyn.simulation.columns import columns
-from symdyn.simulation.panels import panels
-from symdyn.simulation.plot import _label, draw
-from symdyn.simulation.prescribed.numbers_in_time import Columns
+from symdyn.simulation.panels import _label, draw, panels
+from symdyn.simulation.prescribed.formulas_in_time import Columns
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "cart_pole.toml"

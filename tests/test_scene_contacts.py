@@ -13,14 +13,14 @@ from symdyn.draw.free_bodies import acting_on
 from symdyn.draw.ground import pushes
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
-from symdyn.draw.positions import pose
+from symdyn.draw.stage import pose
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
 from symdyn.scene.forces.force_table import FORCES
-from symdyn.teach.interactive.reduced import held
+from symdyn.teach.interactive.controls import held
 from symdyn.teach.student.derivation_check import check_derivation
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"

@@ -8,15 +8,14 @@ import pytest
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State
+from symdyn.dynamics.mechanism.state import State, body_placements
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
-from symdyn.scene.examples import Starter
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.held_or_reversed import inverse
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.blocks import inverse
+from symdyn.scene.joints.joint_table import start_of
+from symdyn.scene.scene_files import Starter
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, dh_table, parameter, point, read, read_text, revolute, scene
-from symdyn.scene.values.physical import impossible
+from symdyn.scene.values.body import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 

@@ -11,8 +11,7 @@ from typing import Any, get_args
 import pytest
 
 from symdyn.scene import read_text
-from symdyn.scene.build import Elements
-from symdyn.scene.build_joints import FrictionKeys, JointKeys, JointType, LimitKeys, MimicKeys, RotorKeys
+from symdyn.scene.build import Elements, FrictionKeys, JointKeys, JointType, LimitKeys, MimicKeys, RotorKeys
 from symdyn.scene.declaration.coupling import MIMIC_KEYS
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS, PLACE_KEYS, joint_keys
 from symdyn.scene.forces.force_table import kinds_of, sections

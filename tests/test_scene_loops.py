@@ -14,7 +14,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.joints import joint_motion
-from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.values import Joint, Pose
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))

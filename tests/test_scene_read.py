@@ -28,8 +28,8 @@ from symdyn.scene import (
     scene,
     with_symbolic_inertia,
 )
-from symdyn.scene.examples import Starter
-from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.scene.scene_files import Starter
+from symdyn.scene.symbolic import INERTIAL
 from symdyn.scene.values import Pose
 from symdyn.spatial import Transform
 

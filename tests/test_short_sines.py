@@ -16,13 +16,13 @@ from test_emit_c_batch import FLAGS_PROGRAM, GCC, LINT, near_multiples, sine_and
 from symdyn.algebra.balls import Balls
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, beside, emit, write
-from symdyn.emit.code.short_sines import SHORT_SINES, ShortSines
-from symdyn.emit.targets.c.sincos import TWO_OVER_PI
+from symdyn.emit.code.real import SHORT_SINES, ShortSines
+from symdyn.emit.targets.c.writer import TWO_OVER_PI
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
 from symdyn.program import formulate, lower
 from symdyn.runtime import build
-from symdyn.runtime.extension import build_extension
+from symdyn.runtime.library import build_extension
 from symdyn.scene import example
 from symdyn.verify.accuracy import measure
 

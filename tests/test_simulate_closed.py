@@ -68,7 +68,7 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
 @pytest.mark.usefixtures("_ida")
 def test_both_positions_and_velocities_are_held_without_projection(monkeypatch: pytest.MonkeyPatch) -> None:
     """With G u = 0 alone the loops would open, by 6e-7 here."""
-    monkeypatch.setattr("symdyn.simulation.equations.projection.Projection.__call__", lambda *_: None)
+    monkeypatch.setattr("symdyn.simulation.equations.system.Projection.__call__", lambda *_: None)
     found = simulate(read(EXAMPLES / "four_bar.toml"), until=5.0, method="ida", rtol=1e-8)
 
     assert found.monitors["loops"] < 6e-8

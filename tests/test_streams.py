@@ -87,7 +87,7 @@ def test_letters_that_a_terminal_lacks_end_no_command(
 
 
 def test_what_a_terminal_lacks_is_written_as_the_nearest_letters(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symdyn.cli.streams import prepare_streams
+    from symdyn.cli.talk import prepare_streams
 
     raw = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))

@@ -221,7 +221,7 @@ def test_the_system_of_dalembert_names_lengths_and_has_its_values(name: str) -> 
 @pytest.mark.mends("30.control.4")
 @pytest.mark.parametrize(("name", "lengths"), [("sp", 1), ("car", 2)])
 def test_the_text_of_dalembert_says_every_length_once(name: str, lengths: int) -> None:
-    from symdyn.emit.print.dalembert_lines import dalembert_lines
+    from symdyn.emit.print.dalembert_system import dalembert_lines
 
     assert dalembert_lines(scene_of(name)).count("sqrt(") == lengths
 

@@ -19,7 +19,7 @@ from patience import HANG
 
 import symdyn
 from symdyn.errors import StudyError
-from symdyn.study.executors import EXECUTORS, executor
+from symdyn.study.job import EXECUTORS, executor
 
 distributed = pytest.importorskip("distributed")
 cluster = pytest.importorskip("symdyn.study.cluster")

@@ -19,7 +19,7 @@ from symdyn.emit import emit, write
 from symdyn.emit.targets.casadi import EXTERNAL, JacobianBlock, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.runtime.run_casadi import run_casadi
+from symdyn.runtime.runners import run_casadi
 from symdyn.scene import Scene, read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -13,7 +13,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import EmitError
 from symdyn.program import lower, prepare
-from symdyn.runtime.run_heyoka import run_heyoka
+from symdyn.runtime.runners import run_heyoka
 from symdyn.scene import Scene, read, read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

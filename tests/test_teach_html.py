@@ -14,16 +14,15 @@ from browser import OVERLAPS, opened
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
+from symdyn.emit.print.breaking import BREAK
 from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.latex_width import BREAK
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Document
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.mathematics import Spelling
-from symdyn.teach.mathml import flow, inner
+from symdyn.teach.mathematics import Spelling, flow, inner
 from symdyn.teach.practice.exercises import judge, with_exercises
 from symdyn.teach.practice.questions import questions
 from symdyn.teach.render.html import html_page

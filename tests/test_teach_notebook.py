@@ -18,7 +18,7 @@ from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Blank, Document
 from symdyn.teach.practice.derived import Derived
 from symdyn.teach.practice.exercises import judge, with_exercises
-from symdyn.teach.practice.sheet import sheet
+from symdyn.teach.practice.questions import sheet
 
 nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -17,10 +17,8 @@ from symdyn.scene import read
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import ERRATA, Blank, Document, Step
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.practice.exercises import GRADES, with_exercises
-from symdyn.teach.practice.hidden import APART, OF_ONE, written_out
-from symdyn.teach.practice.questions import questions
-from symdyn.teach.practice.solutions import solutions_last
+from symdyn.teach.practice.exercises import APART, GRADES, OF_ONE, with_exercises, written_out
+from symdyn.teach.practice.questions import questions, solutions_last
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

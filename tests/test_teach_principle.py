@@ -17,11 +17,10 @@ from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substit
 from symdyn.scene import read, read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.derivations.lagrange.principle import ANY
+from symdyn.teach.derivations.lagrange.walkthrough import ANY
 from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import Spelling
-from symdyn.teach.picture_letters import picture_letters
-from symdyn.teach.shown_state import choose_state
+from symdyn.teach.shown_state import choose_state, picture_letters
 
 ROOT = Path(__file__).parent.parent
 SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("two_link", "cart_pole", "spatial_3r", "pendulum")}

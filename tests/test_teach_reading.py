@@ -14,8 +14,7 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.interactive.numbered import Numbered
-from symdyn.teach.interactive.shown import BY_STEP, POINTING, SHOWN, Owners, pointed
+from symdyn.teach.interactive.numbered import BY_STEP, POINTING, SHOWN, Numbered, Owners, pointed
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symdyn.scene import read, read_text
-from symdyn.scene.examples import Starter
+from symdyn.scene.scene_files import Starter
 from symdyn.table import Table
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Picture, Step, Words

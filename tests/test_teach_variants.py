@@ -21,10 +21,10 @@ from symdyn.scene import Scene, read, read_text, write_text
 from symdyn.scene.values.quantity import Quantity
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Room
+from symdyn.teach.notation import NUMBERS
 from symdyn.teach.practice.exercises import with_exercises
-from symdyn.teach.practice.sheet import sheet
+from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import CHANGES, Change, variant, with_changes
-from symdyn.teach.textbook import NUMBERS
 
 NAMES = ("two_link", "cart_pole", "spatial_3r", "heavy_top", "pendulum", "slider_crank", "four_bar", "rolling_disc")
 

@@ -18,13 +18,13 @@ from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.loops.constraint_rows import differentiated
-from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, read
-from symdyn.scene.examples import Starter
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.scene_files import Starter
 from symdyn.scene.toml import read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
@@ -34,7 +34,7 @@ from symdyn.teach.derivations.lessons import FORMULATIONS, usual_formulation
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
-from symdyn.teach.textbook import NUMBERS, READS
+from symdyn.teach.notation import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DIGITS = {"scara": 2e-4}  # numbers of six digits

@@ -33,7 +33,7 @@ REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "
 def test_a_size_that_is_told_beforehand_is_counted_within_a_factor_of_two(
     n: int, requests: tuple[str, ...], kind: str
 ) -> None:
-    from symdyn.dynamics.outputs.too_large import expected_size, simplicity
+    from symdyn.dynamics.outputs.requests import expected_size, simplicity
 
     scene = chain(n, kind)
     for request in requests:
@@ -63,7 +63,7 @@ def test_what_is_asked_for_instead_can_be_had() -> None:
 
 
 def test_derivatives_of_64_joints_are_not_too_many() -> None:
-    from symdyn.dynamics.outputs.too_large import too_large
+    from symdyn.dynamics.outputs.requests import too_large
 
     workspace = Workspace(chain(64))
 
@@ -71,7 +71,7 @@ def test_derivatives_of_64_joints_are_not_too_many() -> None:
 
 
 def test_what_nobody_asked_for_is_left_out_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.dynamics.outputs.too_large.PLENTY", 10_000)
+    monkeypatch.setattr("symdyn.dynamics.outputs.requests.PLENTY", 10_000)
     outputs, left_out = available(chain(20))
 
     assert "inverse_dynamics" in outputs
@@ -80,7 +80,7 @@ def test_what_nobody_asked_for_is_left_out_with_the_reason(monkeypatch: pytest.M
 
 
 def test_a_chain_in_a_plane_is_simpler_and_may_be_longer() -> None:
-    from symdyn.dynamics.outputs.too_large import too_large
+    from symdyn.dynamics.outputs.requests import too_large
 
     request = "inverse_dynamics_derivatives"
 
@@ -91,7 +91,7 @@ def test_a_chain_in_a_plane_is_simpler_and_may_be_longer() -> None:
 def test_the_shell_says_it_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("symdyn.dynamics.outputs.too_large.PLENTY", 100)
+    monkeypatch.setattr("symdyn.dynamics.outputs.requests.PLENTY", 100)
 
     assert main(["generate", str(PUMA), "--functions", "mass_matrix", "-o", str(tmp_path)]) == 1
     assert "puma560: mass_matrix would take some" in capsys.readouterr().err

@@ -330,7 +330,7 @@ def test_a_value_may_have_a_power_of_a_bracket() -> None:
 
 
 def test_every_unit_that_a_word_stands_for_is_one() -> None:
-    from symdyn.scene.values.unit_words import SPELLED
+    from symdyn.scene.values.unit import SPELLED
 
     for word, unit in SPELLED.items():
         assert Unit.read(unit.partition(" (")[0]), word

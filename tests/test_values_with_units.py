@@ -17,7 +17,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.cli.scene_options import read_bindings
 from symdyn.errors import IdentifyError, SceneError, SimulateError
-from symdyn.identification.scene import with_parameters
+from symdyn.identification.identified_scene import with_parameters
 from symdyn.scene import Scene, bind, body, parameter, parse, read_text, revolute, scene, write_text
 from symdyn.scene.values import spell
 from symdyn.simulation.initial import read_start

@@ -8,7 +8,7 @@ import pytest
 
 import symdyn
 from symdyn.program import lower, prepare as prepare_program
-from symdyn.verify import blocks, building
+from symdyn.verify import building, building as blocks
 from symdyn.verify.building import Building
 
 pytestmark = pytest.mark.runs("cc")

@@ -9,7 +9,7 @@ import pytest
 
 from symdyn.algebra.finite_field import FiniteField, Needs
 from symdyn.graph import Arithmetic, reachable
-from symdyn.verify.elimination import eliminate
+from symdyn.verify.equality import eliminate
 
 
 def sparse(A, b):

@@ -33,7 +33,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr("symdyn.runtime.compiler.find_spec", lambda name: None)
-    monkeypatch.setattr("symdyn.verify.texts.prove_texts", no_grammar)
+    monkeypatch.setattr("symdyn.verify.building.prove_texts", no_grammar)
 
 
 @pytest.mark.runs

@@ -7,12 +7,11 @@ from fractions import Fraction
 
 import pytest
 
+from symdyn.algebra.balls import Midpoints, RealBalls
 from symdyn.algebra.big import BigFloats, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
-from symdyn.algebra.midpoints import Midpoints, RealBalls
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.verify.degree import Bounds, bound
-from symdyn.verify.points import FirstPoints
+from symdyn.verify.degree import Bounds, FirstPoints, bound
 
 SEEDS = [[11, 12], [21, 22]]
 

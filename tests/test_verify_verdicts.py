@@ -95,7 +95,7 @@ def test_no_claim_about_equations_holds_where_no_point_is_real(kind: str, monkey
     def unreal(self: Any, outputs: Any, draw: int) -> None:
         raise ValueError
 
-    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
+    monkeypatch.setattr("symdyn.verify.degree.NumberPoints.values", unreal)
     name, outputs = KINDS[kind]
     found = certify(symdyn.example(name), outputs, prepare=kind == "prepared")
     proofs = [one for one in found.findings if "in numbers" not in one.claim and "definite" not in one.claim]
@@ -181,7 +181,7 @@ def test_a_mass_matrix_that_is_finite_nowhere_is_not_passed(monkeypatch: pytest.
         def state(self, widen: float = 1.0) -> list[Any]:
             return [np.full(argument.shape, np.nan) for argument in self.arguments]
 
-    monkeypatch.setattr("symdyn.verify.laws_in_numbers.Sampling", Lost)
+    monkeypatch.setattr("symdyn.verify.natural_positions.Sampling", Lost)
     found = certify(TWO_LINK, ["mass_matrix", "forward_dynamics"])
 
     assert not found.passed
@@ -196,7 +196,7 @@ def test_texts_of_functions_that_no_point_of_a_field_has_are_not_passed(monkeypa
     def unlucky(*_: Any) -> None:
         raise Redraw
 
-    monkeypatch.setattr("symdyn.verify.texts.printed", unlucky)
+    monkeypatch.setattr("symdyn.verify.building.printed", unlucky)
     found = certify(PENDULUM, ["mass_matrix"])
 
     assert not found.passed
@@ -237,8 +237,7 @@ def test_numbers_beyond_those_of_the_type_are_compared_with_nothing() -> None:
 @pytest.mark.mends("30.class.verdicts")
 def test_blocks_of_states_without_a_value_are_not_passed() -> None:
     from symdyn.program import lower
-    from symdyn.verify.blocks import run_blocks
-    from symdyn.verify.building import Building
+    from symdyn.verify.building import Building, run_blocks
 
     found = run_blocks(Building(lower(symdyn.derive(nowhere(), ["inverse_dynamics"])), "double"), "c")
 
@@ -249,8 +248,7 @@ def test_blocks_of_states_without_a_value_are_not_passed() -> None:
 @pytest.mark.runs("cc")
 def test_blocks_are_looked_at_where_they_have_a_value() -> None:
     from symdyn.program import lower
-    from symdyn.verify.blocks import run_blocks
-    from symdyn.verify.building import Building
+    from symdyn.verify.building import Building, run_blocks
 
     scene = read_text(NOWHERE.replace("2*log(-1 - 3*q1**2)", "2*log(2*q1 - 6)"), "far.toml")
     found = run_blocks(Building(lower(symdyn.derive(scene, ["inverse_dynamics"])), "double"), "c")
@@ -320,7 +318,7 @@ def test_files_that_cannot_be_read_here_are_not_shown(
     def fails(*_: Any) -> None:
         raise MissingProgram("no grammar of C; install the extra prove") if name == "MissingProgram" else Redraw
 
-    monkeypatch.setattr("symdyn.verify.texts.prove_texts", fails)
+    monkeypatch.setattr("symdyn.verify.building.prove_texts", fails)
     assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
 
     told = capsys.readouterr().out
@@ -334,7 +332,7 @@ def test_files_whose_equations_are_real_nowhere_are_not_passed(
     def unreal(self: Any, outputs: Any, draw: int) -> None:
         raise ValueError
 
-    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
+    monkeypatch.setattr("symdyn.verify.degree.NumberPoints.values", unreal)
     assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
     assert "Not shown: mass_matrix: program = equations: no point" in capsys.readouterr().out
 

@@ -23,9 +23,8 @@ from symdyn.cli import main
 from symdyn.draw import picture
 from symdyn.scene import read_noting
 from symdyn.watch import Watched
-from symdyn.watch.file import EditedFile
-from symdyn.watch.server import MOST
-from symdyn.watch.sheet import Drawn
+from symdyn.watch.server import MOST, Drawn
+from symdyn.watch.watching import EditedFile
 
 pytestmark = [pytest.mark.runs(), pytest.mark.long]
 

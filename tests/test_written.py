@@ -14,7 +14,7 @@ from symdyn.emit import TARGETS, emit
 from symdyn.emit.code.real import SINGLE
 from symdyn.errors import EmitError
 from symdyn.program import Program, lower, prepare as prepare_program
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Printed, Written, languages, printed, prove_texts
 
 CASES = [(name, option) for name in READERS for option in ("", *TARGETS[name].options)]

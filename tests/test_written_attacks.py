@@ -8,7 +8,7 @@ import pytest
 
 import symdyn
 from symdyn.emit import emit
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import Printed, Written, languages, printed, prove_texts
 
 

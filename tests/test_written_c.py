@@ -12,7 +12,7 @@ from arms import chain
 import symdyn
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, prepare as prepare_program
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
 
 SCENES = ("two_link", "four_bar", "cart_pole")

@@ -11,7 +11,7 @@ import symdyn
 from symdyn.emit import emit
 from symdyn.graph import Graph
 from symdyn.program import Program, prepare as prepare_program
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
 from symdyn.verify.written.reading import Read
 

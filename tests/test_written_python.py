@@ -9,7 +9,7 @@ import pytest
 import symdyn
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, prepare as prepare_program
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
 
 PYTHON = ("numpy", "casadi", "heyoka")

@@ -9,7 +9,7 @@ import pytest
 import symdyn
 from symdyn.emit import emit
 from symdyn.program import Program
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
 
 

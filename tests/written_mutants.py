@@ -29,11 +29,10 @@ from symdyn.emit import Sources, emit
 from symdyn.errors import SymdynError
 from symdyn.program import Program, prepare as prepare_program
 from symdyn.runtime import RUNNERS
-from symdyn.verify.texts import files_of
+from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 from symdyn.verify.written.proof import read_text
-from symdyn.verify.written.reading import ReadLanguage
-from symdyn.verify.written.syntax import parse
+from symdyn.verify.written.reading import ReadLanguage, parse
 
 STATES = 1000
 

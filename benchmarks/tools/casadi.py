@@ -11,7 +11,7 @@ from native import NATIVE, compiled
 
 from symdyn.emit import emit
 from symdyn.emit.targets.casadi import EXTERNAL
-from symdyn.runtime.run_casadi import run_casadi
+from symdyn.runtime.runners import run_casadi
 
 ID, DERIVATIVES = "inverse_dynamics", "inverse_dynamics_derivatives"
 

@@ -15,7 +15,7 @@ from harness import Timed
 from native import MissingError
 
 from symdyn.emit import emit
-from symdyn.runtime.run_opencl import compiled_kernels
+from symdyn.runtime.runners import compiled_kernels
 from tools.ours import MANY, OUTPUTS, many
 
 os.environ.setdefault("POCL_MAX_PTHREAD_COUNT", "1")

@@ -8,7 +8,7 @@ from typing import Any
 from docutils import nodes
 from sphinx.application import Sphinx
 
-from symdyn.teach.mathml import inner
+from symdyn.teach.mathematics import inner
 
 NUMBER = r"\\qquad \\text{(\1)}"
 

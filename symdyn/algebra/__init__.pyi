@@ -1,17 +1,17 @@
 """Names that `symdyn.algebra` offers; each is imported when it is first used."""
 
-from .balls import Balls as Balls
+from .balls import Balls as Balls, Midpoints as Midpoints, RealBalls as RealBalls
 from .big import (
     AllRoundingError as AllRoundingError,
     BigFloats as BigFloats,
     Bounded as Bounded,
     RunningErrors as RunningErrors,
 )
-from .collect import rounded as rounded
-from .compact import Compactor as Compactor
+from .compact import Compactor as Compactor, with_added_angles as with_added_angles, with_squares as with_squares
 from .constants import constants as constants, is_simple as is_simple
 from .finite_field import FiniteField as FiniteField, Needs as Needs, Redraw as Redraw
 from .form import (
+    NAMES as NAMES,
     Form as Form,
     Function as Function,
     Number as Number,
@@ -20,18 +20,13 @@ from .form import (
     Product as Product,
     Sum as Sum,
     Symbol as Symbol,
+    graph_to_sympy as graph_to_sympy,
 )
-from .joined_terms import with_added_angles as with_added_angles, with_squares as with_squares
 from .many_points import ManyPoints as ManyPoints
-from .midpoints import Midpoints as Midpoints, RealBalls as RealBalls
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
 from .ratios import (
     Ratio as Ratio,
     Ratios as Ratios,
 )
-from .sums_of_angles import AngleGroup as AngleGroup
-from .sympy_algebra import (
-    NAMES as NAMES,
-    graph_to_sympy as graph_to_sympy,
-)
+from .sums_of_angles import AngleGroup as AngleGroup, rounded as rounded
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from symdyn.graph import Arithmetic, Expr, Op
 
 if TYPE_CHECKING:
-    from symdyn.algebra.midpoints import Midpoints
+    from symdyn.algebra.balls import Midpoints
 
 LARGEST = 1_000_000  # bits
 

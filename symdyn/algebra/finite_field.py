@@ -195,7 +195,7 @@ class FiniteField:
     def evaluate(
         self, outputs: Sequence[Expr], values: dict[Expr, int], order: Sequence[Expr] | None = None
     ) -> list[int]:
-        """Return the values of `outputs` at a point: `symdyn.graph.evaluate`, with sines from their angles' atoms.
+        """Return the values of `outputs` at a point: `symdyn.graph.differentiate`, with sines from their angles' atoms.
 
         Every node that is computed is added to `values`, and none computed again.
 

@@ -27,7 +27,6 @@ from typing import Any
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
-from symdyn.algebra.collect import rounded
 from symdyn.algebra.form import Form, Number, in_any_order
 from symdyn.algebra.generators import (
     COSINES,
@@ -39,7 +38,7 @@ from symdyn.algebra.generators import (
     refuse_variables,
     split_by_units,
 )
-from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
+from symdyn.algebra.sums_of_angles import AngleGroup, rounded, total_angles
 from symdyn.errors import DerivationError
 from symdyn.graph import Arithmetic, Expr, Op, reachable
 

@@ -13,12 +13,10 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.implementations import Implementation, implementations
-from symdyn.bench.measurements import Bench, Errors, Measured, unbeaten
+from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
+from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
 from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
-from symdyn.bench.timing import Timed, nanoseconds
-from symdyn.bench.work_precision import motion
 from symdyn.dynamics import Equations, Requested, Workspace, derive_one, formulations_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn import shell
-from symdyn.cli.streams import prepare_streams, silence_stdout
-from symdyn.cli.talk import begin, fail, print_json, say
+from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
 from symdyn.resources import version
 from symdyn.rounding import DIGITS, showing

@@ -1,20 +1,237 @@
-"""`symdyn identify SCENE DATA.csv`: base parameters from measured motion and forces, with standard errors."""
+"""`symdyn identify SCENE DATA.csv`: base parameters from measured motion and forces, with standard errors.
+
+What `symdyn identify -o` writes: a page, the identified scene, a table of parameters; the ending says which.
+
+`symdyn identify --by output-error`: parameters with which simulated runs are closest to measured ones.
+
+`--payload FILE:BODY:mass=KG`: bodies of known mass that some logs were measured with.
+"""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
-from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
-from symdyn.cli.identify_files import add_file_options, check_files, write_files
-from symdyn.cli.identify_runs import OUTPUT_ERROR, RUNS, add_run_options, run_output_error
-from symdyn.cli.payload_options import FORM, payloads
+import numpy as np
+
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
-from symdyn.cli.talk import Waiting, give, print_table, print_text, say
-from symdyn.cli.trajectory_options import pairs
+from symdyn.cli.talk import Waiting, give, print_table, print_text, say, wrote
+from symdyn.cli.trajectory_options import EXCITING, add_exciting, pairs, run_exciting
+from symdyn.emit import write
 from symdyn.errors import IdentifyError
-from symdyn.identification import Identification, identify
+from symdyn.identification import Identification, Outcome, Payload, identify
 from symdyn.rounding import finite, in_digits
-from symdyn.scene.values import split_commas
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas
+from symdyn.table import Table
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """A kind of file.
+
+    Attributes:
+        text: what it is, for the help.
+        contents: what stands in it.
+        scene: whether it is a scene, which nobody wants to overwrite unawares.
+    """
+
+    text: str
+    contents: Callable[[Outcome], str]
+    scene: bool = False
+
+
+def _page(outcome: Outcome) -> str:
+    text, why = outcome.page()
+    if why:
+        say(f"symdyn: the page has no identified scene: {why}")
+    return text
+
+
+def _scene(outcome: Outcome, format: str) -> str:
+    text = outcome.text(format)
+    for line in text.lost:
+        say(f"symdyn: left out: {line}")
+    return text.text
+
+
+def _table(outcome: Outcome) -> str:
+    """Return the base parameters as CSV."""
+    found = outcome.identification
+    numbers = np.column_stack([found.before, found.after, found.errors, found.interval()])
+    heads = ("parameter", "before", "after", "standard error", "from", "to")
+    return Table(heads, [(name, *row) for name, row in zip(found.names, numbers.tolist(), strict=True)]).csv()
+
+
+FILES = {
+    ".html": FileKind("a page with all of it", _page),
+    ".toml": FileKind("the identified scene", partial(_scene, format="toml"), True),
+    ".urdf": FileKind("the same as URDF", partial(_scene, format="urdf"), True),
+    ".csv": FileKind("the base parameters", _table),
+}
+"""By ending."""
+
+MADE = frozenset((".html", ".toml", ".urdf"))
+"""Endings of files that tell of the identified scene."""
+
+
+def add_file_options(verb: argparse.ArgumentParser) -> None:
+    """Add what is written, and how inertias are chosen there."""
+    known = "; ".join(f"{ending}: {kind.text}" for ending, kind in FILES.items())
+    verb.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help=f"may be repeated; {known}")
+    verb.add_argument("--total-mass", type=float, metavar="KG", help="of all bodies together, in the identified scene")
+    verb.add_argument("--force", action="store_true", help="overwrite a scene that exists")
+
+
+def check_files(options: argparse.Namespace) -> None:
+    """Raise before the work begins what could not be written after it.
+
+    Raises:
+        IdentifyError: an ending that is none of these, a scene that exists, a total mass that is none.
+    """
+    faults = []
+    for name in options.output:
+        path = Path(name)
+        kind = FILES.get(path.suffix.lower())
+        if kind is None:
+            faults.append(f"{path}: -o writes {', '.join(FILES)} files")
+        elif kind.scene and path.exists() and not options.force:
+            faults.append(f"{path} exists; give another name, or --force to overwrite it")
+    if options.total_mass is not None and not 0 < options.total_mass < float("inf"):
+        faults.append(f"--total-mass: {options.total_mass:g} is no mass; give one above zero, kg")
+    if options.total_mass is not None and not {Path(name).suffix.lower() for name in options.output} & MADE:
+        faults.append("--total-mass: is of the identified scene; give a file for it, such as -o identified.toml")
+    if faults:
+        raise IdentifyError(faults)
+
+
+def write_files(identification: Identification, outputs: Sequence[str], total_mass: float | None, command: str) -> None:
+    """Write what `-o` asks for, all of it or nothing, and say where."""
+    asked = Outcome(identification, total_mass, command)
+    paths = [Path(name) for name in outputs]
+    contents = [FILES[path.suffix.lower()].contents(asked) for path in paths]
+    if any(FILES[path.suffix.lower()].scene for path in paths):
+        for note in asked.made.notes:
+            say(f"symdyn: {note}")
+    for path, text in zip(paths, contents, strict=True):
+        write({path.name: text}, path.parent)
+    wrote(*paths)
+
+
+OUTPUT_ERROR = "output-error"
+
+RUNS = ("parameters", "start")
+"""Options that are of output error alone."""
+
+
+def add_run_options(verb: argparse.ArgumentParser) -> None:
+    """Add what output error takes."""
+    group = verb.add_argument_group("output error, for closed mechanisms and what is not measured")
+    group.add_argument("--by", choices=("regression", OUTPUT_ERROR), default="regression", help="default: regression")
+    group.add_argument("--parameters", metavar="LIST", help="names that are looked for; else all that the data tell")
+    group.add_argument("--start", metavar="LIST", help="guesses of coordinates at the start that were not measured")
+
+
+def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
+    """Fit runs, print.
+
+    Raises:
+        IdentifyError: what the data do not tell.
+    """
+    from symdyn.identification import output_error
+
+    names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
+    with Waiting() as progress:
+        progress("fitting runs")
+        found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
+    for note in found.notes:
+        say(note)
+    if options.json:
+        keys = ("name", "unit", "before", "after", "standard_error")
+        numbers = (one.tolist() for one in (found.before, found.estimate, found.standard_errors))
+        rows = zip(found.names, found.units, *numbers, strict=True)
+        give(
+            finite({"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "degrees_of_freedom": found.dof})
+        )
+        return 0
+    print_table(found.table())
+    return 0
+
+
+FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
+
+KEYS = {"mass": "kg", "com": "m", "inertia": "kg m^2"}
+"""What is said of one, and its unit where none is said."""
+
+
+def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
+    """Return what `--payload` says, once for each payload.
+
+    >>> payloads(["loaded.csv:tool:mass=3.2,com=[0,0,0.1]"])
+    (Payload(body='tool', mass=3.2, com=(0.0, 0.0, 0.1), inertia=None, log='loaded.csv'),)
+    >>> payloads(["loaded.csv:tool:mass=3200 g,com=[0,0,100 mm]"])[0].com
+    (0.0, 0.0, 0.1)
+
+    Raises:
+        IdentifyError: with every fault, one line each.
+    """
+    faults, found = list[str](), list[Payload]()
+    for text in texts:
+        log, *rest = text.rsplit(":", 2)
+        if len(rest) < 2 or not log or not rest[0]:
+            faults.append(f"--payload: {text} is not of the form {FORM}")
+            continue
+        given = dict[str, tuple[float, ...]]()
+        before = len(faults)
+        for part in split_commas(rest[1]):
+            key, _, value = (one.strip() for one in part.partition("="))
+            if key not in KEYS:
+                faults.append(f"--payload {text}: there is no {key}; {choice(key, KEYS)}")
+                continue
+            try:
+                numbers = _numbers(value, KEYS[key])
+            except UnitError as error:
+                faults.append(f"--payload {text}: {key} = {value} {error}")
+                continue
+            if key in given:
+                faults.append(f"--payload {text}: {key} is there twice")
+            elif numbers is None or (key == "mass") is value.startswith("["):
+                shown = "3.2" if key == "mass" else "[0,0,0.1]"
+                faults.append(f"--payload {text}: {key} = {value}: give {'a number' if key == 'mass' else 'numbers'}, "
+                              f"such as {key}={shown}")  # fmt: skip
+            else:
+                given[key] = numbers
+        if "mass" not in given and len(faults) == before:
+            faults.append(f"--payload {text}: without a mass it has no known size; give it, kg, as in mass=3.2")
+        if len(faults) == before:
+            found.append(Payload(rest[0], given["mass"][0], given.get("com"), given.get("inertia"), log))
+    if faults:
+        raise IdentifyError(faults)
+    return tuple(found)
+
+
+def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
+    """Return a number, or several in brackets, in a unit of SI; None where it is none.
+
+    Raises:
+        UnitError: one says a unit of another kind.
+    """
+    inside = split_commas(text[1:-1]) if text.startswith("[") and text.endswith("]") else [text]
+    try:
+        quantities = [parse(one) for one in inside]
+        for one in quantities:
+            fits(one, Unit.read(unit))
+        values = [one.at({}) for one in quantities]
+    except UnitError:
+        raise
+    except FormulaError:
+        return None
+    known = [float(one) for one in values if one is not None]
+    return tuple(known) if len(known) == len(values) else None
+
 
 EXCITE, REGRESSION = "--excite", "--by regression"
 

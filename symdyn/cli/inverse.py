@@ -6,7 +6,6 @@ import argparse
 from dataclasses import replace
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
-from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Waiting, fail, say
 from symdyn.cli.trajectory_options import (
     add_output_options,
@@ -16,6 +15,7 @@ from symdyn.cli.trajectory_options import (
     flattened,
     pairs,
     reported_forces,
+    seconds,
 )
 from symdyn.errors import SimulateError
 from symdyn.simulation import Problem, inverse, motion_times, read_motion, read_path

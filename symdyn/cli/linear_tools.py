@@ -14,9 +14,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
-from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
+from symdyn.cli.trajectory_options import ANIMATED, flattened, reel, seconds
 from symdyn.emit import Contents, write_file
 from symdyn.linear import System, shown
 from symdyn.rounding import in_digits

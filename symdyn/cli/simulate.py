@@ -5,9 +5,16 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
-from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, pairs, reported_forces
+from symdyn.cli.trajectory_options import (
+    add_output_options,
+    check_outputs,
+    collected,
+    deliver,
+    pairs,
+    reported_forces,
+    seconds,
+)
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.seconds import seconds
 from symdyn.cli.sweep_outcome import add_outcome, check_outcome, report_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import pairs, reported_forces
+from symdyn.cli.trajectory_options import pairs, reported_forces, seconds
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run

@@ -8,21 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra import Floats
-from symdyn.draw.body_shapes import COLOURS, link, spots
-from symdyn.draw.corner import with_corner
-from symdyn.draw.force_arrows import Wrench, wrench
+from symdyn.draw.force_arrows import Wrench, with_corner, wrench
 from symdyn.draw.ground import pushes
-from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import Text
-from symdyn.draw.picture_files import File, check_picture
-from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench
-from symdyn.draw.places import Array, Frame, JointAxis, Places, unit
-from symdyn.draw.positions import pose, values_of
-from symdyn.draw.shapes import Item, dot
-from symdyn.draw.shown_text import SvgText
-from symdyn.draw.stage import Stage
+from symdyn.draw.paint import File, check_picture
+from symdyn.draw.pictures import SvgText, body_names, delivered, known_body, lines, load_wrench
+from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
+from symdyn.draw.shapes import COLOURS, ENGLISH, Item, Title, dot, link, spots
+from symdyn.draw.stage import Stage, pose, values_of
 from symdyn.draw.svg import Drawing
-from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName

@@ -4,19 +4,135 @@ Bodies hang on one root, which turns the ground frame so that y is up, as the fo
 face-on, a spatial one from the side that pictures take. Each place of a body is that of its frame in the ground frame;
 between two moments viewers move it straight and turn it the short way. Reference: Khronos, glTF 2.0 Specification
 (2021), 3.11 Animations.
+
+Solids as triangles with normals: boxes, cylinders, balls and patches, put where they belong.
+
+A scene as solids in space: bodies as links, joints, masses, wheels and the ground, each in the frame of its body.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from symdyn.draw.places import Array, Placed
-from symdyn.draw.solids import Solid
+from symdyn.draw.ground import patches
+from symdyn.draw.outlines import Outlined
+from symdyn.draw.places import Array, Frame, JointAxis, Placed, Places
+from symdyn.draw.shapes import COLOURS, between_ends, carrier, outer, spots
+from symdyn.draw.style import LIGHT
 from symdyn.draw.view import View, vertical
 from symdyn.errors import DrawError
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+
+Triangles = np.ndarray[Any, np.dtype[np.int64]]
+AROUND, DOWN = 32, 16  # corners of a circle, and of half of one
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A surface of one colour.
+
+    Attributes:
+        points: shape (n, 3), m.
+        normals: unit vectors outwards, one a point, shape (n, 3).
+        triangles: three points each, counterclockwise from outside, shape (k, 3).
+        colour: #rrggbb.
+        alpha: from 0 (nothing is seen) to 1.
+    """
+
+    points: Array
+    normals: Array
+    triangles: Triangles
+    colour: str
+    alpha: float = 1.0
+
+    def put(self, R: Array, p: Array, scale: Array | float = 1.0) -> Solid:
+        """Return the solid scaled along its axes, turned by R and moved by p."""
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = R * np.broadcast_to(np.asarray(scale, dtype=np.float64), (3,)), p
+        return self.moved(T)
+
+    def moved(self, T: Array, unit: float = 1.0) -> Solid:
+        """Return the solid where a matrix of shape (4, 4) takes it, which may stretch it; lengths times a unit."""
+        A = T[:3, :3]
+        with np.errstate(all="ignore"):
+            normals = self.normals @ np.linalg.pinv(A)
+            length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.where(length > 0, normals / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
+        triangles = self.triangles[:, ::-1] if np.linalg.det(A) < 0 else self.triangles  # a mirror turns them round
+        return Solid((self.points @ A.T + T[:3, 3]) * unit, normals, triangles, self.colour, self.alpha)
+
+
+def box(half: Array, colour: str, alpha: float = 1.0) -> Solid:
+    """Return a box around the origin with half its lengths, shape (3,)."""
+    points, normals = [], []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            normal = sign * np.eye(3)[axis]
+            u, v = np.eye(3)[(axis + 1) % 3], sign * np.eye(3)[(axis + 2) % 3]
+            points += [(normal + a * u + b * v) * half for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            normals += [normal] * 4
+    corners = 4 * np.arange(6)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return Solid(np.array(points), np.array(normals), corners.reshape(-1, 3), colour, alpha)
+
+
+def cylinder(radius: float, half: float, colour: str, alpha: float = 1.0) -> Solid:
+    """Return a cylinder around z with half its length."""
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    round_ = np.stack([np.cos(angles), np.sin(angles), np.zeros(AROUND)], axis=1)
+    up = np.array([0.0, 0.0, 1.0])
+    rings = [round_ * radius + sign * half * up for sign in (-1, 1)]
+    k = np.arange(AROUND)
+    after = (k + 1) % AROUND
+    side = np.concatenate([np.stack([k, after, AROUND + after], 1), np.stack([k, AROUND + after, AROUND + k], 1)])
+    points, normals, triangles = [*rings], [round_, round_], [side]
+    for sign, ring in zip((-1, 1), rings, strict=True):
+        first = sum(map(len, points))
+        points.append(np.concatenate([ring, [sign * half * up]]))
+        normals.append(np.tile(sign * up, (AROUND + 1, 1)))
+        fan = np.stack([k, after, np.full(AROUND, AROUND)], 1) + first
+        triangles.append(fan if sign > 0 else fan[:, ::-1])
+    return Solid(np.concatenate(points), np.concatenate(normals), np.concatenate(triangles), colour, alpha)
+
+
+def ball(radius: float, colour: str, alpha: float = 1.0) -> Solid:
+    """Return a ball around the origin."""
+    down, around = np.linspace(0, np.pi, DOWN + 1), np.linspace(0, 2 * np.pi, AROUND + 1)
+    theta, phi = (x.ravel() for x in np.meshgrid(down, around, indexing="ij"))
+    normals = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(DOWN), np.arange(AROUND), indexing="ij"))
+    a, b = i * (AROUND + 1) + j, (i + 1) * (AROUND + 1) + j
+    triangles = np.concatenate([np.stack([a, b, b + 1], 1)[i < DOWN - 1], np.stack([a, b + 1, a + 1], 1)[i > 0]])
+    return Solid(normals * radius, normals, triangles, colour, alpha)
+
+
+def patch(corners: Array, colour: str, alpha: float = 1.0) -> Solid:
+    """Return a flat surface with four corners, shape (4, 3)."""
+    normal = np.cross(corners[1] - corners[0], corners[3] - corners[0])
+    length = float(np.linalg.norm(normal))
+    normals = np.tile(normal / length if length > 0 else [0.0, 0.0, 1.0], (4, 1))
+    return Solid(corners.copy(), normals, np.array([[0, 1, 2], [0, 2, 3]]), colour, alpha)
+
+
+def along(axis: Array) -> Array:
+    """Return a rotation that takes z to a unit vector, always the same one for the same axis."""
+    least = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
+    x = np.cross(least, axis)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(axis, x), axis], axis=1)
+
+
+def bar(a: Array, b: Array, half: float, colour: str) -> tuple[Solid, ...]:
+    """Return a box from one point to another; nothing where they are one."""
+    length = float(np.linalg.norm(b - a))
+    if not length > 0:
+        return ()
+    return (box(np.array([half, half, length / 2]), colour).put(along((b - a) / length), (a + b) / 2),)
+
 
 FLOATS, WHOLES = 5126, 5125  # component types
 VERTICES, INDICES = 34962, 34963  # what a view of the buffer is for
@@ -177,3 +293,139 @@ class _File:
 def _linear(value: float) -> float:
     """Return a part of a colour as light, from its value on a screen (IEC 61966-2-1)."""
     return round(value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4, 6)
+
+
+SEEN = 0.5  # how much of it is seen of a surface that may hide joints
+JOINT, DARK, FLOOR = "#9aa4af", LIGHT["ink"], "#c5ced8"
+LINK, SHAFT, THIN = 0.45, 0.7, 0.15  # half the width of a link, the radius of a joint, and of what is thin, in reaches
+
+
+def standing(
+    scene: Scene, places: Places, view: View, given: Mapping[str, tuple[Solid, ...]]
+) -> dict[str, list[Solid]]:
+    """Return the solids of every body and of the ground, by name, each in the frame of its body.
+
+    Args:
+        scene: any scene.
+        places: where everything is, at every moment; solids are made at the first.
+        view: says how large joints are.
+        given: solids that are known of bodies, such as meshes of a robot: no link or joint is drawn in their place.
+    """
+    solids: dict[str, list[Solid]] = {Scene.GROUND: list(given.get(Scene.GROUND, ()))}
+    for k, body in enumerate(places.bodies):
+        colour = LIGHT[f"body{k % COLOURS}"]
+        made = given[body.name] if body.name in given else _link(scene, places, body, view, colour)
+        solids[body.name] = [*made, *_wheels(scene, places, body, view, colour)]
+    frames = {Scene.GROUND: places.ground, **{body.name: body.frame for body in places.bodies}}
+    for hinge in places.hinges:
+        joint = hinge.joint
+        if joint.child not in given:
+            solids[joint.child] += _inside(frames[joint.child], _joint(hinge, view))
+        if joint.parent not in given:
+            solids[joint.parent] += _inside(frames[joint.parent], _rail(hinge, view))
+        if (
+            Scene.GROUND in (joint.parent, joint.child)
+            and JOINTS[joint.type].class_t(joint)
+            and Scene.GROUND not in given
+        ):
+            solids[Scene.GROUND] += _inside(places.ground, _stand(hinge, places, view))
+    for row, corners in patches(scene, places):
+        owner = row.plane.body
+        solids[owner] += _inside(frames[owner], (patch(corners[0], FLOOR),))
+    return solids
+
+
+def _inside(frame: Frame, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """Return solids of the ground frame in the frame of a body, both at the first moment."""
+    R, p = frame.R[0], frame.p[0]
+    return tuple(one.put(R.T, -R.T @ p) for one in solids)
+
+
+def _link(scene: Scene, places: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+    """Return bars from the joint that carries a body to all that is on it, its centre of mass and its particles."""
+    start, com = carrier(places, body.name).moved.p, body.com
+    tips = outer(start, spots(scene, places, body.name), view)
+    made: list[Solid] = []
+    if com is not None and not tips:
+        tips = outer(start, [com], view)
+    elif com is not None and not any(between_ends(start, tip, com, view) for tip in tips):
+        made += bar(start[0], com[0], THIN * view.reach, JOINT)
+    if (outline := places.outlines.get(body.name)) is not None:
+        made += _outlined(outline, body, view, colour)
+    for tip in tips:
+        made += bar(start[0], tip[0], LINK * view.reach, colour)
+    heaviest = max((mass for one in places.bodies for mass, _ in one.particles), default=0.0)
+    for mass, at in body.particles:
+        share = (max(mass, 0.0) / heaviest) ** (1 / 3) if heaviest > 0 else 1.0
+        made.append(ball((0.5 + 0.7 * share) * view.reach, colour).put(np.eye(3), at[0]))
+    if com is not None:
+        cube = box(np.full(3, 0.62 * view.reach if tips else 1.3 * view.reach), DARK if tips else colour)
+        made.append(cube.put(body.frame.R[0], com[0]))
+    return _inside(body.frame, tuple(made))
+
+
+def _outlined(outline: Outlined, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+    """Return what a body looks like, thin in the ways that it does not extend in, and such that joints are seen."""
+    sizes = np.array([*(float(np.linalg.norm(way)) for way in outline.ways), *[0.15 * view.reach] * 3][:3])
+    ways = [way / size for way, size in zip(outline.ways, sizes, strict=False)]
+    if len(ways) == 1:
+        R = along(ways[0])
+    else:
+        R = np.stack([*ways[:2], np.cross(ways[0], ways[1])], axis=1) if ways else np.eye(3)
+    made: dict[str, Callable[[], Solid]] = {
+        "rod": lambda: box(np.array([LINK * view.reach, LINK * view.reach, sizes[0]]), colour),
+        "disc": lambda: cylinder(sizes[0], sizes[2], colour, SEEN),
+        "ring": lambda: cylinder(sizes[0], sizes[2], colour, SEEN / 2),
+        "ball": lambda: ball(sizes[0], colour, SEEN),
+        "plate": lambda: box(sizes, colour, SEEN),
+        "point": lambda: ball(view.reach, colour),
+    }
+    return (made[outline.look]().put(body.frame.R[0] @ R, body.frame.point(outline.centre)[0]),)
+
+
+def _wheels(scene: Scene, places: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+    """Return rims of what rolls, with a spoke that shows how it turns."""
+    made: list[Solid] = []
+    for row in scene.contacts:
+        if row.name not in places.wheels or row.place.body != body.name:
+            continue
+        centre, axis, radius = places.wheels[row.name]
+        if axis is None:
+            made.append(ball(radius, colour).put(np.eye(3), centre[0]))
+            continue
+        R, half = along(axis[0]), 0.25 * view.reach
+        made.append(cylinder(radius, half, colour).put(R, centre[0]))
+        made.append(box(np.array([0.9 * radius, 0.12 * radius, 1.2 * half]), FLOOR).put(R, centre[0]))
+    return _inside(body.frame, tuple(made))
+
+
+def _joint(hinge: JointAxis, view: View) -> tuple[Solid, ...]:
+    """Return a cylinder about the axis of a turn, a box along a slide, a ball where it turns in more ways."""
+    at, reach = hinge.moved.p[0], view.reach
+    turns, slides = len(hinge.turns), len(hinge.slides)
+    if turns == 1:
+        return (cylinder(SHAFT * reach, reach, JOINT).put(along(hinge.turns[0][0]), at),)
+    if not turns and slides:
+        return (box(np.array([0.8, 0.8, 1.3]) * reach, JOINT).put(along(hinge.slides[0][0]), at),)
+    if not turns or turns == slides == 3:  # welded, or held by nothing
+        return ()
+    return (ball(SHAFT * reach, JOINT).put(np.eye(3), at),)
+
+
+def _rail(hinge: JointAxis, view: View) -> tuple[Solid, ...]:
+    """Return what a slide runs on, as long as all its ways."""
+    if len(hinge.slides) != 1 or len(hinge.turns) > 1:
+        return ()
+    axis, start = hinge.slides[0][0], hinge.fixed.p[0]
+    ways = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, hinge.slides[0])
+    low, high = min(0.0, float(ways.min())) - 2 * view.reach, max(0.0, float(ways.max())) + 2 * view.reach
+    return bar(start + low * axis, start + high * axis, THIN * view.reach, JOINT)
+
+
+def _stand(hinge: JointAxis, places: Places, view: View) -> tuple[Solid, ...]:
+    """Return a plate and the post on it that carries a joint."""
+    up, reach = vertical(places.gravity), view.reach
+    seat = (hinge.fixed if hinge.joint.parent == Scene.GROUND else hinge.moved).p[0]
+    foot = seat - 2.4 * reach * up
+    plate = box(np.array([1.8, 1.8, 0.12]) * reach, FLOOR).put(along(up), foot)
+    return (plate, *bar(foot, seat, 2 * THIN * reach, JOINT))

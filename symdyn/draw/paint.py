@@ -1,24 +1,28 @@
 """A drawing painted by matplotlib's renderers: PNG, PDF, and the frames of a film. Shapes are ours, dot for dot as SVG.
 
 Between two moments a shape is where the straight way between both leads, as it is where SVG moves by itself.
+
+A picture in a file, by its ending: SVG as it is returned, PDF and PNG painted by matplotlib.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from os import PathLike, fspath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symdyn.draw.canvas import import_matplotlib, require, saved, settings
-from symdyn.draw.curves import Curve, curves, ellipse
-from symdyn.draw.glyphs import outlined
-from symdyn.draw.label_places import Put
 from symdyn.draw.lettering import lowered
-from symdyn.draw.looks import look_of
-from symdyn.draw.places import Array
+from symdyn.draw.places import Array, Put
+from symdyn.draw.plots import import_matplotlib, outlined, require, saved, settings
 from symdyn.draw.shapes import Shape
-from symdyn.draw.style import SCHEMES, plain
+from symdyn.draw.style import SCHEMES, look_of, plain
 from symdyn.draw.svg import Drawing, order
+from symdyn.draw.tex import Curve, curves, ellipse
+from symdyn.emit import Contents, write
+from symdyn.errors import DrawError, EmitError
 
 UNIT = 0.75  # points a unit of the picture: the size that browsers give it
 SHARP = 2.0  # pixels a unit of the picture in a PNG whose width nobody chose
@@ -193,3 +197,49 @@ def _path(outline: list[Curve]) -> Any:
         vertices += points or [(0.0, 0.0)]
         verbs += [codes[verb]] * len(points) if points else [Path.CLOSEPOLY]
     return Path(vertices, verbs)
+
+
+File = str | PathLike[str]
+
+PICTURES: Mapping[str, Callable[[Drawing, str, str], Contents]] = {
+    ".svg": lambda drawing, text, scheme: text,
+    ".pdf": lambda drawing, text, scheme: painted(drawing, "pdf", scheme),
+    ".png": lambda drawing, text, scheme: painted(drawing, "png", scheme),
+}
+"""Contents of a file by its ending, of a drawing, its SVG text and a colour scheme."""
+
+
+def check_picture(file: File) -> Path:
+    """Return the path of a picture.
+
+    Raises:
+        DrawError: an ending that no picture has, or what paints it is not installed.
+    """
+    path = Path(fspath(file))
+    if path.suffix.lower() not in PICTURES:
+        raise DrawError(f"{path}: pictures are written to {', '.join(PICTURES)} files")
+    if path.suffix.lower() != ".svg":
+        require(f"pictures in {path.suffix.lower()} files", "matplotlib")
+    return path
+
+
+def write_picture(file: File, drawing: Drawing, text: str, scheme: str) -> None:
+    """Write a drawing, whose SVG text is `text`, to a .svg, .pdf or .png file, all of it or nothing.
+
+    Raises:
+        DrawError: another ending, no matplotlib, or a file that cannot be written.
+    """
+    path = check_picture(file)
+    write_whole(path, PICTURES[path.suffix.lower()](drawing, text, scheme))
+
+
+def write_whole(path: Path, contents: Contents) -> None:
+    """Write a file, all of it or nothing.
+
+    Raises:
+        DrawError: it cannot be written, and why.
+    """
+    try:
+        write({path.name: contents}, path.parent)
+    except EmitError as fault:
+        raise DrawError(str(fault)) from None

@@ -1,34 +1,166 @@
-"""Pictures of a scene and of one of its bodies as SVG text."""
+"""Pictures of a scene and of one of its bodies as SVG text.
+
+Coordinates: turns as arcs from the zero position, slides as dimensions, both with an arrow at the end.
+
+A coordinate that is too near zero for that shows its sense: a short dashed arrow the way it grows.
+
+A mechanism in the middle and at both ends of a swing, in one picture.
+
+Text of pictures and pages, which is text like any other, and in a notebook what it describes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.arguments import walked
-from symdyn.draw.body_shapes import COLOURS, carrier, link
-from symdyn.draw.coordinate_marks import marks
-from symdyn.draw.corner import with_corner
-from symdyn.draw.force_arrows import Wrench, links, wrench
-from symdyn.draw.ground import ground, planes
-from symdyn.draw.joint_symbols import symbol, triad
-from symdyn.draw.label_places import Label, put
+from symdyn.draw.force_arrows import Wrench, links, with_corner, wrench
+from symdyn.draw.ground import ground, planes, symbol, triad
 from symdyn.draw.lettering import Text
-from symdyn.draw.picture_files import File, check_picture, write_picture
-from symdyn.draw.places import Array, Places
-from symdyn.draw.positions import pose, values_of
-from symdyn.draw.shapes import Item
-from symdyn.draw.shown_text import SvgText
-from symdyn.draw.stage import Stage
+from symdyn.draw.paint import File, check_picture, write_picture
+from symdyn.draw.places import Array, FrameStep, JointAxis, Label, Places, across, put, unit
+from symdyn.draw.shapes import (
+    COLOURS,
+    ENGLISH,
+    Item,
+    Shape,
+    Title,
+    arc_arrow,
+    arrow,
+    carrier,
+    circle_points,
+    farthest,
+    line,
+    link,
+)
+from symdyn.draw.stage import Stage, pose, values_of
 from symdyn.draw.svg import Drawing, svg
-from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Load, suggestion
+from symdyn.shown import Shown
+
+SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone
+SENSE = np.radians(55)
+
+
+def marks(
+    scene: Scene, places: Places, view: View, latex: Mapping[str, str]
+) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+    """Return arcs and dimensions of all coordinates, which `latex` spells, and their labels, at one moment."""
+    items: list[Item] = []
+    labels: list[Label] = []
+    taken: list[tuple[Array, float]] = []
+    for hinge in places.hinges:
+        if hinge.closes or not hinge.joint.coordinates:
+            continue
+        named = [step for step in hinge.steps if step.name]
+        told = {step.name for step in named}
+        for step in named:
+            if step.slides:
+                drawn, label = _slide(places, hinge, step, view, latex)
+            else:
+                drawn, label = _turn(scene, places, hinge, step, view, latex, taken)
+            items.append(drawn)
+            labels.append(label)
+        rest = [name for name in hinge.joint.coordinates if name not in told]
+        if rest:
+            between = ", " if len(rest) < 3 else "…"
+            text = Text.of_latex(between.join(latex[name] for name in dict.fromkeys([rest[0], rest[-1]])))
+            labels.append(Label(f"label-{rest[0]}", text, view.flat(hinge.moved.p), view.size * 1.8, None, "mark-text"))
+    return tuple(items), tuple(labels)
+
+
+def _turn(
+    scene: Scene, places: Places, hinge: JointAxis, step: FrameStep, view: View, latex: Mapping[str, str],
+    taken: list[tuple[Array, float]],
+) -> tuple[Item, Label]:  # fmt: skip
+    at, axis, amount = step.at, step.axis, float(step.amount[0])
+    amount = float(np.fmod(amount, 2 * np.pi)) if abs(amount) > 2 * np.pi else amount
+    reach = farthest(scene, places, hinge.joint.child, at) - at
+    level = reach - np.einsum("ni,ni->n", reach, axis)[:, None] * axis
+    length = float(np.linalg.norm(level[0])) * view.scale
+    arbitrary = length < 2.0
+    if arbitrary:
+        zero = across(axis)
+    else:
+        now = unit(level)
+        zero = np.cos(amount) * now - np.sin(amount) * np.cross(axis, now)
+    widest = (3.9 if view.planar else 5.2) * view.size
+    radius = widest if arbitrary else max(2.4 * view.size, min(widest, 0.6 * length))
+    centre = view.flat(at)[0]
+    while any(np.linalg.norm(centre - other) < 3 * view.size and abs(radius - r) < view.size for other, r in taken):
+        radius += 1.2 * view.size
+    taken.append((centre, radius))
+    x, y = zero * radius / view.scale, np.cross(axis, zero) * radius / view.scale
+    tiny = abs(amount) * radius < SHORT
+    ends = np.linspace(0, SENSE if tiny else amount, 33)
+    curve = circle_points(view, at, x, y, ends)
+    rays = [0.0] + ([amount] if arbitrary and not tiny else [])
+    near, far = 1.35 * view.size / radius, 1 + 8 / radius
+    shapes = []
+    for a in rays:
+        ray = np.cos(a) * x + np.sin(a) * y
+        shapes.append(line("zero", view.flat(at + near * ray), view.flat(at + far * ray), size=1.0))
+    shapes += arc_arrow("mark sense" if tiny else "mark", curve, head=min(8.0, view.size))
+    middle = curve[:, 16]
+    item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(at), tuple(shapes))
+    away = unit(middle - centre)[0]
+    return item, Label(f"label-{step.name}", Text.of_latex(latex[step.name]), middle, 4.0, away, "mark-text")
+
+
+def _slide(
+    places: Places, hinge: JointAxis, step: FrameStep, view: View, latex: Mapping[str, str]
+) -> tuple[Item, Label]:
+    a, b = view.flat(step.at), view.flat(step.at + step.axis * step.amount[:, None])
+    tiny = float(np.linalg.norm(b - a)) < SHORT
+    way = unit(view.lean(step.axis))
+    side = np.stack([-way[:, 1], way[:, 0]], axis=1)
+    others = [view.flat(one.moved.p) for one in places.hinges] + [
+        view.flat(one.com) for one in places.bodies if one.com is not None
+    ]
+    lie = float(np.mean([np.sum((other - a) * side) for other in others]))
+    side = -side if lie > 1e-6 or (abs(lie) <= 1e-6 and side[0, 1] < 0) else side
+    hatched = view.planar and Scene.GROUND in (hinge.joint.parent, hinge.joint.child)
+    off = side * view.size * (4.4 if hatched else 2.9)
+    if tiny:
+        b = a + way * 4.2 * view.size
+        shapes = arrow("mark sense", a + off, b + off, head=min(8.0, view.size))
+    else:
+        shapes = (
+            line("extension", a, a + off * 1.18, size=0.9),
+            line("extension", b, b + off * 1.18, size=0.9),
+            *arrow("mark", a + off, b + off, head=min(8.0, view.size)),
+        )
+    item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(step.at), tuple(shapes))
+    middle = (a + b) / 2 + off
+    return item, Label(f"label-{step.name}", Text.of_latex(latex[step.name]), middle, 4.0, unit(side)[0], "mark-text")
+
+
+class SvgText(str, Shown):
+    """A picture as SVG; a notebook shows the picture."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        """Return a word in place of the text, which `print` gives."""
+        return f"<SVG of {len(self)} characters>"
+
+
+class HtmlText(str, Shown):
+    """A page as HTML; a notebook shows the page in a frame."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        """Return a word in place of the text, which `print` gives."""
+        return f"<HTML of {len(self)} characters>"
+
 
 JOINT = {
     "joint": "{type} joint {name}",
@@ -83,7 +215,7 @@ def picture(
         prefix: in front of every id, so that several pictures fit into one page.
         scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
-        titles: what parts are called in another language, from the English of `symdyn.draw.titles`.
+        titles: what parts are called in another language, from the English of `symdyn.draw.shapes`.
         letters: more letters, of masses and lengths, each beside its point.
 
     Raises:
@@ -240,3 +372,35 @@ def known_body(scene: Scene, name: str) -> None:
     if name not in bodies:
         reason = "does not move" if name == Scene.GROUND else "is not a body"
         raise DrawError(f'{scene.name}: "{name}" {reason}; {suggestion(name, bodies)}')
+
+
+def swing(stage: Stage, title: str, ghosts: str, prefix: str, titles: Mapping[str, str]) -> str:
+    """Return the picture of one end, with thin outlines of bodies in the middle and at the other end, as SVG.
+
+    Args:
+        stage: the scene at one end, in the middle and at the other end.
+        title: of the picture.
+        ghosts: what the outlines are called.
+        prefix: in front of every id.
+        titles: what parts are called, as of `picture`.
+    """
+    items, _ = mechanism(stage.scene, stage.places, stage.view)
+    drawn = [replace(one, depth=one.depth[:1], shapes=tuple(_at(x, 0) for x in one.shapes)) for one in items]
+    outlines = [shape for one in items for k in (1, 2) for shape in _ghost(one, k)]
+    ghost = Item("ghosts", Title("{text}", text=ghosts), 0, np.full(1, -1e6), tuple(outlines))
+    return svg(Drawing(title, (ghost, *drawn), ()), prefix, titles=titles)
+
+
+def _at(shape: Shape, k: int) -> Shape:
+    """Return a shape at one moment."""
+    tilt = shape.tilt[k : k + 1] if len(shape.tilt) > 1 else shape.tilt
+    return replace(shape, points=shape.points[min(k, len(shape.points) - 1)][None], tilt=tilt)
+
+
+def _ghost(item: Item, k: int) -> list[Shape]:
+    """Return the thin outline of a body: dashed at rest, full at the other end."""
+    if not item.id.startswith("body-"):
+        return []
+    kept = [_at(shape, k) for shape in item.shapes if shape.kind in ("path", "disc") and shape.look != "halo"]
+    look = "zero" if k == 1 else "trace"
+    return [replace(shape, look=look, size=1.4 if shape.kind == "path" else shape.size) for shape in kept]

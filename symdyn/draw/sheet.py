@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.draw.drawn import drawn
 from symdyn.draw.force_arrows import from_zero
-from symdyn.draw.outlines import outline
+from symdyn.draw.outlines import drawn, outline
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene

@@ -2,23 +2,32 @@
 
 from .closed_forms.closed_form import ClosedForm as ClosedForm, closed_form as closed_form
 from .closed_forms.coefficient_key import coefficients as coefficients
-from .closed_forms.constraint_forms import ClosedRow as ClosedRow, closed_constraints as closed_constraints
+from .closed_forms.constraint_forms import (
+    ClosedRow as ClosedRow,
+    angle_groups as angle_groups,
+    closed_constraints as closed_constraints,
+)
 from .closed_forms.frames_and_parameters import (
     base_parameter_forms as base_parameter_forms,
     base_parameters as base_parameters,
     chosen_frames as chosen_frames,
     formulas as formulas,
 )
-from .closed_forms.parallel import angle_groups as angle_groups
 from .lagrange.second_kind import Energies as Energies, rotor_energy as rotor_energy
-from .loops.continuation import assemble as assemble, consistent as consistent, follow as follow
+from .loops.closed_positions import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
-from .outputs.derive import called as called, derive as derive, derive_one as derive_one, loop_alone as loop_alone
+from .outputs.closed_outputs import linear_parameters as linear_parameters
+from .outputs.derive import (
+    Requested as Requested,
+    available as available,
+    called as called,
+    derive as derive,
+    derive_one as derive_one,
+    loop_alone as loop_alone,
+)
 from .outputs.named_functions import Argument as Argument, Equations as Equations, Function as Function
 from .outputs.output import Formulation as Formulation, Output as Output
 from .outputs.output_table import OUTPUTS as OUTPUTS
-from .outputs.regressor_outputs import linear_parameters as linear_parameters
-from .outputs.requested import Requested as Requested, available as available
 from .outputs.requests import (
     expected as expected,
     formulations_lacking as formulations_lacking,
@@ -35,5 +44,4 @@ from .outputs.unique_reactions import (
     unique_reactions as unique_reactions,
 )
 from .outputs.workspace import Workspace as Workspace
-from .recursive.sweeps import Sweep as Sweep
-from .recursive.table_loops import TableLoop as TableLoop
+from .recursive.table_loops import Sweep as Sweep, TableLoop as TableLoop

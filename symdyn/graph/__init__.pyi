@@ -1,19 +1,17 @@
 """Names that `symdyn.graph` offers; each is imported when it is first used."""
 
 from .differentiate import (
-    Slopes as Slopes,
-    gradient as gradient,
-    operands as operands,
-    substitute as substitute,
-    tangents as tangents,
-)
-from .evaluate import (
     Algebra as Algebra,
     Arithmetic as Arithmetic,
+    Slopes as Slopes,
     arithmetic as arithmetic,
     evaluate as evaluate,
+    gradient as gradient,
+    operands as operands,
     reachable as reachable,
     repeated as repeated,
+    substitute as substitute,
+    tangents as tangents,
 )
 from .expression import Expr as Expr, Graph as Graph, Scalar as Scalar
 from .growing import growing as growing

@@ -4,15 +4,191 @@ Forward: ẏ = Σ ∂y/∂x ẋ, one sweep for one direction of all inputs (a ti
 Reverse: x̄ = Σ ∂y/∂x ȳ, one sweep for all partial derivatives of one output (a gradient).
 
 ∂y/∂x are a node's derivatives by its operands, or by what `turns` reads in it.
+
+Running a graph over an algebra: one loop for floats, batches, big floats, fields, polynomials and text.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from fractions import Fraction
+from operator import attrgetter
+from typing import Any, Protocol, TypeVar
 
-from symdyn.graph.evaluate import reachable
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op
+
+T = TypeVar("T")
+
+
+class Algebra(Protocol[T]):
+    """What a set of values must offer so that a graph can be run over it."""
+
+    def constant(self, value: Fraction) -> T:
+        """Return the value of an exact constant."""
+
+    def pi(self) -> T:
+        """Return the value of π."""
+
+    def add(self, a: T, b: T) -> T:
+        """Return a + b."""
+
+    def sub(self, a: T, b: T) -> T:
+        """Return a - b."""
+
+    def mul(self, a: T, b: T) -> T:
+        """Return a b."""
+
+    def div(self, a: T, b: T) -> T:
+        """Return a / b."""
+
+    def neg(self, a: T) -> T:
+        """Return -a."""
+
+    def function(self, node: Expr, args: Sequence[T]) -> T:
+        """Return node.op(args) for an operation of `FUNCTIONS`; the node itself tells an exact algebra its angle."""
+
+
+class Arithmetic:
+    """Field arithmetic by Python's operators; the numeric algebras share it."""
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Return a + b."""
+        return a + b
+
+    def sub(self, a: Any, b: Any) -> Any:
+        """Return a - b."""
+        return a - b
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Return a b."""
+        return a * b
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Return a / b."""
+        return a / b
+
+    def neg(self, a: Any) -> Any:
+        """Return -a."""
+        return -a
+
+
+def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> tuple[Expr, ...]:
+    """Return every node that `outputs` need, arguments first; nothing below those that are `known`.
+
+    What was asked last of a graph is kept with it: counts, passes and constants of one function ask the same in turn,
+    and a graph that only grows has one answer for ever.
+    """
+    outputs = tuple(outputs)
+    if known != () or not outputs:
+        return _below(outputs, known)
+    graph = outputs[0].graph
+    last = graph.reached
+    if last[0] != outputs:
+        last = graph.reached = outputs, _below(outputs, known)
+    return last[1]
+
+
+def _below(outputs: tuple[Expr, ...], known: Container[Expr]) -> tuple[Expr, ...]:
+    seen = set(outputs)
+    stack = [node for node in seen if node not in known]
+    while stack:
+        for arg in stack.pop().args:
+            if arg not in seen:
+                seen.add(arg)
+                if arg not in known:
+                    stack.append(arg)
+    return tuple(sorted(seen, key=attrgetter("index")))
+
+
+def arithmetic(algebra: Any) -> dict[Op, Callable[..., Any]]:
+    """Return the five operations of a field by name; `algebra` is whatever has `add`, `sub`, `mul`, `div`, `neg`."""
+    return {
+        Op.ADD: algebra.add,
+        Op.SUB: algebra.sub,
+        Op.MUL: algebra.mul,
+        Op.DIV: algebra.div,
+        Op.NEG: algebra.neg,
+    }
+
+
+def evaluate(
+    outputs: Sequence[Expr],
+    algebra: Algebra[T],
+    values: Mapping[Expr, T],
+    order: Sequence[Expr] | None = None,
+    known: dict[Expr, T] | None = None,
+) -> list[T]:
+    """Return the values of `outputs` over `algebra`.
+
+    Args:
+        outputs: nodes of one graph.
+        algebra: what to compute with.
+        values: value of every symbol that is needed; a node given here is not computed.
+        order: what `reachable` has given for these outputs, for those that evaluate them often; None asks it.
+        known: where to keep the value of every node that is computed, those of `values` included; may be `values`.
+
+    Raises:
+        KeyError: a needed symbol has no value.
+    """
+    apply = arithmetic(algebra)
+    known = dict(values) if known is None else known
+    for node in reachable(outputs, values) if order is None else order:
+        if node in known:
+            continue
+        op, args = node.op, node.args
+        if op in apply:
+            known[node] = apply[op](*[known[arg] for arg in args])
+        elif op is Op.CONSTANT:
+            known[node] = algebra.constant(node.value)  # type: ignore[arg-type]
+        elif op is Op.PI:
+            known[node] = algebra.pi()
+        elif op is Op.SYMBOL:
+            raise KeyError(f"symbol {node.value} has no value")
+        else:
+            known[node] = algebra.function(node, [known[arg] for arg in args])
+    return [known[node] for node in outputs]
+
+
+def repeated(
+    outputs: Sequence[Expr], algebra: Algebra[T], key: Callable[[Expr], Any] = lambda symbol: symbol
+) -> Callable[[Mapping[Any, T]], list[T]]:
+    """Return what gives the values of `outputs` over `algebra`, for those of symbols, as often as it is called.
+
+    Constants are worked out here, and no node is looked up again. `key` tells what the values are given by.
+    """
+    order, apply = reachable(outputs), arithmetic(algebra)
+    place = {node: k for k, node in enumerate(order)}
+    start: list[Any] = [None] * len(order)
+    symbols: list[tuple[int, Any]] = []
+    steps: list[tuple[int, Callable[..., T], int, int]] = []
+    for k, node in enumerate(order):
+        if node.op is Op.CONSTANT:
+            start[k] = algebra.constant(node.value)  # type: ignore[arg-type]
+        elif node.op is Op.PI:
+            start[k] = algebra.pi()
+        elif node.op is Op.SYMBOL:
+            symbols.append((k, key(node)))
+        else:
+            step = apply.get(node.op) or functools.partial(_function, algebra, node)
+            steps.append((k, step, place[node.args[0]], place[node.args[1]] if len(node.args) > 1 else -1))
+    ends = [place[node] for node in outputs]
+
+    def values_at(values: Mapping[Any, T]) -> list[T]:
+        held = start.copy()
+        for k, symbol in symbols:
+            held[k] = values[symbol]
+        for k, step, i, j in steps:
+            held[k] = step(held[i], held[j]) if j >= 0 else step(held[i])
+        return [held[k] for k in ends]
+
+    return values_at
+
+
+def _function(algebra: Algebra[T], node: Expr, *args: T) -> T:
+    return algebra.function(node, args)
+
 
 Partials = Callable[..., tuple[Expr, ...]]
 

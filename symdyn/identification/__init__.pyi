@@ -4,12 +4,10 @@ from .excitation import Excitation as Excitation
 from .exciting_motion import excite as excite
 from .gains import Gain as Gain
 from .identification import Identification as Identification
+from .identified_scene import Identified as Identified, identified as identified, with_parameters as with_parameters
 from .identify_logs import identify as identify
 from .log import Log as Log
-from .outcome import Outcome as Outcome
-from .output_error import output_error as output_error
-from .output_fit import OutputFit as OutputFit
+from .output_error import OutputFit as OutputFit, output_error as output_error
 from .payload import Payload as Payload
 from .regression import Regression as Regression
-from .report import report as report
-from .scene import Identified as Identified, identified as identified, with_parameters as with_parameters
+from .report import Outcome as Outcome, report as report

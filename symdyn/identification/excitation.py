@@ -1,16 +1,39 @@
-"""What an exciting motion is: `Excitation`."""
+"""What an exciting motion is: `Excitation`.
+
+Families of periodic motions: what a coordinate does is a row of functions of time times coefficients.
+
+    q = Φ(t) z,  q̇ = Φ̇(t) z,  q̈ = Φ̈(t) z           Φ: one constant, then functions that rest at t = 0 and T
+
+Every family is cut down to the motions whose velocity and acceleration vanish where a period begins, so that a drive
+starts and ends at rest; a log of several periods can be averaged over them.
+
+Reference: Swevers, Ganseman, Tükel, De Schutter and Van Brussel, Optimal robot excitation and identification (1997),
+for Fourier series.
+
+What an exciting motion is to make small, as functions of the singular values of the stacked base regressor.
+
+    condition            σ_max / σ_min of the rows as they are, over the noise of each drive
+    scaled_condition     the same of columns of length 1: no unit of a parameter weighs
+    determinant          -ln det(AᵀA), A the rows over √N: the volume of the ellipsoid of errors
+
+A condition number has no slope where two singular values meet, which is where its minimum is. What is minimised in its
+place is |A|_16 |A⁺|_16 in the norm (Σ σ^16)^(1/16), which is larger by p^(1/8) at most.
+
+References: Gautier and Khalil, Exciting trajectories for the identification of base inertial parameters (1992); Swevers
+et al. (1997), for the determinant.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from symdyn.algebra import Array
 from symdyn.identification.bounds import Bound
-from symdyn.identification.criteria import CRITERIA
-from symdyn.identification.families import FAMILIES
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown
@@ -18,6 +41,166 @@ from symdyn.simulation import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+NORM = 16
+"""Exponent of the norms that stand for the largest of singular values."""
+
+LEAST = 1e-13
+"""Eigenvalue of AᵀA, over the largest, below which its digits mean nothing."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What is made small.
+
+    Attributes:
+        text: what it is, one line.
+        scaled: whether columns are divided by their lengths before.
+        smooth: from singular values, shape (p,), to a number and its slopes, shape (p,).
+        displayed: from singular values to the number that a user is shown.
+    """
+
+    text: str
+    scaled: bool
+    smooth: Callable[[Array], tuple[float, Array]]
+    displayed: Callable[[Array], float]
+
+    def value(self, A: Array) -> float:
+        """Return what a user is shown of rows A, shape (N, n, p)."""
+        rows = A.reshape(-1, A.shape[-1])
+        sizes = np.linalg.svd(rows / _lengths(A) if self.scaled else rows, compute_uv=False)
+        return self.displayed(np.asarray(sizes, dtype=np.float64))
+
+    def slope(self, A: Array) -> tuple[float, Array]:
+        """Return the smooth number of rows A, shape (N, n, p), and its slope by every entry, of the same shape.
+
+        Products go instant by instant: on matrices of a few hundred rows, threads of BLAS wait longer than they work.
+        """
+        length = _lengths(A) if self.scaled else np.ones(A.shape[-1])
+        B = A / length
+        squares, V = np.linalg.eigh(np.matmul(B.transpose(0, 2, 1), B).sum(axis=0))
+        sizes = np.sqrt(np.maximum(squares, LEAST * squares[-1]))
+        value, slopes = self.smooth(sizes)
+        found = np.matmul(B, (V * (slopes / sizes)) @ V.T)
+        if self.scaled:
+            found = (found - B * (found * B).sum(axis=(0, 1))) / length
+        return value, found
+
+
+def _lengths(A: Array) -> Array:
+    """Return the lengths of columns, 1 of those that are zero."""
+    length = np.sqrt((A**2).sum(axis=(0, 1)))
+    return np.where(length > 0, length, 1.0)
+
+
+def _condition(sizes: Array) -> tuple[float, Array]:
+    large, small = (sizes / sizes.max()) ** NORM, (sizes.min() / sizes) ** NORM
+    value = np.log(sizes.max() / sizes.min()) + (np.log(large.sum()) + np.log(small.sum())) / NORM
+    return float(value), (large / large.sum() - small / small.sum()) / sizes
+
+
+def _determinant(sizes: Array) -> tuple[float, Array]:
+    return float(-2 * np.log(sizes).mean()), -2 / len(sizes) / sizes
+
+
+def _ratio(sizes: Array) -> float:
+    return float(sizes[0] / sizes[-1]) if sizes[-1] > 0 else float("inf")
+
+
+def _volume(sizes: Array) -> float:
+    return float(-2 * np.log(sizes).sum()) if sizes[-1] > 0 else float("inf")
+
+
+CRITERIA: Mapping[str, Criterion] = {
+    "condition": Criterion("condition number of the base regressor", False, _condition, _ratio),
+    "scaled_condition": Criterion("condition number of its columns, each of length 1", True, _condition, _ratio),
+    "determinant": Criterion("-ln det of the information matrix a sample", False, _determinant, _volume),
+}
+
+
+DEGREE = 5
+"""Of the splines: accelerations are cubic, their second rates continuous."""
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A row of functions of time at N times, shape (N, k) each.
+
+    Attributes:
+        position: values; the first column is 1, no other has a size far from 1.
+        rate: first derivatives, 1/s.
+        second: second derivatives, 1/s^2.
+    """
+
+    position: Array
+    rate: Array
+    second: Array
+
+    @property
+    def count(self) -> int:
+        """How many functions there are."""
+        return int(self.position.shape[1])
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of periodic motions.
+
+    Attributes:
+        text: what it is, one line.
+        least: fewest terms with which anything moves.
+        functions: (times in periods, terms) to values, first and second derivatives by that time, shape (N, k) each,
+            the constant left out.
+    """
+
+    text: str
+    least: int
+    functions: Callable[[Array, int], tuple[Array, Array, Array]]
+
+    def basis(self, t: Array, period: float, terms: int) -> Basis:
+        """Return the functions at times (N,), s, those that do not rest where a period begins left out."""
+        from scipy.linalg import null_space
+
+        _, rate, second = self.functions(np.zeros(1), terms)
+        rest = np.vstack([rate, second])
+        resting = null_space(rest / np.abs(rest).max(axis=1, keepdims=True))
+        resting = resting * np.sign(resting[np.abs(resting).argmax(axis=0), np.arange(resting.shape[1])])
+        x, v, a = (part @ resting for part in self.functions(np.asarray(t) / period, terms))
+        none = np.zeros((len(x), 1))
+        return Basis(np.hstack([none + 1, x]), np.hstack([none, v]) / period, np.hstack([none, a]) / period**2)
+
+
+def _fourier(phase: Array, terms: int) -> tuple[Array, Array, Array]:
+    """Return sines and cosines of 1 to `terms` rounds a period, the l-th over l."""
+    order = np.arange(1, terms + 1)
+    pace = 2 * np.pi * order
+    angle = phase[:, None] * pace
+    sine, cosine = np.sin(angle) / order, np.cos(angle) / order
+    return (
+        np.hstack([sine, cosine]),
+        np.hstack([cosine * pace, -sine * pace]),
+        -np.hstack([sine * pace**2, cosine * pace**2]),
+    )
+
+
+def _splines(phase: Array, terms: int) -> tuple[Array, Array, Array]:
+    """Return periodic B-splines of degree 5 on 2 terms + 1 equal intervals; together they are 1, so one is left out."""
+    from scipy.interpolate import BSpline
+
+    intervals = 2 * terms + 1
+    knots = np.arange(-DEGREE, intervals + DEGREE + 1) / intervals
+    wrapped = np.vstack([np.eye(intervals), np.eye(intervals)[:DEGREE]])
+    curve = BSpline(knots, wrapped, DEGREE)
+    inside = phase % 1.0
+    x, v, a = (np.asarray(curve(inside, nu=order), dtype=np.float64)[:, 1:] for order in range(3))
+    return x, v, a
+
+
+FAMILIES: Mapping[str, Family] = {
+    "fourier": Family("Fourier series: sines and cosines of whole rounds a period", 2, _fourier),
+    "splines": Family("periodic splines of degree 5, twice as many intervals as terms and one", 2, _splines),
+}
 
 
 @dataclass(frozen=True)

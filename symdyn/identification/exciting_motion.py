@@ -15,9 +15,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
-from symdyn.identification.criteria import CRITERIA
-from symdyn.identification.excitation import Excitation, Improved, Reached
-from symdyn.identification.families import FAMILIES, Basis
+from symdyn.identification.excitation import CRITERIA, FAMILIES, Basis, Excitation, Improved, Reached
 from symdyn.identification.motion_search import Functions, Motion, Search
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, suggestion

@@ -15,11 +15,8 @@ from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import SETTLED, STEPS, Gains, expected, first
 from symdyn.identification.linear_model import LinearModel
-from symdyn.identification.outliers import Outlier, far, stretches
-from symdyn.identification.parts import Evidence, held_in, moving, rows_of
-from symdyn.identification.payload import Carried
-from symdyn.identification.regression import Regression, Rows, solve
-from symdyn.identification.validation import Fit, mean_square
+from symdyn.identification.payload import Carried, Evidence, Fit, held_in, mean_square, moving, rows_of
+from symdyn.identification.regression import Outlier, Regression, Rows, far, solve, stretches
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names

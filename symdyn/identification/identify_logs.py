@@ -13,13 +13,10 @@ from symdyn.identification.calibrated_gains import doubts
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.fitting import Fitted, fitted
 from symdyn.identification.gains import estimated_gains
-from symdyn.identification.identifiability import untold
-from symdyn.identification.identification import Identification
+from symdyn.identification.identification import Identification, untold
 from symdyn.identification.linear_model import LinearModel, linear_model
-from symdyn.identification.log import Log, read_logs
-from symdyn.identification.parts import evidence
-from symdyn.identification.payload import Carried, Payload, carried, check_payloads
-from symdyn.identification.units import forces_off, given_gains, shown_in
+from symdyn.identification.log import Log, forces_off, given_gains, read_logs, shown_in
+from symdyn.identification.payload import Carried, Payload, carried, check_payloads, evidence
 from symdyn.scene import SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names

@@ -21,8 +21,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.identification.bounds import Bound
-from symdyn.identification.criteria import Criterion
-from symdyn.identification.families import Basis
+from symdyn.identification.excitation import Basis, Criterion
 from symdyn.runtime import Loaded, load
 from symdyn.scene import Scene
 

@@ -11,6 +11,19 @@ Directions of β that the rows do not tell, next to what noise of the motion alo
 
 Reference: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculation of the base inertial parameters
 (1991); White, A heteroskedasticity-consistent covariance matrix estimator (1980).
+
+Directions of parameters that rows do not tell, since what they feel of them is noise of the motion.
+
+    λ = |N v|² / |Y v|²     largest first: Y are the rows, N one draw of what noise of the motion makes of them
+    v = e_k - Σ c_i e_i     for each direction that is mostly noise, of a column k of its own; c is the regression of
+                            that column on the others, and of it only what is sure
+
+Reference: White, A heteroskedasticity-consistent covariance matrix estimator (1980).
+
+Samples that fit nothing: driving forces so far off that no noise of their joint explains them.
+
+Judged by residuals of single samples next to their median absolute deviation, joint by joint (Hampel 1974); what is
+left out is told by joint and time.
 """
 
 from __future__ import annotations
@@ -21,14 +34,77 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.identification.directions import hidden
 from symdyn.identification.filtered import Flags, Indices
+
+BURIED = 0.25
+"""Part of the information of a direction that noise of the motion may make, and it still counts as told."""
+
+SURE = 3.0
+"""Standard errors from which a column is part of another."""
+
+LEAST = 1e-9
+"""Part of the largest singular value below which columns depend on each other."""
+
+
+def hidden(felt: Array, columns: Array, noise: Array) -> Array:
+    """Return directions that noise of the motion buries, shape (u, p).
+
+    Args:
+        felt: orthogonal directions of which the rows tell equally much, shape (n, p): |columns @ one| = 1.
+        columns: of the rows, shape (M, p).
+        noise: one draw of what noise makes of them, shape (M, p).
+    """
+    part = noise @ felt.T
+    if np.sum(part**2) < BURIED:
+        return np.zeros((0, felt.shape[1]))
+    share, turned = np.linalg.eigh(part.T @ part)
+    return cleared(turned.T[share >= BURIED] @ felt, columns)
+
+
+def echelon(rows: Array) -> Array:
+    """Return rows of the same space, each with one column that the others lack; by QR with pivoting."""
+    return _echelon(rows)[0]
+
+
+def _echelon(rows: Array) -> tuple[Array, Indices]:
+    """Return rows of the same space, and the column that each has for itself."""
+    from scipy.linalg import qr
+
+    if not len(rows):
+        return rows, np.zeros(0, np.int64)
+    pivots = np.sort(qr(rows, mode="economic", pivoting=True)[2][: len(rows)])
+    return np.asarray(np.linalg.solve(rows[:, pivots], rows)), np.asarray(pivots, dtype=np.int64)
+
+
+def cleared(rows: Array, columns: Array) -> Array:
+    """Return directions that noise buries, without what chance mixes into them.
+
+    A column that is noise is, by chance, a little like every other one. What it truly shares with others is its
+    regression on them; of that stays what is sure against its standard error (White 1980).
+    """
+    if not len(rows):
+        return rows
+    rows = np.linalg.svd(rows, full_matrices=False)[2]
+    rows, pivots = _echelon(rows)
+    found = np.zeros_like(rows)
+    for row, pivot in zip(found, pivots, strict=True):
+        row[pivot] = 1.0
+        others = np.setdiff1d(np.arange(rows.shape[1]), pivots)
+        while len(others):
+            inverse = np.linalg.pinv(columns[:, others], rcond=LEAST)
+            shared = inverse @ columns[:, pivot]
+            off = columns[:, pivot] - columns[:, others] @ shared
+            sure = np.abs(shared) > SURE * np.linalg.norm(inverse * off, axis=1)
+            if sure.all():
+                row[others] = -shared
+                break
+            others = others[sure]
+    return found
+
 
 ROUNDS = 8
 """Of weights and parameters in turn."""
 
-LEAST = 1e-9
-"""Part of the largest singular value below which a direction is not told whatever the noise."""
 
 ALONE = 1e-3
 """Share of what is not told in a parameter, below which it is told by itself."""
@@ -38,9 +114,6 @@ CLEAR, LOW = 9.0, 0.02
 
 MOST = 0.98
 """Share of a row that the estimate may follow: what is left of it tells noise."""
-
-SURE = 3.0
-"""Standard deviations from which a correlation of two joints is one."""
 
 
 @dataclass(frozen=True)
@@ -285,3 +358,58 @@ def _covariance(
     information = np.linalg.pinv(covariance, rcond=1e-14, hermitian=True)
     outer = np.outer(scale, scale)
     return covariance / outer, information * outer
+
+
+FAR = 6.0
+"""Standard deviations, told from the median, beyond which a sample is left out."""
+
+ROUNDING = 1e-6
+"""Part of the root mean square of a force below which no residual is far."""
+
+GAUSS = 1.4826
+"""Standard deviation over median absolute deviation of a normal distribution."""
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """One stretch of samples that were left out.
+
+    Attributes:
+        source: of the log.
+        drive: name of the driving force.
+        start, end: times of the first and the last sample, s.
+        samples: how many.
+        worst: the largest residual there, N m or N.
+    """
+
+    source: str
+    drive: str
+    start: float
+    end: float
+    samples: int
+    worst: float
+
+
+def far(residuals: Array, used: Flags, tau: Array) -> Flags:
+    """Return which samples are far off, shape (N, nv), from residuals of all samples and those that are used."""
+    found = np.zeros(residuals.shape, dtype=bool)
+    for j in range(residuals.shape[1]):
+        own = residuals[used[:, j], j]
+        if len(own) < 3:
+            continue
+        centre = float(np.median(own))
+        size = GAUSS * float(np.median(np.abs(own - centre)))
+        size = max(size, ROUNDING * float(np.sqrt(np.mean(tau[used[:, j], j] ** 2))))
+        found[:, j] = np.abs(residuals[:, j] - centre) > FAR * size
+    return found & used
+
+
+def stretches(out: Flags, residuals: Array, t: Array, source: str, drives: tuple[str, ...]) -> list[Outlier]:
+    """Return what was left out as stretches of neighbours, in the order of joints and times."""
+    found = []
+    for j, drive in enumerate(drives):
+        places = np.flatnonzero(out[:, j])
+        for part in np.split(places, np.flatnonzero(np.diff(places) > 3) + 1) if len(places) else []:
+            worst = residuals[part, j][int(np.abs(residuals[part, j]).argmax())]
+            found.append(Outlier(source, drive, float(t[part[0]]), float(t[part[-1]]), len(part), float(worst)))
+    return found

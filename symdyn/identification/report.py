@@ -1,11 +1,16 @@
 """A page that tells an identification: what was found, how sure it is, what could not be told, how forces fit.
 
 One file of HTML without anything from elsewhere; the same identification and command give the same bytes.
+
+What is written of an identification: a page, and the identified scene as text.
+
+An identified scene as text: what it was made of stands on top, where a format has comments.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Any
 
@@ -20,12 +25,14 @@ from symdyn.identification import charts
 from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
+from symdyn.identification.identified_scene import Identified, identified
+from symdyn.identification.linear_model import ten_of_body
 from symdyn.identification.physical import Physical
 from symdyn.identification.report_sections import Picture, Section, figure, fit_table, gain_table, parameter_table
-from symdyn.identification.scene import Identified
-from symdyn.identification.unknowns import ten_of_body
+from symdyn.scene import Written, write_text
 from symdyn.simulation.prescribed import drive_names
 from symdyn.table import Table
+from symdyn.unlocked import cached_property
 
 LAGS = 40
 """Of autocorrelations, each half a period of the band."""
@@ -304,3 +311,72 @@ def _ellipsoids(physical: Physical) -> Iterator[Picture]:
             if shown:
                 told = f"{name}: inertia ellipsoid before and after, seen along {'zy'[words == 'xz']}"
                 yield Picture(charts.ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)
+
+
+def written(identified: Identified, format: str, about: Sequence[str] = ()) -> Written:
+    """Return the identified scene as text, and what the format cannot hold.
+
+    Args:
+        identified: the scene.
+        format: "toml" or "urdf", a key of the table of formats.
+        about: lines of a comment on top, where the format has comments, before what is written as what.
+
+    Raises:
+        SceneError: the format is not written, or cannot hold a joint.
+    """
+    scene = identified.scene
+    if format != "toml":  # which have one number for dry friction, and no letters
+        joints = tuple(
+            replace(j, friction=getattr(j.dry, "coulomb", j.friction), dry=None) if j.dry is not None else j
+            for j in scene.joints
+        )
+        scene = replace(scene, joints=joints)
+    made = write_text(scene, format, lossy=True)
+    lines = [printable(line, keep="") for line in (*about, *identified.notes)]
+    return Written(COMMENTED.get(format, lambda text, _: text)(made.text, lines), made.lost)
+
+
+def _hashes(text: str, lines: Sequence[str]) -> str:
+    return "".join(f"# {line}\n" for line in lines) + ("\n" if lines else "") + text
+
+
+def _xml(text: str, lines: Sequence[str]) -> str:
+    head, rest = text.split("\n", 1)
+    plain = [line.replace("--", "- -") for line in lines]
+    return "\n".join([head, *(f"<!-- {line} -->" for line in plain), rest])
+
+
+COMMENTED = {"toml": _hashes, "urdf": _xml}
+"""How a format says something on top that is no part of the scene."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is to be written about.
+
+    Attributes:
+        identification: the identification.
+        total_mass: of all bodies, kg; None leaves it to the data.
+        command: that made it.
+    """
+
+    identification: Identification
+    total_mass: float | None
+    command: str
+
+    @cached_property
+    def made(self) -> Identified:
+        """The identified scene."""
+        return identified(self.identification, self.total_mass)
+
+    def page(self) -> tuple[str, str]:
+        """Return the page, and why it has no identified scene; "" where it has one."""
+        try:
+            made, why = self.made, ""
+        except IdentifyError as fault:  # the page tells what was identified all the same
+            made, why = None, str(fault)
+        return report(self.identification, made, self.command), why
+
+    def text(self, format: str) -> Written:
+        """Return the identified scene, and what the format cannot hold; errors as of `identified`."""
+        return written(self.made, format, [f"identified by: {self.command}"] if self.command else [])

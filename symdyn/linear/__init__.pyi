@@ -1,9 +1,13 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
-from .axis import Axis as Axis
-from .bode import Bode as Bode, bode as bode
+from .bode import Bode as Bode, System as System, bode as bode
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
-from .linearization import Linearization as Linearization, Point as Point
+from .linearization import (
+    Linearization as Linearization,
+    Point as Point,
+    Stability as Stability,
+    stability as stability,
+)
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
@@ -11,14 +15,10 @@ from .linearized import (
     rests as rests,
 )
 from .locus import root_locus as root_locus
-from .modes import Mode as Mode, Spectrum as Spectrum
-from .moving import animate_modes as animate_modes
+from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .over_values import locus_over as locus_over, systems as systems
 from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
 from .record import SystemsFile as SystemsFile
-from .regulator import Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
-from .sampled import Sampled as Sampled, sampled as sampled
+from .regulator import Axis as Axis, Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
 from .steady import steady_at_start as steady_at_start
-from .system import System as System
-from .transfer import transfers as transfers
-from .verdict import Stability as Stability, stability as stability
+from .transfer import Sampled as Sampled, sampled as sampled, transfers as transfers

@@ -17,10 +17,9 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.locus import Locus, root_locus
+from symdyn.linear.locus import Locus, read_values, root_locus
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.ranges import read_values
 from symdyn.linear.search import nearest
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to

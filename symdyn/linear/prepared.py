@@ -1,26 +1,240 @@
-"""What is linearised, derived once for all values of parameters; and the linear system at a state."""
+"""What is linearised, derived once for all values of parameters; and the linear system at a state.
+
+From the derivatives along all directions to A, B, C, D on independent positions and velocities, in numbers.
+
+    N_h, N   δξ of all directions from the p independent ones; δu of all velocities from the m independent ones
+    S        δu of the dependent velocities where positions move: G δu + X(G u) δξ = 0
+    ad_u     (ad_u δξ)_l = γ^l_ji u_j δξ_i, of brackets [X_j, X_i] = γ^l_ji X_l
+
+    δξ̇ = δu - ad_u δξ
+    [M  -Gᵀ] [δu̇]     [X e δξ + ∂e/∂u δu + ∂e/∂w δw - δτ]
+    [G   0 ] [δλ]  = -[X c δξ + ∂c/∂u δu                ]
+
+The first: a motion varied with its position, d/dt δ = δ d/dt, where directions do not commute. That positions depend on
+each other changes nothing in it: the rows hold for the varied motion too.
+
+Reference: Bloch, Krishnaprasad, Marsden and Ratiu, The Euler-Poincaré equations and double bracket dissipation (1996),
+section 2, for variations on a group; Negrut and Ortiz, A practical approach for the linearization of the constrained
+multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for rows.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
-from symdyn.graph import Op, reachable
-from symdyn.linear.axis import Axis
-from symdyn.linear.eliminated import Choice, LinearPoint, chosen, independent, matrices, place, symbols_at
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.outputs import Outputs, read_outputs
-from symdyn.linear.variations import Variations, variations
+from symdyn.graph import Expr, Op, reachable
+from symdyn.linear.linearization import Linearization, Point
+from symdyn.linear.regulator import Axis
+from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
 from symdyn.simulation import Forces, Problem, opened
+
+RANK = 1e-7
+"""Singular values of rows of unit length, over the largest, below which rows depend on each other at a place."""
+
+MASS = 1e-12
+"""Eigenvalues of the reduced mass matrix with unit diagonal that are zero."""
+
+CANCELLED = 1e-12
+"""What is left of a force's slope, over it, where the mechanism's own cancels it: that of a weight compensated."""
+
+WELL = 0.02
+"""How well a choice of independent velocities has to determine the others, by singular values, to be kept."""
+
+
+@dataclass(frozen=True)
+class LinearPoint:
+    """A state and what its accelerations are.
+
+    Attributes:
+        point: with accelerations and multipliers.
+        values: of all symbols there.
+        M, G: mass matrix of the tree, kept rows and those of prescribed motions.
+        holding: of G, which rows hold positions.
+        H: q̇ = H u.
+        sizes: of the velocities, 1/√M_kk, shape (nv,), to compare what is of different units.
+    """
+
+    point: Point
+    values: Mapping[Expr, float]
+    M: Array
+    G: Array
+    holding: Array
+    H: Array
+    sizes: Array
+
+
+def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array) -> LinearPoint:
+    """Return what happens at a state, forces and inputs beside those of formulas `given`, shape (nv + inputs,).
+
+    Raises:
+        LinearizeError: loops or rows lose rank there, or a motion moves no mass.
+        NoValueError: something has no value there.
+    """
+    scene, state = v.w.scene, v.w.state
+    values = symbols_at(v, parameters, t, q, u, given)
+    found = v.motion.at(values)
+    M, G, h = found["M"], found["G"], found["h"] - given[: len(u)]
+    diagonal = np.abs(np.diag(M))
+    sizes = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    free = _free(scene.name, G * sizes) * sizes[:, None]
+    reduced = free.T @ M @ free
+    if len(reduced) and np.linalg.eigvalsh(reduced)[0] <= MASS * max(1.0, float(np.abs(reduced).max())):
+        k = int(np.abs(free @ np.linalg.eigh(reduced)[1][:, 0]).argmax())
+        raise LinearizeError(
+            f"{scene.name}: the mass matrix is singular there, a motion with {scene.velocities[k]} moves no mass; give "
+            "another place, or a mass or an inertia"
+        )
+    a, multipliers = _solved(M, G, h[:, None], found["b"][:, None])
+    point = Point(t, q, u, a[:, 0], found["push"] + given[: len(u)], multipliers[:, 0], found["inputs"])
+    values |= dict(zip(state.qdd, a[:, 0].tolist(), strict=True))
+    values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
+    return LinearPoint(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
+
+
+def symbols_at(
+    v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array
+) -> dict[Expr, float]:
+    """Return values of all symbols at a state, forces and inputs beside formulas `given`; accelerations are zero."""
+    graph, state = v.w.graph, v.w.state
+    values: dict[Expr, float] = {graph.symbol(name): x for name, x in parameters.items()}
+    values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(state.qd, u.tolist(), strict=True))
+    values |= dict.fromkeys([*state.qdd, *v.multipliers], 0.0)
+    acting = (*state.tau, *map(graph.symbol, v.inputs))
+    return values | dict(zip(acting, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
+
+
+def _free(name: str, G: Array) -> Array:
+    """Return the velocities that rows allow, orthonormal, one a column."""
+    if not len(G):
+        return np.eye(G.shape[1])
+    lengths = np.linalg.norm(G, axis=1, keepdims=True)
+    _, values, rows = np.linalg.svd(G / np.where(lengths > 0, lengths, 1.0))
+    if values[-1] <= RANK * values[0]:
+        raise LinearizeError(
+            f"{name}: a singular place: the rows of its loops depend on each other there, branches of motion meet, "
+            "and there is no one linear motion; give another place"
+        )
+    return np.asarray(rows[len(G) :].T)
+
+
+def _solved(M: Array, G: Array, e: Array, c: Array) -> tuple[Array, Array]:
+    """Return x and λ of M x - Gᵀ λ = -e, G x = -c, a column each."""
+    n, rows = len(M), len(G)
+    K = np.block([[M, -G.T], [G, np.zeros((rows, rows))]])
+    found = np.linalg.solve(K, -np.vstack([e, c]))
+    return found[:n], found[n:]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Independent positions and velocities by number of the velocity, and N_h (nv, p) and N (nv, m)."""
+
+    positions: tuple[int, ...]
+    velocities: tuple[int, ...]
+    N_h: Array
+    N: Array
+
+
+def chosen(here: LinearPoint, requested: Sequence[int]) -> Choice:
+    """Return which positions and velocities are independent: velocities as wanted if they do, all of them positions."""
+    dependent = [k for k in range(len(here.M)) if k not in requested]
+    scaled = here.G * here.sizes
+    velocities = _dependent(scaled, dependent)
+    return independent(here, _dependent(scaled[here.holding], velocities), velocities)
+
+
+def independent(here: LinearPoint, positions: Sequence[int], velocities: Sequence[int]) -> Choice:
+    """Return what follows from dependent positions and velocities."""
+    N_h, N = _followed(here.G[here.holding], positions), _followed(here.G, velocities)
+    every = range(len(here.M))
+    return Choice(tuple(k for k in every if k not in positions), tuple(k for k in every if k not in velocities), N_h, N)
+
+
+def _dependent(G: Array, requested: Sequence[int]) -> list[int]:
+    """Return as many velocities as there are rows that these determine, those wanted if they do it well."""
+    if not len(G):
+        return []
+    if len(requested) == len(G):
+        here, best = (np.linalg.svd(part, compute_uv=False) for part in (G[:, list(requested)], G))
+        if here[-1] >= WELL * best[-1]:
+            return sorted(requested)
+    others = list(reversed(range(G.shape[1])))
+    return sorted(pivots(G.T, [list(requested), others] if requested else [others], len(G))[0])
+
+
+def _followed(G: Array, dependent: Sequence[int]) -> Array:
+    """Return all velocities in terms of the independent ones, shape (nv, those)."""
+    n = G.shape[1]
+    independent = [k for k in range(n) if k not in dependent]
+    found = np.eye(n)[:, independent]
+    if len(G):
+        found[list(dependent)] = -np.linalg.solve(G[:, list(dependent)], G[:, independent])
+    return found
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """A, B, C, D at a place; δq and δξ by position, δu by state."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    moves: Array
+    directions: Array
+    rates: Array
+
+
+def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[int]) -> Matrices:
+    """Return the linear system at a place, inputs being `drives` and then those of the scene."""
+    n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
+    slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)
+    e, c, s = slopes["e"], slopes["c"], slopes["s"]
+    e = np.where(np.abs(e) <= CANCELLED * np.abs(slopes["p"]), 0.0, e)
+    S = np.zeros((n, p))
+    dependent = [k for k in range(n) if k not in choice.velocities]
+    if dependent:
+        S[dependent] = -np.linalg.solve(here.G[:, dependent], s @ choice.N_h)
+    moves = np.hstack([choice.N_h, np.zeros((n, len(choice.velocities)))])
+    rates = np.hstack([S, choice.N])
+    states = p + len(choice.velocities)
+    moved = np.hstack([np.vstack([moves, rates]), np.zeros((2 * n, inputs))])  # (δξ, δu) by (x, w)
+    acting = np.zeros((n, states + inputs))
+    for column, k in enumerate(drives):
+        acting[k, states + column] = -1.0
+    acting[:, states + len(drives) :] = e[:, 3 * n :]
+    a, multipliers = _solved(here.M, here.G, e[:, : 2 * n] @ moved + acting, c @ moved)
+    upper = rates - _turning(v, here.point.u) @ moves
+    A = np.vstack([upper[list(choice.positions)], a[list(choice.velocities), :states]])
+    B = np.vstack([np.zeros((p, inputs)), a[list(choice.velocities), states:]])
+    driven, own = np.zeros((n, states + inputs)), np.zeros((len(v.inputs), states + inputs))
+    for column, k in enumerate(drives):
+        driven[k, states + column] = 1.0
+    own[:, states + len(drives) :] = np.eye(len(v.inputs))
+    y = told["y_"] @ np.vstack([moved, a, multipliers, driven, own])
+    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates)
+    return Matrices(*(part + 0.0 for part in parts))  # -0 is 0
+
+
+def _turning(v: Variations, u: Array) -> Array:
+    """Return ad_u, shape (nv, nv)."""
+    found = np.zeros((len(u), len(u)))
+    for (j, i), terms in v.w.directions.brackets.items():
+        for k, value in terms:
+            found[k, i] += value * u[j]
+    return found
+
 
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
-from symdyn.linear.axis import Axis
 from symdyn.linear.linearization import Linearization
+from symdyn.linear.regulator import Axis
 from symdyn.linear.report import as_json
 from symdyn.table import Table
 

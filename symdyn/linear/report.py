@@ -11,9 +11,9 @@ import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
-from symdyn.linear.axis import Axis
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.modes import Mode
+from symdyn.linear.regulator import Axis
 from symdyn.rounding import in_digits, requested_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit

@@ -2,13 +2,18 @@
 
 Pictures stand in the page as data of an <img>: no script in them runs, no identifier meets that of another output, and
 they follow the reader's light or dark by themselves.
+
+Pictures and animations in a notebook: as they are seen, and shut in.
+
+The table of what is shown, a row a noun; the file of a row is imported when a notebook first shows such a noun.
 """
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from symdyn.emit import in_html, verbatim
@@ -125,3 +130,69 @@ def formula(latex: str) -> Markup:
     from symdyn.teach import inline
 
     return Markup(inline(latex.replace(BREAK, "")))
+
+
+def svg(result: str) -> list[Markup]:
+    """Return a picture."""
+    return [picture(result, "svg", "picture of a mechanism")]
+
+
+def html(result: str) -> list[Markup]:
+    """Return a page in a frame."""
+    return [frame(result, "animation of a mechanism")]
+
+
+NOUNS = {
+    "symdyn.runtime.loaded:Loaded": "mechanisms:loaded",
+    "symdyn.runtime.numeric_function:NumericFunction": "mechanisms:numeric",
+    "symdyn.draw.pictures:HtmlText": "page:html",
+    "symdyn.draw.pictures:SvgText": "page:svg",
+    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:closed_form",
+    "symdyn.dynamics.outputs.named_functions:Equations": "mechanisms:derived",
+    "symdyn.emit.print.equations_text:EquationsOfMotion": "mathematics:equations_of_motion",
+    "symdyn.emit.print.sympy_page:SympyEquations": "mathematics:sympy_equations",
+    "symdyn.identification.identification:Identification": "mechanisms:identification",
+    "symdyn.identification.identified_scene:Identified": "mechanisms:identified",
+    "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",
+    "symdyn.identification.excitation:Excitation": "runs:excitation",
+    "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
+    "symdyn.program.prepare:Program": "mechanisms:program",
+    "symdyn.scene.values.model:Scene": "mechanisms:scene",
+    "symdyn.simulation.gradients:Sensitivity": "mechanisms:sensitivity",
+    "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
+    "symdyn.simulation.error_bars:Uncertainty": "verdicts:uncertainty",
+    "symdyn.study.plots:Indices": "verdicts:indices",
+    "symdyn.study.runs:Runs": "verdicts:runs",
+    "symdyn.transcription.solution:Solution": "runs:solution",
+    "symdyn.transcription.transcribed:Collocation": "runs:collocation",
+    "symdyn.verify.certificate:Certificate": "verdicts:certificate",
+    "symdyn.verify.rigorous:Rigorous": "verdicts:rigorous",
+}
+"""Noun, and what returns the parts that are shown of one: a function of a file of this package."""
+
+LATEX = {
+    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:latex_of_closed_form",
+    "symdyn.emit.print.equations_text:EquationsOfMotion": "mathematics:latex_of_equations",
+    "symdyn.linear.linearization:Linearization": "mechanisms:latex_of_linearization",
+}
+"""Those that are LaTeX too, for notebooks that become documents; "" where there is none."""
+
+
+def bundle(noun: Any) -> dict[str, str]:
+    """Return what is shown of a noun by media type: HTML, for some LaTeX, and plain text, which is `repr`."""
+    parts: list[Markup] = _row(NOUNS, noun)(noun)
+    found = {"text/html": page(*parts), "text/plain": repr(noun)}
+    if _key(LATEX, noun) and (latex := _row(LATEX, noun)(noun)):
+        found["text/latex"] = latex
+    return found
+
+
+def _key(table: dict[str, str], noun: Any) -> str:
+    names = (f"{one.__module__}:{one.__qualname__}" for one in type(noun).__mro__)
+    return next((name for name in names if name in table), "")
+
+
+def _row(table: dict[str, str], noun: Any) -> Callable[[Any], Any]:
+    file, _, name = table[_key(table, noun)].partition(":")
+    found: Callable[[Any], Any] = getattr(import_module(f"symdyn.notebook.{file}"), name)
+    return found

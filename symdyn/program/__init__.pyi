@@ -1,6 +1,5 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
-from .assemble import ANGULAR as ANGULAR, assemble as assemble, identifier as identifier, shared as shared
 from .formulation import (
     Candidates as Candidates,
     choose as choose,
@@ -8,9 +7,16 @@ from .formulation import (
 )
 from .in_lines import in_lines as in_lines
 from .lower import count_derived as count_derived, lower as lower
-from .prepare import prepare as prepare
-from .routine import Program as Program, Routine as Routine, RoutineStep as RoutineStep
+from .prepare import (
+    ANGULAR as ANGULAR,
+    Program as Program,
+    Routine as Routine,
+    RoutineStep as RoutineStep,
+    assemble as assemble,
+    identifier as identifier,
+    prepare as prepare,
+    shared as shared,
+)
 from .row_loop import RowLoop as RowLoop
 from .skipped import skipped as skipped
-from .states import Sampling as Sampling, quaternion_places as quaternion_places
-from .tunable import tunable as tunable
+from .tunable import Sampling as Sampling, quaternion_places as quaternion_places, tunable as tunable

@@ -14,9 +14,8 @@ from symdyn.dynamics import Argument, Equations, Function
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
-from symdyn.program.assemble import assemble
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.program.routine import Program
+from symdyn.program.prepare import Program, assemble
 
 Functions = tuple[Function, ...]
 

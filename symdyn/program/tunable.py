@@ -2,18 +2,25 @@
 
 What a simulator may set while it runs cannot be bound. The equations are derived with every parameter free; decisions
 about loops, which are made in numbers, are made at the values.
+
+States at which functions are run in numbers: for certificates and examples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
-from symdyn.dynamics import LoopChoices
+import numpy as np
+
+from symdyn.dynamics import Argument, LoopChoices
+from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
 from symdyn.program.formulation import formulate
 from symdyn.program.lower import lower
-from symdyn.program.routine import Program
+from symdyn.program.prepare import Program
 from symdyn.scene import Scene
 
 
@@ -45,3 +52,52 @@ def tunable(
         known = ((one.name, one.value.at({})) for one in scene.parameters if one.value is not None)
         closing = replace(closing, parameters=tuple((name, float(value or 0)) for name, value in known))
     return replace(lower(formulate(free, outputs, formulation, closing)), scene=scene)
+
+
+DRAWS = 40  # states tried for one at which a function is real
+
+RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0}  # half-widths of the sampled states, SI
+RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Random states for a function's arguments, exact in the real type; free parameters are positive.
+
+    Attributes:
+        arguments: of the function.
+        rng: what draws.
+        real: the type.
+        WIDER: times the usual ranges, one after the other, where a function is not real.
+    """
+
+    arguments: Sequence[Argument]
+    rng: random.Random
+    real: str = "double"
+
+    WIDER: ClassVar[tuple[float, ...]] = (1.0, 4.0, 16.0, 64.0)
+
+    def __iter__(self) -> Iterator[list[Array]]:
+        """Yield states in ever wider ranges: for one at which a function is real."""
+        for draw in range(DRAWS):
+            yield self.state(self.WIDER[draw * len(self.WIDER) // DRAWS])
+
+    def state(self, widen: float = 1.0) -> list[Array]:
+        """Return the values of the arguments at one state, in ranges wider than usual by a factor."""
+        drawn = []
+        for argument in self.arguments:
+            wide = RANGES.get(argument.name)
+            low, high = (-wide * widen, wide * widen) if wide else (0.5, 1.5 * widen)
+            state = np.array([self.rng.uniform(low, high) for _ in argument.symbols])
+            for k in quaternion_places(argument.units) if argument.name == "q" else ():
+                state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
+            state = state.reshape(argument.shape)
+            drawn.append(state.astype(np.float32).astype(np.float64) if self.real == "float" else state)
+        return drawn
+
+
+def quaternion_places(units: Sequence[str]) -> list[int]:
+    """Return where quaternions begin among coordinates: four numbers without a unit."""
+    return [k for k, unit in enumerate(units) if unit == "1"][::4]

@@ -3,7 +3,11 @@
 The key covers the text of every file, the flags, the compiler's command line, its version text and the features of the
 machine it compiles for. A library is compiled in a folder aside, sealed and renamed into place, so that two builds at
 once both end with a whole one. What is in the cache is loaded only if it is what was put there
-(`symdyn.runtime.entry`), in a folder where only the user may write (`symdyn.runtime.folder`).
+(`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`).
+
+The ufunc target compiled against this Python and this NumPy, and imported from the cache.
+
+What this machine has to compile, run and show what is generated, and what one does without where it is missing.
 """
 
 from __future__ import annotations
@@ -14,20 +18,50 @@ import os
 import shlex
 import shutil
 import sys
+import sysconfig
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from errno import ENOSPC
+from functools import partial
+from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+from os import W_OK, access
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from symdyn.errors import BuildError, MissingCompiler
-from symdyn.runtime.commands import threads
-from symdyn.runtime.compiler import NOTHING, PATIENCE, Compiler, CompilerFault, compile_library, find_compiler
+import numpy as np
+
+from symdyn.emit import Sources
+from symdyn.errors import BuildError, MissingCompiler, printable
+from symdyn.runtime.cache import (
+    Damaged,
+    cache_folder,
+    check_target,
+    distrust,
+    folder_aside,
+    instead,
+    load_entry,
+    private_folder,
+    seal,
+    trusted_folder,
+    warn,
+)
+from symdyn.runtime.commands import NODE_COMMANDS, threads
+from symdyn.runtime.compiler import (
+    CPLUSPLUS,
+    NOTHING,
+    PATIENCE,
+    RUSTC,
+    Compiler,
+    CompilerFault,
+    compile_library,
+    find_compiler,
+    try_compiler,
+)
 from symdyn.runtime.dialects import Needs
-from symdyn.runtime.entry import Damaged, load_entry, seal
-from symdyn.runtime.folder import folder_aside, instead, private_folder, trusted_folder
-from symdyn.runtime.warned import warn
+from symdyn.runtime.run_octave import OCTAVE_COMMANDS
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
@@ -196,3 +230,150 @@ def _compile_parts(compiler: Compiler, sources: Sequence[Path], patience: float,
 
     with threads() as pool:
         return list(pool.map(compile_part, sources))
+
+
+INCLUDE = Path(sysconfig.get_path("include"))
+"""Where Python's headers are; asked once, since several threads that ask first at a time get half an answer."""
+
+
+def build_extension(
+    sources: Sources,
+    compiler: str | None = None,
+    patience: float = PATIENCE,
+    machine: str = "native",
+) -> tuple[Path, ModuleType]:
+    """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
+
+    Args:
+        sources: of target "ufunc".
+        compiler: as for `symdyn.runtime.build`.
+        patience: likewise.
+        machine: likewise.
+
+    Raises:
+        BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
+    """
+    check_target(sources, "ufunc")
+    kind = extension_kind(Path(sources.files[0][0]).stem)
+    path, module = load_library(sources.texts, find_compiler(compiler, machine), patience, kind)
+    assert isinstance(module, ModuleType), "an extension's kind opens modules"
+    module.__file__ = str(path)
+    return path, module
+
+
+def extension_kind(name: str) -> LibraryKind:
+    """Return how an extension module of this Python and this NumPy is compiled, and opened under a name.
+
+    Raises:
+        MissingCompiler: there are no headers of Python.
+    """
+    suffix = EXTENSION_SUFFIXES[0]
+    needs = Needs(
+        headers=(python_headers(), np.get_include()),
+        libraries=python_libraries(),
+        loose=sys.platform == "darwin",
+    )
+    return LibraryKind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, name))
+
+
+def python_headers() -> str:
+    """Return the folder of Python.h.
+
+    Raises:
+        MissingCompiler: it is not installed.
+    """
+    if not (INCLUDE / "Python.h").is_file():
+        raise MissingCompiler(
+            f"{INCLUDE}: there is no Python.h, which an extension module needs; install Python's headers "
+            "(python3-dev), or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
+        )
+    return str(INCLUDE)
+
+
+def python_libraries(platform: str = sys.platform) -> tuple[tuple[str, str], ...]:
+    """Return folder and name of the library that extensions are linked against: pythonXY, on Windows alone."""
+    if platform != "win32":
+        return ()
+    threads = "t" if sysconfig.get_config_var("Py_GIL_DISABLED") else ""
+    name = f"python{sys.version_info.major}{sys.version_info.minor}{threads}"
+    return ((str(Path(sys.base_prefix) / "libs"), name),)
+
+
+def imported(name: str, path: str) -> ModuleType:
+    """Return the extension module in a file; it is not entered into `sys.modules`."""
+    loader = ExtensionFileLoader(name, path)
+    spec = spec_from_file_location(name, path, loader=loader)
+    assert spec is not None, "a loader was given"
+    module = module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
+    "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
+    "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
+    "Node.js": (NODE_COMMANDS, "verify runs no JavaScript, which is written all the same"),
+    "Octave": (OCTAVE_COMMANDS, "verify measures no MATLAB, which is written all the same"),
+    "Chromium": (
+        ("chromium", "chromium-browser", "google-chrome", "chrome"),
+        "nothing: only tests of pages run it, and any browser shows them",
+    ),
+}
+"""Programs by title: their commands, and what one does without."""
+
+NO_COMPILER = "load, lambdify and simulate run the NumPy module: the same results, slower; verify measures no C"
+NO_HEADERS = "load runs the NumPy module: the same results, slower"
+
+
+def here() -> dict[str, Any]:
+    """Return the compiler of C, Python's headers, the cache and programs as plain values; nothing is made."""
+    programs = [_program(title, *row) for title, row in PROGRAMS.items()]
+    return {"compiler": _compiler(), "headers": _headers(), "cache": _cache(), "programs": programs}
+
+
+def _program(title: str, commands: tuple[str, ...], without: str) -> dict[str, Any]:
+    """Return where a program is, or what one does without."""
+    path = next((found for command in commands if (found := shutil.which(command))), None)
+    return {"name": title, "path": path, "without": None if path else without}
+
+
+def _compiler() -> dict[str, Any]:
+    """Return the compiler, whether it compiles, and what one does without one that does."""
+    facts: dict[str, Any] = {"command": None, "version": None, "works": False, "why": None, "without": NO_COMPILER}
+    try:
+        compiler = find_compiler()
+        facts |= {
+            "command": " ".join(compiler.command),
+            "version": printable(next(iter(compiler.version.splitlines()), "")),
+        }
+        try_compiler(compiler)
+    except (BuildError, OSError) as fault:
+        return facts | {"why": str(fault).splitlines()[0]}
+    return facts | {"works": True, "without": None}
+
+
+def _headers() -> dict[str, Any]:
+    """Return whether Python's headers are there."""
+    try:
+        return {"folder": python_headers(), "why": None, "without": None}
+    except BuildError as fault:
+        return {"folder": None, "why": str(fault), "without": NO_HEADERS}
+
+
+def _cache() -> dict[str, Any]:
+    """Return the folder of compiled code, whether it is safe, and how much is there; nothing is made or changed."""
+    folder = cache_folder()
+    facts: dict[str, Any] = {"folder": str(folder), "safe": True, "why": None, "entries": 0, "bytes": 0}
+    try:
+        if not folder.exists():
+            above = next(one for one in folder.parents if one.exists())
+            if not above.is_dir() or not access(above, W_OK):
+                return facts | {"safe": False, "why": f"it is not there, and you may not write to {above}"}
+            return facts | {"why": "is made when something is compiled"}
+        reason = distrust(folder.stat()) or ("" if access(folder, W_OK) else "you may not write there")
+        reason = reason if folder.is_dir() else "it is no folder"
+        sizes = [path.lstat().st_size for path in folder.iterdir()] if folder.is_dir() else []
+    except OSError as fault:
+        return facts | {"safe": False, "why": fault.strerror or str(fault)}
+    return facts | {"safe": not reason, "why": reason or None, "entries": len(sizes), "bytes": sum(sizes)}

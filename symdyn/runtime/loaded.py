@@ -13,8 +13,7 @@ from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
-from symdyn.runtime.lazy import Later, Makers, plain, soon
-from symdyn.runtime.numeric_function import NumericFunction, numeric_function
+from symdyn.runtime.numeric_function import Later, Makers, NumericFunction, numeric_function, plain, soon
 from symdyn.runtime.runners import RUNNERS, or_warn, run_or_python
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import suggestion

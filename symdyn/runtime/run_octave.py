@@ -18,9 +18,9 @@ import numpy.typing as npt
 from symdyn.dynamics import Function
 from symdyn.emit import Sources, verbatim, write
 from symdyn.errors import BuildError, MissingProgram
+from symdyn.runtime.cache import check_target
 from symdyn.runtime.commands import waiting
 from symdyn.runtime.dialects import GNU
-from symdyn.runtime.warned import check_target
 
 OCTAVE_COMMANDS = ("octave-cli", "octave")
 

@@ -1,18 +1,28 @@
-"""A scene from any file that is understood, and its text in any format that is written."""
+"""A scene from any file that is understood, and its text in any format that is written.
+
+Binding parameters: the same scene with values given to some of them.
+
+A parameter keeps its name and gets its value, which the program folds in. One whose value is zero is zero at once in
+every formula, so that the derivations see what is gone: a massless body, a shift of no length, gravity. It is no
+longer assumed to be positive then.
+
+The scenes that come with the package, and what a new scene may begin as: commented TOML, without a fault.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
-from symdyn.graph import growing
-from symdyn.scene.binding import bind
+from symdyn.graph import Graph, growing
+from symdyn.resources import folder
+from symdyn.scene.declaration.draft import draft_of
 from symdyn.scene.declaration.reading import (
     BEGIN,
     Opened,
@@ -22,10 +32,100 @@ from symdyn.scene.declaration.reading import (
     Written,
     opened,
     read_bounded,
+    value_for,
 )
-from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import suggestion
+from symdyn.scene.declaration.whole_scene import check
+from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.names import check_scene_name, choice, suggestion
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.table import Faults, show
+
+
+def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """Return the scene with values for some of its parameters, in place of values they may have.
+
+    Args:
+        scene: any scene.
+        values: by name of the parameter: a number in SI, formula text without symbols, a value with its unit such as
+            "400 mm", or a quantity.
+
+    Raises:
+        SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
+    """
+    check_arguments(bind, locals(), SceneError)
+    faults = Faults(scene.source or scene.name)
+    names = {parameter.name: parameter for parameter in scene.parameters}
+    known: dict[str, Parameter] = {}
+    for name, raw in values.items():
+        if name not in names:
+            faults.add("", f'"{name}" is not a parameter; {suggestion(name, names)}')
+            continue
+        try:
+            value, unit, written = value_for(names[name], raw)
+        except FormulaError as error:
+            reason = str(error)
+            told = f"{show(raw)} {reason}" if reason.startswith("is in ") else reason
+            faults.add(f"parameters.{name}", f"value {told}")
+            continue
+        known[name] = replace(names[name], value=value, unit=unit, written=written)
+    faults.close()
+    parameters = tuple(known.get(p.name, p) for p in scene.parameters)
+    bound = without_zeros(replace(scene, parameters=parameters), faults)
+    said = any(one.unit != names[name].unit for name, one in known.items())
+    check(draft_of(bound), faults, dimensions=said)  # which no value changes but one that says a unit first
+    faults.close()
+    return bound
+
+
+def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
+    """Return the scene with zero in every formula for the parameters that are zero; they cannot be bound again there.
+
+    Raises:
+        SceneError: a formula has no value then.
+    """
+    faults = faults or Faults(scene.source or scene.name)
+    zeros = {p.name: Quantity.ZERO for p in scene.parameters if p.value and not p.value.symbols and _is_zero(p.value)}
+    if not zeros:
+        return scene
+    parameters = tuple(replace(p, positive=p.positive and p.name not in zeros) for p in scene.parameters)
+    try:
+        return map_quantities(replace(scene, parameters=parameters), lambda one: substituted(one, zeros))
+    except FormulaError as error:
+        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
+        faults.close()
+        raise AssertionError("a fault closes") from error
+
+
+def without_hidden_zeros(scene: Scene) -> Scene:
+    """Return the scene with zero in place of what is zero with its parameters' values, such as a mass a - b, too.
+
+    For derivations, which see then what is gone; other values cannot be given to these parameters there any more.
+
+    Raises:
+        SceneError: a formula has no value with a parameter that is zero.
+    """
+    scene = without_zeros(scene)
+    values = {p.name: p.value for p in scene.parameters if p.value and not p.value.symbols}
+
+    def settled(one: Quantity) -> Quantity:
+        """Return zero for a formula of parameters that is zero with their values."""
+        if not one.symbols or not set(one.symbols) <= values.keys():
+            return one
+        try:
+            return Quantity.ZERO if _is_zero(substituted(one, values)) else one
+        except FormulaError:  # told where it is computed with
+            return one
+
+    return map_quantities(scene, settled) if values else scene
+
+
+def _is_zero(value: Quantity) -> bool:
+    try:
+        return value.express(Graph()).is_zero
+    except ZeroDivisionError:
+        return False  # reported by the check
+
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -129,7 +229,7 @@ def read_noting(
     file = _file(path)
     format = _format(file)
     if options.floating_base is not None:
-        from symdyn.scene.formats.floating import check_base
+        from symdyn.scene.formats.inertias import check_base
 
         faults = Faults(str(file))
         check_base(options.floating_base, format, faults)
@@ -203,3 +303,107 @@ def _format(file: Path | Opened) -> str:
         known = ", ".join(f"<{name}>" for name in ROOTS)
         raise SceneError(f"{file}: has the root element <{root[:40]}>; expected one of {known}")
     return ROOTS[root]
+
+
+COUNTED = {"chain": 1024, "n_four_bar": 1000}
+"""Templates of n parts, and the largest n."""
+
+
+def examples() -> tuple[str, ...]:
+    """Return the names of the scenes that come with the package, in order.
+
+    >>> examples()[:3]
+    ('arm7', 'bicycle', 'cart_pole')
+    """
+    return tuple(sorted(path.stem for path in folder("examples").glob("*.toml")))
+
+
+def example(name: str) -> Scene:
+    """Return a scene that comes with the package; `symdyn new --example NAME` writes its file.
+
+    >>> example("four_bar").coordinates
+    ('phi', 'psi', 'chi')
+
+    Raises:
+        SceneError: there is none of this name; tells those that there are.
+    """
+    check_arguments(example, locals(), SceneError)
+    return read(path_of(name))
+
+
+def path_of(example: str) -> Path:
+    """Return the file of a scene that comes with the package; SceneError where there is none, and which there are."""
+    known = examples()
+    if example not in known:
+        raise SceneError(f'there is no example "{example}"; {choice(example, known)}')
+    return folder("examples") / f"{example}.toml"
+
+
+@dataclass(frozen=True)
+class Starter:
+    """A new scene of a name, and what it may begin as.
+
+    Attributes:
+        name: of the scene.
+        TEMPLATES: those that there are, in words.
+    """
+
+    TEMPLATES: ClassVar[Mapping[str, str]] = {
+        "rr": "planar arm, two revolute joints",
+        "rrr": "articulated arm, three revolute joints, by a Denavit-Hartenberg table",
+        "rrp": "spherical arm, two revolute joints and a sliding boom",
+        "cart_pole": "cart on a rail with a passive pole",
+        "puma": "PUMA 560, six axes, published numbers",
+        "arm7": "seven-axis arm with full inertias",
+        "chain": "planar chain of n point masses",
+        "four_bar": "crank-rocker of three uniform rods, a closed loop",
+        "slider_crank": "crank, connecting rod and piston, a closed loop",
+        "n_four_bar": "n four-bars in a row, n closed loops",
+    }
+
+    name: str
+
+    def from_template(self, template: str, n: int | None = None) -> str:
+        """Return the text that a template gives.
+
+        Args:
+            template: a key of `TEMPLATES`.
+            n: number of links of a chain, or of four-bars; two when left out.
+
+        Raises:
+            SceneError: the name or the template will not do, or n does not fit.
+        """
+        self._check()
+        if template not in self.TEMPLATES:
+            raise SceneError(f'there is no template "{template}"; {choice(template, self.TEMPLATES)}')
+        if n is not None and template not in COUNTED:
+            some = " and ".join(COUNTED)
+            raise SceneError(f'n = {n} goes with the templates {some} only; "{template}" has a fixed number of joints')
+        links = 2 if n is None else n
+        if not 1 <= links <= COUNTED.get(template, links):
+            raise SceneError(f"n = {links} is out of range; {template} takes 1 to {COUNTED[template]}")
+
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+        environment = Environment(
+            loader=FileSystemLoader(folder("templates") / "scenes"),
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            keep_trailing_newline=True,
+        )
+        return environment.get_template(f"{template}.toml.jinja").render(name=self.name, n=links)
+
+    def from_example(self, example: str) -> str:
+        """Return the file of a scene that comes with the package, comments and all, under the name.
+
+        Raises:
+            SceneError: there is no such example, and which there are; or the name will not do.
+        """
+        text = path_of(example).read_text(encoding="utf-8")
+        self._check()
+        return text.replace(f'name = "{example}"', f'name = "{self.name}"', 1)
+
+    def _check(self) -> None:
+        if fault := check_scene_name(self.name):
+            raise SceneError(f'the name "{self.name}" {fault}')

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
-from symdyn.scene.declaration.body_table import INERTIA_KEYS, MOST_PARTICLES
 from symdyn.scene.declaration.coupling import MIMIC_KEYS
-from symdyn.scene.declaration.declare import TABLE_KEYS
+from symdyn.scene.declaration.declare import INERTIA_KEYS, MOST_PARTICLES, TABLE_KEYS
 from symdyn.scene.declaration.dh import CONVENTIONS, LINK_KEYS, TABLE_KEYS as TABLE
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS, OWN_KEYS, loop_keys, meaningless
 from symdyn.scene.forces.force_kind import ForceKind
@@ -20,9 +19,7 @@ from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_table import JOINTS, own_keys
 from symdyn.scene.toml import SHORT
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key
-from symdyn.scene.values.outline import OUTLINES
-from symdyn.scene.values.shapes import (
+from symdyn.scene.values.key import (
     ANYTHING,
     FLAG,
     NAMED,
@@ -30,6 +27,7 @@ from symdyn.scene.values.shapes import (
     PLACEMENT,
     TEXT,
     VECTOR,
+    Key,
     Shape,
     choice_of,
     name_shape,
@@ -38,6 +36,7 @@ from symdyn.scene.values.shapes import (
     several,
     table_shape,
 )
+from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.tolerance import LONGEST as LONGEST_TOLERANCE, WORDS as TOLERANCE_WORDS
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"

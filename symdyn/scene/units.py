@@ -13,8 +13,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 from symdyn.graph import Op
-from symdyn.scene.checks.dimensions import ADVICE, analysed, doubts, words
-from symdyn.scene.checks.draft import Use, draft_of, uses
+from symdyn.scene.declaration.dimensions import ADVICE, analysed, doubts, words
+from symdyn.scene.declaration.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import POWER, TORQUE, force_unit
@@ -22,9 +22,9 @@ from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.requested_units import with_unit
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.unit import Unit
-from symdyn.scene.values.with_unit import with_unit
 
 PLAIN_NUMBERS = (Quantity.number(2), Quantity.number(Fraction(1, 2)), Quantity.PI)
 """Factors of areas, energies and circles, which carry no dimension where the unit of an output is told."""

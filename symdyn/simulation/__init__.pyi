@@ -5,8 +5,7 @@ from .ensemble.measures import Measure as Measure
 from .ensemble.one_by_one import measure_slopes as measure_slopes
 from .ensemble.read_task import read_task as read_task
 from .ensemble.task import RunBlock as RunBlock
-from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
-from .equations.parametrised import opened as opened
+from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
@@ -16,12 +15,16 @@ from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse
-from .plot import write_picture as write_picture
-from .prescribed.forces import Forces as Forces, read_forces as read_forces
-from .prescribed.path_entries import read_path as read_path
-from .prescribed.scene_motion import motion_times as motion_times, read_motion as read_motion
+from .panels import write_picture as write_picture
+from .prescribed.forces import (
+    Forces as Forces,
+    motion_times as motion_times,
+    read_forces as read_forces,
+    read_motion as read_motion,
+)
+from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
-from .reaction_columns import axes_of as axes_of
 from .record import CHECKS as CHECKS
-from .timed_runs import TimedRuns as TimedRuns
+from .run_columns import axes_of as axes_of
+from .tracked import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory

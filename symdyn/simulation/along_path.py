@@ -14,8 +14,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops import direction_words
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
-from symdyn.simulation.followed import Followed
-from symdyn.simulation.following import CLOSED, Following, Known, Tied
+from symdyn.simulation.following import CLOSED, Followed, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.path_equations import PathEquations, PathPlace
 from symdyn.simulation.prescribed.point_path import Approach, ScenePath

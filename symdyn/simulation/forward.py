@@ -15,25 +15,36 @@ from symdyn.arguments import with_fields
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults
-from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.controller import Feedback, Law, Placed, Said, placed, placed_function, read_feedback
+from symdyn.simulation.feedback.controller import (
+    Feedback,
+    Law,
+    Placed,
+    Said,
+    placed,
+    placed_function,
+    read_feedback,
+    saturation_report,
+)
 from symdyn.simulation.feedback.gains import Gains
-from symdyn.simulation.feedback.loop import Loop, Loops
-from symdyn.simulation.feedback.sampled_rows import held_columns, hidden, sampled_rows
-from symdyn.simulation.feedback.saturation import saturation_report
+from symdyn.simulation.feedback.loop import Loop, Loops, held_columns, hidden, sampled_rows
 from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrator import Choice, choose
-from symdyn.simulation.joint_limits import at_start, nothing_ignored, on_the_way, stopping
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.reaction_columns import axes_of
-from symdyn.simulation.run import STOPPED, Integration, integrated
+from symdyn.simulation.run import STOPPED, Integration, integrated, valueless
+from symdyn.simulation.run_columns import axes_of
 from symdyn.simulation.trajectory import END, INTERRUPTED, Trajectory
-from symdyn.simulation.trajectory_builder import overlooked, trajectory_of
-from symdyn.simulation.valueless import valueless
+from symdyn.simulation.trajectory_builder import (
+    at_start,
+    nothing_ignored,
+    on_the_way,
+    overlooked,
+    stopping,
+    trajectory_of,
+)
 
 DRIFT = 1e-2
 """Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""

@@ -3,6 +3,8 @@
 In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
 points and frames have paths, coordinates follow these too (along_path.py).
 Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+
+What motion to forces is computed with: compiled functions of positions, velocities and accelerations of a scene.
 """
 
 from __future__ import annotations
@@ -10,36 +12,152 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
+from symdyn.graph import Graph, tangents
+from symdyn.program import Candidates, identifier
 from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
-from symdyn.simulation.equations.crossings import SLACK
-from symdyn.simulation.equations.parametrised import opened
-from symdyn.simulation.followed import Followed, followed
-from symdyn.simulation.following import Tied
+from symdyn.simulation.equations.compiled_routines import (
+    Calls,
+    Compiled,
+    Opened,
+    compiled,
+    compiled_once,
+    function_of,
+    opened,
+    points,
+)
+from symdyn.simulation.equations.crossings import SLACK, limits_of
+from symdyn.simulation.equations.written import written_decisions
+from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations
-from symdyn.simulation.inverse_functions import InverseFunctions
-from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, drive_names, places_of
+from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
-from symdyn.simulation.prescribed.path_entries import read_path
-from symdyn.simulation.prescribed.point_path import ScenePath
-from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
+from symdyn.simulation.prescribed.point_path import ScenePath, read_path
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.reaction_columns import axes_of, reaction_columns
-from symdyn.simulation.signal_columns import input_columns, output_columns
+from symdyn.simulation.run import valueless
+from symdyn.simulation.run_columns import axes_of, input_columns, output_columns, reaction_columns
 from symdyn.simulation.trajectory import END, Trajectory
-from symdyn.simulation.valueless import valueless
+from symdyn.simulation.trajectory_builder import passages, passed
+
+
+class InverseFunctions:
+    """Compiled functions of positions, velocities and accelerations.
+
+    Attributes:
+        follows: whether there are rows or paths that coordinates follow; loops whose rows are all redundant have none.
+        limits: of joints, in the order of the entries of "limits".
+        holding: of the rows of loops and contacts, whether each holds a position.
+        holds: whether rows or paths do.
+    """
+
+    def __init__(self, scene: Scene, path: ScenePath) -> None:
+        found, names = opened(scene), tuple(one.name for one in path.points)
+        key = (found.scene, written_decisions(scene), names)
+        self._open, self._names, self._key = found, names, key
+        self._made = compiled_once(("inverse", *key), lambda: _compiled(found, names))
+        self._calls = self._made.at(found.values)
+        functions = {routine.function.name: routine.function for routine in self._made.program.routines}
+        closed = "constraint_jacobian" in functions
+        residuals = functions["constraint_residual"].entries if closed else ()
+        self.limits = limits_of(found.scene, graph := Graph(), State.of(found.scene, graph).tau)
+        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
+        self.follows, self.holds = closed or bool(names), bool(self.holding.any()) or bool(names)
+        self._lacking = (
+            {}
+            if closed
+            else {"constraint_residual": (0,), "constraint_bias": (0,)}
+            | {"constraint_jacobian": (0, len(scene.velocities))}
+        )
+
+    def __call__(
+        self,
+        name: str,
+        t: Any,
+        q: Array,
+        u: Array,
+        a: Array | None = None,
+        tau: Array | None = None,
+        inputs: Array | None = None,
+    ) -> Array:
+        """Return a function's values, one a row."""
+        if name in self._lacking:
+            return np.zeros((*q.shape[:-1], *self._lacking[name]))
+        return _called(self._made, self._calls, name, t, q, u, a, tau, inputs)
+
+    def rates(self, q: Array, u: Array) -> dict[str, Array]:
+        """Return the rates of kinematics, rows and Jacobians by name."""
+        made = compiled_once(("rates", *self._key), lambda: _compiled_rates(self._open, self._names))
+        calls = made.at(self._open.values)
+        known = {routine.function.name for routine in made.program.routines}
+        n = len(self._open.scene.velocities)
+        names = ("kinematics", "constraint_jacobian", *(f"jacobian:{name}" for name in self._names))
+        found = {name: _called(made, calls, name, 0.0, q, u) for name in names if identifier(name) in known}
+        return {"constraint_jacobian": np.zeros((0, n))} | found
+
+
+def _called(
+    made: Compiled,
+    calls: Calls,
+    name: str,
+    t: Any,
+    q: Array,
+    u: Array,
+    a: Array | None = None,
+    tau: Array | None = None,
+    inputs: Array | None = None,
+) -> Array:
+    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t, "inputs": inputs}
+    with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
+        found = np.asarray(calls[name](*(known[one] for one in made.takes(name))), dtype=np.float64)
+    return np.broadcast_to(found, (*q.shape[:-1], *made.program[name].function.shape))
+
+
+def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
+    """Return functions of a scene, its parameters free."""
+    w = Workspace(scene.scene, scene.closing)
+    names = ["inverse_dynamics"]
+    if w.scene.is_closed:
+        names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+    names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
+    functions = [Candidates(w, name).cheapest() for name in names]
+    turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+    limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
+    functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
+    functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
+    return compiled(w.scene, w.graph, functions)
+
+
+def _kinematics(w: Workspace) -> Function:
+    columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+    H = [column[k] for k in range(len(w.state.q)) for column in columns]
+    return replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
+
+
+def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
+    """Return the rates of kinematics, rows and Jacobians."""
+    w = Workspace(scene.scene, scene.closing)
+    names = ["constraint_jacobian"] if w.scene.is_closed else []
+    names += [f"jacobian:{name}" for name in points_on_paths]
+    functions = [_kinematics(w), *(Candidates(w, name).cheapest() for name in names)]
+    moved = [
+        replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
+        for one in functions
+    ]
+    return compiled(w.scene, w.graph, moved)
+
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""

@@ -22,8 +22,7 @@ from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces, read_inputs
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen
-from symdyn.simulation.prescribed.numbers_in_time import sample_times
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen, sample_times
 from symdyn.unlocked import cached_property
 
 SMALLEST = 1e-300

@@ -3,19 +3,31 @@
 How long it will take is said once it is known to be long; a run that would take years is ended: the time of the end may
 be a slip of the pen, `--until 1e6` for 1e0, and nobody should wait for it in ignorance. The pace is that of the stretch
 since the last look, so that a slow beginning does not count; a run is ended by two of them.
+
+Which part of a scene has no value at a state: named where a run cannot begin there, or cannot go on.
+
+A strut between points that meet has no direction to pull in; a formula may leave the real numbers.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra import Array
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.mechanism import ends_apart, pull
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import TIMED, spell
 from symdyn.simulation.integrate.method import Hit, InitialValueProblem, IntegrationError, Method, Piece, integrate
+from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.simulation.trajectory import END, INTERRUPTED
+from symdyn.spatial import dot
 
 STOPPED = "stopped by an event"
 
@@ -149,3 +161,64 @@ def spoken(seconds: float) -> str:
     name, unit = next(((name, unit) for name, unit in UNITS if seconds >= unit), UNITS[-1])
     number = f"{seconds / unit:.2g}" if seconds < 1000 * HOPELESS else f"{seconds / unit:.0e}"
     return f"about {number} {name}{'s' * (number != '1')}"
+
+
+def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
+    """Return what has no value at a time, s, and a state, shapes (nq,) and (nv,); "" where all has one."""
+    graph = Graph()
+    values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
+    values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))
+    values |= scene.at_time(graph, t)
+    for parameter in scene.parameters:
+        if parameter.value is not None:
+            values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]
+
+    def has_value(formula: Expr) -> bool:
+        try:
+            return math.isfinite(evaluate([formula], Floats(), values)[0])
+        except (ArithmeticError, ValueError):
+            return False
+
+    for what, quantity in _formulas(scene, forces):
+        try:
+            known = has_value(quantity.express(graph))
+        except ZeroDivisionError:
+            known = False
+        if not known:
+            return f"{what}, {spell(quantity)}, has no real value there"
+    for what, formula in _between_points(scene, graph):
+        if not has_value(formula):
+            return what
+    return ""
+
+
+def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
+    names = force_names(scene)
+    for k, formula in forces.formulas.items():
+        yield f"the {'driving force' if k < len(scene.velocities) else 'input'} {names[k]}", formula
+    for joint in scene.joints:
+        for formula in joint.forces:
+            yield f"the force of joint {joint.name}", formula
+        if joint.motion is not None:
+            yield f"the motion of joint {joint.name}", joint.motion
+    for one in scene.elements:
+        for part in FORCES[one.kind].parts:
+            for _, formula, allowed in part.numbers(one):
+                if allowed == TIMED:
+                    yield f"{one.kind} {one.name}", formula
+
+
+def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
+    for strut in scene.struts:
+        if not strut.ends:
+            continue
+        way = ends_apart(scene, strut.ends, graph)
+        square = dot(way, way)
+        if square.is_zero:  # points that never part pull at nothing
+            continue
+        words = f"{strut.kind} {strut.name} has no length there"
+        if FORCES[strut.kind].pull.over is None:
+            yield f"{words}, and so no direction", graph.one / square
+        else:
+            words = f"{words}, where it pulls (with free = 0 it would not)"
+            yield f"{words}, and so no direction", pull(strut, square, graph.zero)

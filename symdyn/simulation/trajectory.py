@@ -19,7 +19,7 @@ from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, known, missing
-from symdyn.simulation.feedback.saturation import Saturation, cut_lines
+from symdyn.simulation.feedback.controller import Saturation, cut_lines
 from symdyn.simulation.prescribed.forces import drive_names
 
 if TYPE_CHECKING:
@@ -265,7 +265,7 @@ class Trajectory(Shown):
             SimulateError: matplotlib is not installed.
         """
         check_arguments(Trajectory.plot, locals(), UnknownNameError)
-        from symdyn.simulation.plot import figure
+        from symdyn.simulation.panels import figure
 
         return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
 
@@ -277,7 +277,7 @@ class Trajectory(Shown):
             SimulateError: another ending, no matplotlib, or a file that cannot be written.
         """
         check_arguments(Trajectory.save_plot, locals(), SimulateError)
-        from symdyn.simulation.plot import plot
+        from symdyn.simulation.panels import plot
 
         plot(self, Path(file), names)
 
@@ -288,7 +288,7 @@ class Trajectory(Shown):
             SimulateError: another kind, or matplotlib is not installed.
         """
         check_arguments(Trajectory.drawn, locals(), SimulateError)
-        from symdyn.simulation.plot import draw
+        from symdyn.simulation.panels import draw
 
         return draw(self, kind)
 

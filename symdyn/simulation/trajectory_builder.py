@@ -1,24 +1,213 @@
-"""A run as a trajectory: motion, forces, columns, monitors, events, and what ended it."""
+"""A run as a trajectory: motion, forces, columns, monitors, events, and what ended it.
+
+What a computed motion is looked at for: how well it keeps the laws of mechanics, and what contacts would need.
+
+The balance is K + P - W less its value at the start, where W is the work of drives, damping, friction and loads,
+integrated along; P holds gravity and springs. The equations take contacts as two-sided and without slip: whether they
+push, and which friction keeps them from slipping, is told of the multipliers N along the normal and F in the plane.
+
+What is said of joints at their limits: where a run starts, where one stops it, and which ones a motion passes.
+
+A joint that reaches a limit of its position rests on its stop, which the equations do not know: what they go on to
+tell is another mechanism's motion. Limits of velocity and effort say what a drive can do; the equations hold beyond.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.scene.values import Faults
+from symdyn.algebra import Array
+from symdyn.graph import Graph
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import Contact, Faults
 from symdyn.simulation.columns import apart
-from symdyn.simulation.equations.crossings import Limit
+from symdyn.simulation.equations.compiled_routines import opened
+from symdyn.simulation.equations.crossings import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import Hit
-from symdyn.simulation.joint_limits import named, reached
-from symdyn.simulation.monitors import needed, observe
-from symdyn.simulation.reaction_columns import axes_of, reaction_columns
-from symdyn.simulation.run import STOPPED, Integration
-from symdyn.simulation.signal_columns import output_columns
+from symdyn.simulation.run import STOPPED, Integration, valueless
+from symdyn.simulation.run_columns import axes_of, multipliers, output_columns, reaction_columns
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
-from symdyn.simulation.valueless import valueless
+
+DATA = "the limit is data for controllers, nothing in the equations keeps it"
+
+
+def stopping(system: StateEquations, ignored: bool) -> tuple[bool, ...]:
+    """Return of every limit whether it ends a run where a joint passes it."""
+    return tuple(limit.kind in STOPS and not ignored for limit in system.limits)
+
+
+def nothing_ignored(system: StateEquations, ignored: bool) -> tuple[str, ...]:
+    """Return what is said where limits are to be ignored that there are not."""
+    if not ignored or any(limit.kind in STOPS for limit in system.limits):
+        return ()
+    return (f"ignoring limits has no effect: no joint of {system.scene.name} has a limit of its position",)
+
+
+def named(limit: Limit, scene: Scene) -> str:
+    """Return a limit by its joint, such as "joint elbow: upper limit 1.57 rad"."""
+    return f"joint {limit.joint.name}: {limit.words(scene)}"
+
+
+def reached(limit: Limit, scene: Scene, t: float) -> str:
+    """Return what is said of a limit that ended a run."""
+    return (
+        f"joint {limit.joint.name} reaches its {limit.words(scene)} at t = {t:.9g} s, a stop that the equations do not "
+        "know; --ignore-limits, in Python ignore_limits=True, goes on"
+    )
+
+
+def at_start(system: StateEquations, x: Array, stops: Sequence[bool]) -> list[str]:
+    """Return what is said of a start x, shape (nx,), beyond limits, of which some stop a run."""
+    goes_on = "the run goes on until the joint has come back and passes it again"
+    outside = beyond(system, np.zeros(1), x[None])[0]
+    found = [(limit, stop) for limit, out, stop in zip(system.limits, outside, stops, strict=True) if out]
+    found += [(limit, False) for limit in _by_constant_forces(system, x)]
+    return [
+        f"{named(limit, system.scene)} is passed at the start; {goes_on if stop else DATA}" for limit, stop in found
+    ]
+
+
+def _by_constant_forces(system: StateEquations, x: Array) -> list[Limit]:
+    """Return the limits of effort that a force passes which no state changes, so that nothing crosses zero."""
+    scene, graph = system.scene, Graph()
+    watched = {limit.joint.name for limit in system.limits if limit.kind == "effort"}
+    forces = np.broadcast_to(system.evaluate("drives", 0.0, x), (system.nv,))
+    found = []
+    for joint in scene.moving:
+        limit, first = Limit(joint, "effort", graph.zero), scene.velocities.index(joint.rates[0])
+        told = joint.name not in watched and joint.limits.effort is not None and len(joint.rates) == 1
+        found += [limit] if told and abs(forces[first]) > limit.size(scene) else []
+    return found
+
+
+def on_the_way(system: StateEquations, t: Array, x: Array, hits: Sequence[Hit], stops: Sequence[bool]) -> list[str]:
+    """Return what is said of limits that a run passed after its start, at samples or, by its hits, between them."""
+    outside, first, found = beyond(system, t, x), len(system.events) + len(system.ends), []
+    for k, (limit, stop) in enumerate(zip(system.limits, stops, strict=True)):
+        times = [] if stop else [hit.t for hit in hits if hit.event == first + k]
+        rows = slice(len(t) - stop)  # where a limit stops a run, its last row is beyond it
+        found += passed(limit, system.scene, times or passages(t[rows], outside[rows, k])[int(outside[0, k]) :])
+    return found
+
+
+def beyond(system: StateEquations, t: Array, x: Array) -> Array:
+    """Return whether states (N, nx) at times (N,) are beyond each limit, shape (N, limits)."""
+    if not system.limits:
+        return np.zeros((len(t), 0), dtype=bool)
+    values = system.evaluate("events", t, x)
+    return np.asarray(values[:, values.shape[1] - len(system.limits) :] > SLACK)
+
+
+def passages(t: Array, outside: Array) -> list[float]:
+    """Return at which times, shape (N,), a limit has been passed that was kept a sample before; the first counts."""
+    before = np.concatenate([[False], outside[:-1]])
+    return [float(one) for one in t[outside & ~before]]
+
+
+def passed(limit: Limit, scene: Scene, times: Sequence[float]) -> list[str]:
+    """Return what is said of a limit that was passed at some times, nothing where there are none."""
+    again = len(times) - 1
+    more = f" and {again} time{'s' * (again > 1)} more" if again > 0 else ""
+    return [f"{named(limit, scene)} is passed at t = {times[0]:.6g} s{more}; {DATA}"] if times else []
+
+
+def observe(system: StateEquations, t: Array, x: Array) -> tuple[dict[str, Array], dict[str, float]]:
+    """Return columns of energies, powers and residuals at states x, shape (N, nx), and the largest violations."""
+    K, P = (np.broadcast_to(system.evaluate(name, t, x).reshape(-1), t.shape) for name in ("kinetic", "potential"))
+    columns = {"kinetic_energy": K, "potential_energy": P}
+    W = x[:, -1] if system.works else np.zeros_like(t)
+    if system.works:
+        power = system.evaluate("power", t, x)
+        columns |= {"drive_power": power[..., 0], "other_power": power[..., 1], "work": W}
+    columns["energy_error"] = (K + P - W) - (K[0] + P[0] - W[0])
+    monitors = {"energy": _largest(columns["energy_error"]), "energy_scale": _largest(np.abs(K) + np.abs(P - P[0]))}
+    if system.closed:
+        for name, told in (("loop_error", "constraint_residual"), ("loop_rate_error", "row_rates")):
+            columns[name] = np.abs(system.evaluate(told, t, x)).max(axis=-1, initial=0.0)
+        monitors |= {"loops": _largest(columns["loop_error"]), "loop_rates": _largest(columns["loop_rate_error"])}
+    if system.quaternions:
+        lengths = [np.abs(np.einsum("ni,ni->n", x[:, part], x[:, part]) - 1.0) for part in system.quaternions]
+        monitors["quaternions"] = max(_largest(one) for one in lengths)
+    if system.momenta:
+        places = [system.reported.index(k) for k in system.conserved]
+        values = system.evaluate("momenta", t, x).reshape(len(t), -1)[:, places]
+        columns |= {name: values[:, k] for k, name in enumerate(system.momenta)}
+        monitors["momenta"] = _largest(values - values[0])
+    return columns, monitors
+
+
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))
+
+
+NOTHING = 1e-9
+"""Forces over the largest that are rounding."""
+
+
+@dataclass(frozen=True)
+class Needed:
+    """What a contact needs over a motion.
+
+    Attributes:
+        row: of the scene.
+        normal: N, shape (N,); it pulls where it is negative.
+        friction: |F| / N at least, where the contact pushes; 0 elsewhere, shape (N,).
+    """
+
+    row: Contact
+    normal: Array
+    friction: Array
+
+
+def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
+    """Return what contacts that hold a height need over a motion, and what is to be said of it."""
+    contacts = [row for row in system.scene.contacts if FORCES[row.kind].closes(row)]
+    if not contacts:
+        return [], []
+    labels, decisions = opened(system.scene).numbers().constraints.labels, system.decisions
+    owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
+    places = {owners[k]: place for place, k in enumerate(decisions.kept) if k in owners}
+    shared = {owners[k] for k in decisions.loose if k in owners}
+    sizes = multipliers(motion, decisions)
+    found, notes = [], []
+    for row in contacts:
+        mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
+        if "normal" not in mine or any((row.name, number) in shared for number in range(len(row.components))):
+            notes.append(f"contact {row.name}: its forces are not unique, so that nothing is told of them")
+            continue
+        normal = sizes[:, mine["normal"]]
+        plane = np.hypot(
+            *(sizes[:, mine[way]] if way in mine else np.zeros_like(normal) for way in ("along", "across"))
+        )
+        size = float(np.abs(sizes).max(initial=0.0))
+        pushes = normal > NOTHING * size
+        one = Needed(row, normal, np.where(pushes, plane / np.where(pushes, normal, 1.0), 0.0))
+        found.append(one)
+        notes += _told(one, motion.t, size)
+    return found, notes
+
+
+def _told(one: Needed, t: Array, size: float) -> list[str]:
+    """Return whether a contact would pull, and the friction that it needs."""
+    notes, where = [], f"contact {one.row.name}"
+    pulls = np.flatnonzero(one.normal < -NOTHING * size)
+    if len(pulls):
+        worst = int(one.normal.argmin())
+        notes.append(
+            f"{where}: its normal force would pull at t = {t[pulls[0]]:.6g} s, by up to {-one.normal[worst]:.3g} N at "
+            f"t = {t[worst]:.6g} s; {one.row.place.body} would lift off there, which this "
+            "model does not know"
+        )
+    if float(one.friction.max(initial=0.0)) > NOTHING:
+        k = int(one.friction.argmax())
+        notes.append(f"{where}: not to slip takes a friction coefficient of {one.friction[k]:.3g} at t = {t[k]:.6g} s")
+    return notes
+
 
 AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
 """Parts of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""

@@ -15,8 +15,7 @@ from symdyn.scene import SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run
 from symdyn.study.distributions import Over
-from symdyn.study.executors import executor
-from symdyn.study.job import Job, block as one_block
+from symdyn.study.job import Job, block as one_block, executor
 from symdyn.study.job_of_places import At, places_job
 from symdyn.study.job_of_runs import runs_job
 from symdyn.study.opened_store import check_store, opened, store_of
@@ -76,7 +75,7 @@ def sweep(
         count: how many runs are drawn; None for 1000.
         seed: of what is drawn.
         output: a .zarr store, which is made, or gone on with where it is there.
-        scheduler: where blocks are computed: a key of `symdyn.study.executors.EXECUTORS`, an address, or a Client.
+        scheduler: where blocks are computed: a key of `symdyn.study.job.EXECUTORS`, an address, or a Client.
         workers: how many of them; None for one a core.
         block: runs of one block; None for a part of all.
         function: in place of runs, calls of a function such as "inverse_dynamics"; then measures are formulas of what

@@ -3,7 +3,7 @@
 from .derivations.lessons import walkthrough as walkthrough
 from .document import Document as Document
 from .languages import languages as languages
-from .mathml import flow as flow, inline as inline
+from .mathematics import flow as flow, inline as inline
 from .render import rendered as rendered
 from .render.handout import Handout as Handout
 from .student.answer import in_words as in_words

@@ -239,7 +239,7 @@ class Step:
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.
         level: "brief" for what a short document keeps, "full" for the rest.
-        show: what the figure of a page shows while the step is read, words of `symdyn.teach.interactive.shown`; none
+        show: what the figure of a page shows while the step is read, words of `symdyn.teach.interactive.numbered`; none
             for what the step before showed.
         needs: keys of blanks that are answered or given up before the step is shown.
     """

@@ -1,4 +1,12 @@
-"""What all steps of one walkthrough share: the graph, the ring that writes short forms, the names, the language."""
+"""What all steps of one walkthrough share: the graph, the ring that writes short forms, the names, the language.
+
+What a scene weighs, one entry a particle and one a rigid body: the indices that formulas of a walkthrough carry.
+
+Loops, contacts and rows that tie nothing: a door's second hinge forbids what the first one forbids already.
+
+A mechanism of these alone moves as the open one, by Lagrange's method; one with others as well has multipliers of
+the others.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +21,66 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Joint
-from symdyn.spatial import Transform
+from symdyn.scene.values import Body, Joint
+from symdyn.spatial import Mat, Transform, Vec
 from symdyn.table import Table
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Words
 from symdyn.teach.languages import Language, fill, language_of
-from symdyn.teach.masses import Mass, masses
 from symdyn.teach.mathematics import about, equals, written
 from symdyn.unlocked import cached_property
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A particle or a rigid body.
+
+    Attributes:
+        tag: its index in print: the body's number from 1, with a letter where the body has several masses.
+        body: what carries it.
+        particle: whether it is a point mass.
+        m: kg.
+        place: of the particle, the centre of mass, or (`h` given) the origin of the body frame; ground frame, m.
+        inertia: about that place, body axes; kg m^2.
+        h: first moment in the ground frame, kg m, where inertia is declared about the body frame's origin; else None.
+    """
+
+    tag: str
+    body: Body
+    particle: bool
+    m: Expr
+    place: Vec
+    inertia: Mat
+    h: Vec | None = None
+
+    @property
+    def spins(self) -> bool:
+        """Whether there is a moment of inertia."""
+        return not all(x.is_zero for row in self.inertia for x in row)
+
+
+def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[Mass]:
+    """Return all masses, the ground's side first; `placed` says where bodies are in the ground frame."""
+    found = []
+    for number, body in enumerate(scene.bodies, 1):
+        T = placed[body.name]
+        own = [(p.mass.express(graph), T.point(vector(p.at, graph))) for p in body.particles]
+        m, inertia = body.mass.express(graph), Mat.symmetric(*(x.express(graph) for x in body.inertia))
+        extended = not m.is_zero or not all(x.is_zero for row in inertia for x in row) or body.first_moment is not None
+        tags = [str(number)] if len(own) + extended == 1 else [f"{number}{letter}" for letter in "abcdefgh"]
+        if len(own) + extended > len(tags):
+            tags = [f"{number},{k + 1}" for k in range(len(own) + extended)]
+        if extended:
+            tag, *tags = tags
+            if body.about == "com" and body.com is not None:
+                found.append(Mass(tag, body, False, m, T.point(vector(body.com, graph)), inertia))
+            else:
+                found.append(Mass(tag, body, False, m, T.p, inertia, T.R @ body.mass_moment(graph)))
+        nothing = Mat.symmetric(*[graph.zero] * 6)
+        found += [Mass(tag, body, True, m, at, nothing) for tag, (m, at) in zip(tags, own, strict=False)]
+    return found
+
 
 READ = 1000
 """Terms of k_z that a lesson may have, multiplied out: a PUMA 560 has 258, a 7-axis arm 3683."""
@@ -316,3 +376,17 @@ def named(node: Expr) -> Symbol:
 def together(forms: Sequence[Form]) -> Words:
     """Return forms in a row, commas between."""
     return Words(tuple(part for form in forms for part in (", ", form))[1:])
+
+
+def silent_steps(lesson: Lesson) -> list[Step]:
+    """Return the step that names what ties nothing, and why; none where everything ties something."""
+    if not lesson.scene.is_closed:
+        return []
+    loops = lesson.workspace.loops
+    owners = dict.fromkeys((one.owner, one.loop) for one in loops.recursive.labels)
+    speaking = {(loops.recursive.labels[k].owner, loops.recursive.labels[k].loop) for k in loops.decisions.kept}
+    silent = [owner for owner in owners if owner not in speaking]
+    if not silent:
+        return []
+    claim = lesson.say("ties.silent", names=", ".join(name for name, _ in silent))
+    return [Step("ties.silent", claim, (), lesson.say("ties.silent.reason"))]

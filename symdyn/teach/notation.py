@@ -1,17 +1,33 @@
-"""Steps: the scene in words, its coordinates and every symbol."""
+"""Steps: the scene in words, its coordinates and every symbol.
+
+Steps about coordinates: from where each is counted and which way is positive, computed where all are zero.
+
+Textbook mode: equation numbers of example 5.28 and boxes where the text, as transcribed, is wrong.
+
+`READS` quotes the text; what is right and every check comes from the graph.
+"""
 
 from __future__ import annotations
 
+import ast
+import math
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
-from symdyn.algebra import Form, Symbol
+from symdyn.algebra import Form, Function, Number, Symbol
+from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import value_text
-from symdyn.graph import Graph
-from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.forces import FORCES
+from symdyn.graph import Expr, Graph, Op, substitute
+from symdyn.scene import Quantity, Scene, SceneUnits, parse
+from symdyn.scene.forces import FORCES, elastic
+from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
-from symdyn.teach.document import Picture, Step, Words
-from symdyn.teach.lesson import Prose, together
+from symdyn.spatial import Transform, Vec, dot, scale, sub
+from symdyn.teach.document import ERRATA, Block, Box, Formula, Picture, Section, Step, Words
+from symdyn.teach.lesson import AXES, Lesson, Prose, together
+from symdyn.teach.shown_state import Chosen
 
 
 def scene_step(lesson: Prose, shown: Picture) -> Step:
@@ -70,13 +86,13 @@ def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
     scene = lesson.scene
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    for (joint, q, unit), rate in zip(SceneUnits(scene).each_coordinate(), scene.velocities, strict=True):
-        kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
-        rows.append((Symbol(q), kind, unit, ""))
-        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s", ""))
-    for joint, drive, unit in SceneUnits(scene).each_drive():
-        key = "notation.force" if unit == "N" else "notation.torque"
-        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
+    for (joint, q, measure), rate in zip(SceneUnits(scene).each_coordinate(), scene.velocities, strict=True):
+        kind = lesson.say("notation.angle" if measure == "rad" else "notation.way", joint=joint.name)
+        rows.append((Symbol(q), kind, measure, ""))
+        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{measure}/s", ""))
+    for joint, drive, measure in SceneUnits(scene).each_drive():
+        key = "notation.force" if measure == "N" else "notation.torque"
+        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), measure, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
     return Step("notation", lesson.say("notation"), (table,), level="full")
@@ -92,3 +108,288 @@ def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
         shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−")
         rows.append((Symbol(parameter.name), text, told[parameter.name].replace("^2", "²"), shown))
     return rows
+
+
+NEAR = 1e-9
+
+
+def coordinate_step(lesson: Prose, graph: Graph, chosen: Chosen) -> Step:
+    """Return a table: where each coordinate is zero, and which way it grows; with all coordinates zero."""
+    places = _Zero(lesson.scene, graph, chosen)
+    rows = []
+    for joint in lesson.scene.moving:
+        axis = JOINTS[joint.type].axis(joint)
+        for k, name in enumerate(joint.coordinates):
+            where, way = (
+                (lesson.say("zero.frames", child=joint.child), _part(lesson, joint, k))
+                if axis is None
+                else (_where(lesson, places, joint), _way(lesson, places, joint))
+            )
+            rows.append((Symbol(name), where, way))
+    table = lesson.table(("coordinate", "zero.head", "way.head"), rows)
+    return Step("coordinates", lesson.say("zero"), (table,), lesson.say("zero.reason"), show=("angles",))
+
+
+def _where(lesson: Prose, places: _Zero, joint: Joint) -> Words:
+    """Return where a joint with an axis is at zero."""
+    arm = places.arm(joint)
+    if JOINTS[joint.type].slides(joint) or arm is None:
+        return lesson.say("zero.frames", child=joint.child)
+    before = places.parent_arm(joint)
+    if before is not None and _same(arm, before):
+        return lesson.say("zero.in_line", child=joint.child, parent=joint.parent)
+    return lesson.say("zero.points", child=joint.child, way=_named(lesson, places, arm))
+
+
+def _part(lesson: Prose, joint: Joint, k: int) -> Words:
+    """Return what coordinate k of a joint with several is: of a ball a turn of its sequence."""
+    sequence = str(dict(joint.shape).get("orientation", ""))
+    turn = k - len(joint.coordinates) + len(sequence)
+    if len(sequence) != 3 or turn < 0:
+        return lesson.say("way.part", joint=joint.name)
+    return lesson.say("way.sequence", axis=sequence[turn], number=str(turn + 1), joint=joint.name)
+
+
+def _way(lesson: Prose, places: _Zero, joint: Joint) -> Words:
+    """Return which way a joint's coordinate grows."""
+    n = places.axis(joint)
+    if JOINTS[joint.type].slides(joint):
+        return lesson.say("way.slide", way=_named(lesson, places, n))
+    return lesson.say("way.turn", way=_named(lesson, places, n))
+
+
+def _named(lesson: Prose, places: _Zero, way: Sequence[float]) -> str:
+    """Return the name of a direction of the ground, or its components."""
+    if places.down is not None:
+        for key, sign in (("down", 1.0), ("up", -1.0)):
+            if _same(way, [sign * x for x in places.down]):
+                return lesson.text(f"direction.{key}")
+    for k, axis in enumerate(AXES):
+        if abs(abs(way[k]) - 1) < NEAR:
+            return lesson.text("direction.along" if way[k] > 0 else "direction.against", axis=axis)
+    return lesson.text("direction.any", components=", ".join(map(lesson.written, way)))
+
+
+def _same(a: Sequence[float], b: Sequence[float]) -> bool:
+    return math.dist(a, b) < NEAR
+
+
+class _Zero:
+    """A scene with all coordinates zero, in numbers."""
+
+    def __init__(self, scene: Scene, graph: Graph, chosen: Chosen) -> None:
+        self.scene, self.graph, self.chosen = scene, graph, chosen
+        self.placed: Mapping[str, Transform] = body_placements(scene, graph)
+        self.still = {graph.symbol(name): graph.zero for name in scene.coordinates}
+        self.down = self._unit(vector(scene.gravity, graph))
+
+    def axis(self, joint: Joint) -> tuple[float, ...]:
+        """Return the direction of a joint's axis, ground frame."""
+        n = self._unit(self._axis(joint))
+        assert n is not None, "an axis has a length"
+        return n
+
+    def arm(self, joint: Joint) -> tuple[float, ...] | None:
+        """Return the direction from a joint's axis to what its body carries; None where that lies on the axis."""
+        (body,) = (one for one in self.scene.bodies if one.name == joint.child)
+        T, origin, n = self.placed[joint.child], self._frame(joint).p, self._axis(joint)
+        carried = [one for one in self.scene.joints if one.parent == body.name]
+        points = [T.point(vector(particle.at, self.graph)) for particle in body.particles]
+        points += [T.point(vector(body.com, self.graph))] if body.com is not None else []
+        points += [self._frame(one).p for one in carried]
+        slides = [self._axis(one) for one in carried if one.moves and JOINTS[one.type].slides(one)]
+        for way in (*(sub(point, origin) for point in reversed(points)), *slides):
+            found = self._unit(sub(way, scale(dot(way, n), n)))
+            if found is not None:
+                return found
+        return None
+
+    def parent_arm(self, joint: Joint) -> tuple[float, ...] | None:
+        """Return the same of the joint that carries this one's parent, where both turn about parallel axes."""
+        for one in self.scene.joints:
+            turns = JOINTS[one.type].axis(one) is not None and not JOINTS[one.type].slides(one)
+            if one.child == joint.parent and turns and _same(self.axis(one), self.axis(joint)):
+                return self.arm(one)
+        return None
+
+    def _frame(self, joint: Joint) -> Transform:
+        return self.placed[joint.parent] @ joint.origin.transform(self.graph)
+
+    def _axis(self, joint: Joint) -> Vec:
+        axis = JOINTS[joint.type].axis(joint)
+        assert axis is not None, "asked of joints with an axis only"
+        return self._frame(joint).R @ unit(axis, self.graph)
+
+    def _unit(self, way: Vec) -> tuple[float, ...] | None:
+        """Return a vector in numbers with length 1; None for one without length."""
+        nodes: list[Expr] = substitute(list(way), self.still)
+        values = self.chosen.of(*nodes)
+        length = math.hypot(*values)
+        return tuple(x / length for x in values) if length > NEAR else None
+
+
+LAGRANGIAN = (
+    "(m1 + m2)*h1**2*q1_dot**2/2 + m2*h2**2*(q1_dot**2 + 2*q1_dot*q2_dot + q2_dot**2)/2"
+    " + m2*h1*h2*cos(q2)*(q1_dot**2 + q1_dot*q2_dot) + (m1 + m2)*g*h1*cos(q1) + m2*g*h2*cos(q1 + q2)"
+)
+"""(5.35), by which the example is known."""
+
+NUMBERS = {
+    "motion:1": "5.36",
+    "K:1": "5.24", "P:1": "5.25", "K.definition:2": "5.26", "v2.definition:2": "5.27", "x:2": "5.28", "y:2": "5.29",
+    "dx:2": "5.30", "dy:2": "5.31", "v2:2": "5.32", "P.definition:2": "5.33", "P:2": "5.34", "L.definition": "5.23",
+    "L": "5.35", "momentum:1": "5.37", "rate:1": "5.38", "slope:1": "5.39", "equation:1": "5.40", "momentum:2": "5.41",
+    "rate:2": "5.42", "slope:2": "5.43", "equation:2": "5.44", "k_z:1,1": "5.45", "J:1": "5.46", "Mz:1,1": "5.47",
+    "Mz:2,2": "5.48", "k_z:2,2": "5.49", "Mz:1,2": "5.50", "k_z:1,2": "5.51", "split:1,2": "5.52", "Mz:2,1": "5.53",
+    "k_z:2,1": "5.54", "k_D:1,1": "5.55",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Erratum:
+    """One place where the text is wrong.
+
+    Attributes:
+        step: key of the step that the box stands behind.
+        number: of the equation.
+        left: what the equation gives, key of `Document.names`; "" where only words are wrong.
+        reads: the right-hand side as printed, with this product's sign; see `LETTERS`.
+        words: key of the sentence that says what is wrong.
+    """
+
+    step: str
+    number: str
+    left: str
+    reads: str
+    words: str
+
+
+READS = (
+    Erratum("potential:2", "5.33", "P:2", "-m2*g*y2", "erratum.5.33"),
+    Erratum(
+        "momentum:1",
+        "5.37",
+        "dL:/dq1_dot",
+        "(m1 + m2)*h1**2*q1_dot + m2*h2**2*q1_dot + m2*h2**2*q2_dot + 2*m2*h1*h2*cos(q2)*q2_dot"
+        " + m2*h1*h2*cos(q2)*q2_dot",
+        "erratum.5.37",
+    ),
+    Erratum("equation:1", "5.40", "k_z:1,2", "m2*h2**2 + m1*h1*h2*cos(q2)", "erratum.5.40z"),
+    Erratum("equation:1", "5.40", "k_D:1,2", "-m2*h1*h2*cos(q2)", "erratum.5.40D"),
+    Erratum(
+        "momentum:2",
+        "5.41",
+        "dL:/dq2_dot",
+        "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_dot",
+        "erratum.5.41",
+    ),
+    Erratum(
+        "rate:2",
+        "5.42",
+        "d/dt dL:/dq2_dot",
+        "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_ddot - m2*h1*h2*sin(q2)*q1_dot*q2_dot",
+        "erratum.5.42",
+    ),
+    Erratum("slope:2", "5.43", "dL:/dq2", "-m2*h1*h2*sin(q2)*q1_dot*q2_dot - m*g*h2*sin(q1 + q2)", "erratum.5.43"),
+    Erratum("equation:2", "5.44", "k_C:2,1,2", "-2*m2*h1*h2*sin(q2)", "erratum.5.44C"),
+    Erratum("equation:2", "5.44", "k_D:2,1", "-m2*h1*h2*sin(q2)", "erratum.5.44D"),
+    Erratum("meaning:k_z:2,2", "5.48, 5.50, 5.53, 5.55", "", "", "erratum.axes"),
+)
+
+LETTERS = {"y2": "y:2"}
+"""Letters of the text that are names of the lesson."""
+
+READ_AS = {"m": "m2"}
+"""A letter that the text does not define, and what it is read as in the check."""
+
+
+def numbers_for(lesson: Lesson) -> Mapping[str, str]:
+    """Return equation numbers by key, none for any other scene than example 5.28."""
+    scene = lesson.scene
+    wanted = {"m1", "m2", "h1", "h2", "g"}
+    if scene.coordinates != ("q1", "q2") or {p.name for p in scene.parameters} != wanted or elastic(scene):
+        return {}
+    same = lesson.vanishes(lesson.L - parse(LAGRANGIAN).express(lesson.graph))
+    return NUMBERS if same and all(joint.drive for joint in scene.moving) else {}
+
+
+def errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
+    """Return a section with a step of boxes behind each step where the source is wrong; `with_appendix` moves them."""
+    steps: list[Step] = []
+    signs = Box("remark", lesson.say("textbook.signs.title"), (lesson.say("textbook.signs"),))
+    for one in section.steps:
+        step = replace(one, blocks=(*one.blocks, signs)) if one.key == "equation:1" else one
+        boxes = tuple(_box(lesson, wrong, chosen) for wrong in READS if wrong.step == step.key)
+        steps += [step, Step(f"{ERRATA}{step.key}", Words(()), boxes)] if boxes else [step]
+    return replace(section, steps=tuple(steps))
+
+
+def with_appendix(prose: Prose, sections: Sequence[Section]) -> list[Section]:
+    """Return the sections with what the textbook has wrong in one at their end, and a mark at each step before it."""
+    kept, appendix, count = [], list[Step](), 0
+    for section in sections:
+        steps: list[Step] = []
+        for step in section.steps:
+            if not step.key.startswith(ERRATA):
+                steps.append(step)
+                continue
+            numbers, boxes = [], []
+            for box in step.blocks:
+                assert isinstance(box, Box), "an erratum stands in a box"
+                numbers.append(str(count := count + 1))
+                boxes.append(replace(box, title=Words((f"{count}. ", *box.title.parts))))
+            mark = prose.text("erratum.mark", numbers=", ".join(numbers))
+            steps[-1] = replace(steps[-1], reference=", ".join(filter(None, (steps[-1].reference, mark))))
+            appendix.append(replace(step, blocks=tuple(boxes)))
+        kept.append(replace(section, steps=tuple(steps)))
+    return [*kept, prose.section("errata", appendix)] if appendix else kept
+
+
+def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
+    """Return what the text reads, what is right, and the check: both in numbers at the lesson's state."""
+    title = lesson.say("erratum.several" if "," in one.number else "erratum", number=one.number.replace(", ", "), ("))
+    blocks: list[Block] = [lesson.say(one.words)]
+    if one.left:
+        printed = quoted(one.reads)
+        node = lesson.names[one.left].node
+        assert node is not None, f"{one.left} has no value"
+        typed = parse(one.reads).express(lesson.graph)
+        meanings = {lesson.graph.symbol(a): lesson.names[b].node for a, b in LETTERS.items()}
+        meanings |= {lesson.graph.symbol(a): lesson.graph.symbol(b) for a, b in READ_AS.items()}
+        (read,) = substitute([typed], {x: y for x, y in meanings.items() if y is not None})
+        assert not lesson.vanishes(read - node), f"({one.number}) is right as quoted; {one.left}"
+        wrong, right = chosen.of(read, node)
+        left, where = Symbol(one.left), {"section": lesson.text("section.numbers")}
+        blocks += [
+            lesson.say("erratum.reads", left=left, form=printed),
+            lesson.say("erratum.right"),
+            Formula(one.left, lesson.short(node)),
+            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right), **where),
+        ]
+    return Box("erratum", title, tuple(blocks))
+
+
+def quoted(text: str) -> Form:
+    """Return a formula as a form, term by term as it is written; letters become the lesson's names."""
+    return _quoted(ast.parse(text, mode="eval").body)
+
+
+def _quoted(node: ast.expr) -> Form:
+    if isinstance(node, ast.BinOp):
+        left = _quoted(node.left)
+        if isinstance(node.op, ast.Pow):
+            assert isinstance(node.right, ast.Constant), "an exponent is a number"
+            return left.power(int(str(node.right.value)))
+        right = _quoted(node.right)
+        if isinstance(node.op, ast.Mult):
+            return Form.product((left, right))
+        return Form.sum((left, right if isinstance(node.op, ast.Add) else Form.product((Number.MINUS_ONE, right))))
+    if isinstance(node, ast.UnaryOp):
+        return Form.product((Number.MINUS_ONE, _quoted(node.operand)))
+    if isinstance(node, ast.Call):
+        assert isinstance(node.func, ast.Name), "a function has a name"
+        return Function(Op[node.func.id.upper()], tuple(map(_quoted, node.args)))
+    if isinstance(node, ast.Constant):
+        return Number(Fraction(str(node.value)))
+    assert isinstance(node, ast.Name), "quotations hold sums, products, powers, sines"
+    return Symbol(LETTERS.get(node.id, node.id))

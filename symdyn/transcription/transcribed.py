@@ -33,11 +33,8 @@ from symdyn.errors import ArgumentError, quoted
 from symdyn.scene import Scene
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
-from symdyn.transcription.grid import Grid, Places, sliced
-from symdyn.transcription.local import Local
-from symdyn.transcription.slopes import Slopes
-from symdyn.transcription.source import Source
-from symdyn.transcription.tableaux import Method
+from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
+from symdyn.transcription.local import Local, Source
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:

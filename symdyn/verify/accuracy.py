@@ -4,6 +4,11 @@ The yardstick is a running error analysis of the graph: a bound, entry by entry,
 operation once may leave (Higham, Accuracy and Stability of Numerical Algorithms, section 3.3). A module passes when
 each entry stays within a small multiple of its bound. After many divisions in a row, as in long chains, that bound may
 be wider than a divisor is; such a function is held against a few runs whose roundings go up or down by lot.
+
+Big floats that are moved by one rounding after every operation, up or down by lot: what rounding does, tried.
+
+Where a bound of the error would be wider than the value itself, as after many divisions in a row, a few runs say how
+far rounding goes. Reference: Vignes, A stochastic arithmetic for reliable scientific computation (1993).
 """
 
 from __future__ import annotations
@@ -11,19 +16,64 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from math import inf, isfinite, nan
 from statistics import median
 from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Bounded, Midpoints, RunningErrors
+from symdyn.algebra import BigFloats, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
-from symdyn.graph import Expr, evaluate, reachable, repeated
+from symdyn.graph import Arithmetic, Expr, evaluate, reachable, repeated
 from symdyn.program import Program, Sampling
 from symdyn.verdict import Verdict
-from symdyn.verify.random_rounding import Shaken
+
+
+class Shaken(Arithmetic):
+    """An arithmetic whose results are off by the roundoff u of an operation, or v of a function, up or down."""
+
+    def __init__(self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any, rng: random.Random):
+        """Shake exact enough numbers."""
+        self.numbers = numbers
+        self.factors = [1 + sign * numbers.context.mpf(roundoff) for sign in (-1, 1)]
+        self.function_factors = [1 + sign * numbers.context.mpf(function_roundoff) for sign in (-1, 1)]
+        self.rng = rng
+
+    def constant(self, value: Fraction) -> Any:
+        """Return a constant, rounded once."""
+        return self._rounded(self.numbers.constant(value))
+
+    def pi(self) -> Any:
+        """Return π, rounded once."""
+        return self._rounded(self.numbers.pi())
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Return a + b."""
+        return self._rounded(a + b)
+
+    def sub(self, a: Any, b: Any) -> Any:
+        """Return a - b."""
+        return self._rounded(a - b)
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Return a b."""
+        return self._rounded(a * b)
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Return a / b."""
+        if b == 0:
+            raise ZeroDivisionError("a divisor is zero")
+        return self._rounded(a / b)
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        """Return node.op(args)."""
+        return self.numbers.function(node, args) * self.rng.choice(self.function_factors)
+
+    def _rounded(self, value: Any) -> Any:
+        return value * self.rng.choice(self.factors)
+
 
 DIGITS = 50
 RUNS = 6  # by lot, where there is no bound

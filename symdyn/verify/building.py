@@ -2,22 +2,38 @@
 
 A compiler is a process of its own, so that what it takes is the longer of two times and not their sum. Modules come out
 in the order of the targets, as if one had been built after the other.
+
+Fixed text of code for many states, measured: every length from none to three blocks gives the states one by one.
+
+Blocks, what is left over, columns and rows are no arithmetic, so they are not proved but run: at each length, in each
+way that the target has, next to one state a call, with an entry behind the result that nothing may touch.
+
+The text of targets' files, read back and proved: what a certificate says beside graphs and numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+import ctypes
+from collections.abc import Container, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from math import prod
 from types import TracebackType
 from typing import Any
 
-from symdyn.dynamics import row_of
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra import Redraw
+from symdyn.dynamics import Function, row_of
 from symdyn.emit import TARGETS, Sources, emit
+from symdyn.emit.code import REALS
 from symdyn.errors import BuildError, EmitError, MissingProgram
-from symdyn.program import Program
-from symdyn.runtime import RUNNERS, Commands
-from symdyn.verdict import Unclaimed
+from symdyn.program import Program, Sampling, shared
+from symdyn.runtime import RUNNERS, Commands, bind_rows
+from symdyn.verdict import Unclaimed, Verdict
+from symdyn.verify.written.proof import Files, Written, printed, prove_texts, unshown
+from symdyn.verify.written.readers import READERS, languages
 
 
 @dataclass(frozen=True)
@@ -167,3 +183,219 @@ def modules_of(program: Program, real: str, targets: Sequence[str]) -> Modules:
     with Building(program, real) as building:
         building.begin(targets)
         return building.modules(targets)
+
+
+COLUMNS, ROWS = "columns", "rows"
+
+WAYS: Mapping[str, Mapping[str, str]] = {
+    "c": {COLUMNS: "batch", ROWS: "rows"},
+    "cpp": {COLUMNS: "batch", ROWS: "rows"},
+    "rust": {ROWS: "rows"},
+}
+"""Targets whose code for many states is run: how states may lie, and how functions of C end that take them so."""
+
+LONGEST = 3 * REALS["double"].lanes
+"""States of three blocks: no target has longer ones than C."""
+
+NEAR = {"double": 1e-6, "float": 1e-2}
+"""Share of a result's largest entry by which both ways may differ: a wrong place is off by all of it."""
+
+UNTOUCHED = 7.0
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """How the functions over many states of one target were run.
+
+    Attributes:
+        target: which.
+        option: of the target.
+        ways: how states lay, columns or rows.
+        functions: how many.
+        longest: states; every number of them from 0 on was tried.
+        wrong: function, way and length at which a state came out otherwise; "" for none.
+        without: functions that have a value at none of these states, so that nothing was compared.
+    """
+
+    target: str
+    option: str
+    ways: tuple[str, ...]
+    functions: int
+    longest: int
+    wrong: str
+    without: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """One of `symdyn.verdict`: whether all states of every function came out as one by one."""
+        return Verdict.of(self.functions * (not self.without), bool(self.wrong))
+
+    @property
+    def passed(self) -> bool:
+        """Whether all states came out as one by one."""
+        return self.verdict in Verdict.HOLD
+
+
+def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
+    """Return how the code of one of `WAYS` over many states runs at every length from 0 to three blocks.
+
+    Raises:
+        BuildError: no compiler, or its own words when it refuses.
+    """
+    program, ways, option = building.program, WAYS[target], RUNNERS[target].many
+    sources, module = building.compiled(target, option)
+    library = ctypes.CDLL(str(module.path))
+    opening, count, wrong = sources.stem, 0, ""
+    without: list[str] = []
+    for name, routine in zip(sources.functions, program.routines, strict=True):
+        function = routine.function
+        if not function.entries or wrong:
+            continue
+        count += 1
+        arity = len(function.arguments) + 1
+        calls = {way: bind_rows(library, f"{opening}_{name}_{ending}", arity) for way, ending in ways.items()}
+        compared, wrong = _wrong(function, getattr(module, name), calls, NEAR[building.real], seed)
+        without += [] if compared else [name]
+    return Blocks(target, option, tuple(ways), count, LONGEST, wrong, tuple(without))
+
+
+def _states(function: Function, one: Any, seed: int) -> tuple[list[Array], Array]:
+    """Return arguments of states and what one at a time gives, in ever wider ranges until some have a value."""
+    rng = np.random.default_rng(seed)
+    common = shared([argument.name for argument in function.arguments])
+    given: list[Array] = []
+    wanted = np.empty((0, 0))
+    for wide in Sampling.WIDER:
+        given = [
+            rng.uniform(0.5, 2 * wide, (1 if a.name == common else LONGEST, len(a.symbols))).astype(one.dtype)
+            for a in function.arguments
+        ]
+        states = [
+            [values[0 if a.name == common else k] for a, values in zip(function.arguments, given, strict=True)]
+            for k in range(LONGEST)
+        ]
+        wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
+        if np.isfinite(wanted).all(axis=1).any():
+            break
+    return given, wanted
+
+
+def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, seed: int) -> tuple[int, str]:
+    """Return at how many states a function has a value, and where it is off over many of them, "" if nowhere."""
+    given, wanted = _states(function, one, seed)
+    compared = int(np.isfinite(wanted).all(axis=1).sum())
+    for length in range(LONGEST + 1):
+        for way, call in calls.items():
+            columns = way == COLUMNS
+            rows = [values if len(values) == 1 else values[:length] for values in given]
+            arrays = [np.ascontiguousarray(values.T if columns and len(values) > 1 else values) for values in rows]
+            out = np.full(length * wanted.shape[1] + 1, UNTOUCHED, one.dtype)
+            call(length, *(array.ctypes.data for array in arrays), out.ctypes.data)
+            size = wanted.shape[1]
+            found = out[:-1].reshape((size, length)).T if columns else out[:-1].reshape((length, size))
+            if out[-1] != UNTOUCHED or not _close(found, wanted[:length], near):
+                return compared, f"{function.name}, {way} of {length} states"
+    return compared, ""
+
+
+def _named(function: Function, state: Sequence[Array]) -> list[tuple[Any, Array]]:
+    return list(zip(function.arguments, state, strict=True))
+
+
+def _close(values: Array, requested: Array, near: float) -> bool:
+    """Tell whether states came out alike; those that have no value are left out."""
+    if not prod(requested.shape):
+        return True
+    real = np.isfinite(requested).all(axis=1)
+    size = np.abs(requested[real]).max(axis=1, keepdims=True, initial=0.0)
+    return bool((np.abs(values[real] - requested[real]) <= near * size).all())
+
+
+NOWHERE = "no point of a field was found at which all functions are defined"
+
+
+@dataclass(frozen=True)
+class Texts:
+    """What is known of the files of targets.
+
+    Attributes:
+        written: a row a file.
+        missing: targets whose files cannot be read on this machine, and what it lacks.
+        unshown: what nothing could be compared of, and why.
+    """
+
+    written: tuple[Written, ...]
+    missing: tuple[Unclaimed, ...] = ()
+    unshown: tuple[Unclaimed, ...] = ()
+
+
+def texts_of(building: Building, targets: Sequence[str], requested: bool, seed: int) -> Texts:
+    """Return what is known of the files of `targets`.
+
+    Args:
+        building: what is written, with which number type.
+        targets: keys of `TARGETS`; those that nothing reads are left out.
+        requested: whether they were asked for by name: then files with each option are proved too.
+        seed: of primes and points.
+    """
+    targets = [name for name in targets if name in READERS]
+    if not targets:
+        return Texts(())
+    try:
+        loops = {name: TARGETS[name].loops_in(REALS[building.real]) for name in targets}
+        numbers = {one: printed(building.program, building.real, seed, one) for one in set(loops.values())}
+    except Redraw:
+        return Texts((), unshown=tuple(Unclaimed(_text_of(name), NOWHERE) for name in targets))
+    found: list[Written] = []
+    missing: list[Unclaimed] = []
+    for name in targets:
+        for option in building.options(name, requested):
+            try:
+                files = files_of(building.written(name, option))
+                found += prove_texts(numbers[loops[name]], files, languages(name, option))
+            except MissingProgram as fault:
+                missing.append(Unclaimed(_text_of(name), str(fault)))
+                break
+    return Texts(tuple(found), tuple(missing))
+
+
+def unread(targets: Sequence[str]) -> list[Unclaimed]:
+    """Return the texts that nothing reads back: of these targets nothing is claimed but numbers."""
+    return [Unclaimed(_text_of(name), _not_read_back(name)) for name in targets if name not in READERS]
+
+
+def read_back(sources: Sources, result: Mapping[str, bytes], seed: int = 1) -> tuple[Written, ...]:
+    """Return what is known of the files of a target that were found, by name: these must be `sources`, made now."""
+    fresh = files_of(sources)
+    files = replace(fresh, contents=result)
+    try:
+        loops = TARGETS[sources.target].loops_in(REALS[sources.real])
+        numbers = printed(sources.program, sources.real, seed, loops)
+        return prove_texts(numbers, files, languages(sources.target, sources.option), fresh.contents)
+    except Redraw:
+        return unshown(files, fresh.contents, NOWHERE)
+    except MissingProgram as fault:
+        return unshown(files, fresh.contents, str(fault))
+
+
+def why_unread(target: str) -> str:
+    """Return why files of a target are not read back, and what would work; "" for those that are."""
+    if target in READERS:
+        return ""
+    measured = f", or verify the scene with --targets {target}, which measures it" if target in RUNNERS else ""
+    return f"{_not_read_back(target)}; give a folder of files for {' or '.join(READERS)}{measured}"
+
+
+def _not_read_back(target: str) -> str:
+    return f"files of target {target} ({TARGETS[target].text}) are not read back"
+
+
+def _text_of(target: str) -> str:
+    return f"the text of {TARGETS[target].title}"
+
+
+def files_of(sources: Sources) -> Files:
+    """Return the files of a target as readers take them."""
+    return Files(sources.target, sources.option, sources.stem, sources.functions, dict(sources))

@@ -1,37 +1,112 @@
-"""The certificate of a scene: what was proved, over which fields, of which files, and how far the built code is off."""
+"""The certificate of a scene: what was proved, over which fields, of which files, and how far the built code is off.
+
+A module whose functions are called with many states at once, to measure one of them.
+
+Claims about quaternions hold on the unit sphere: there they are compared.
+
+    e = u² / |u|²    is a unit quaternion for any u, rational in its four numbers
+
+so that a field or a random point, which know no unit length, can be asked.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.dynamics import Equations, LoopChoices, Workspace
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import Sources
 from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import VerifyError
-from symdyn.graph import growing
-from symdyn.program import Program, lower, prepare as prepare_program
+from symdyn.graph import Expr, Graph, growing, reachable, substitute
+from symdyn.program import Program, lower, prepare as prepare_program, shared
 from symdyn.rounding import finite
-from symdyn.scene import SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Accuracy, measure, remarks
-from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building, requested_targets, run_nowhere, unmeasured
-from symdyn.verify.claims import claims_of, compared, taken
-from symdyn.verify.equality import Fields, Finding, prove
-from symdyn.verify.in_rows import InRows
+from symdyn.verify.building import (
+    WAYS,
+    Blocks,
+    Building,
+    read_back,
+    requested_targets,
+    run_blocks,
+    run_nowhere,
+    texts_of,
+    unmeasured,
+    unread,
+)
+from symdyn.verify.claims import claims_of, compared, composed_claims, loop_claim, program_claims, taken
+from symdyn.verify.equality import Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
-from symdyn.verify.laws_in_numbers import look
-from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
-from symdyn.verify.quaternions import on_unit_sphere
-from symdyn.verify.texts import read_back, texts_of, unread
-from symdyn.verify.written.proof import Written
-from symdyn.verify.written.shadowing_files import hiding_files
+from symdyn.verify.natural_positions import look
+from symdyn.verify.written.proof import Written, hiding_files
+
+STATES = 32
+"""More than any target computes one by one."""
+
+
+class InRows:
+    """The functions of a module, each of one state that stands in a row of many like it."""
+
+    def __init__(self, module: Any, program: Program) -> None:
+        """Stand before `module`, whose functions take leading dimensions."""
+        self._module = module
+        names = {one.function.name: [a.name for a in one.function.arguments] for one in program.routines}
+        self._varying = {name: [a != shared(taken) for a in taken] for name, taken in names.items()}
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Return the function called `name`, of one state."""
+        call = getattr(self._module, name)
+
+        def of_many(*operands: Any) -> Any:
+            rows = [
+                np.broadcast_to(given, (STATES, *np.shape(given))) if varies else given
+                for given, varies in zip(operands, self._varying[name], strict=True)
+            ]
+            return np.asarray(call(*rows))[-1] if any(self._varying[name]) else call(*operands)
+
+        return of_many
+
+
+def on_unit_sphere(scene: Scene, claims: Sequence[Claim]) -> list[Claim]:
+    """Return the claims with u² / |u|² in place of every quaternion of the scene, u named as it was."""
+    groups = quaternions(scene)
+    return [_on_sphere(claim, groups) for claim in claims] if groups else list(claims)
+
+
+def _on_sphere(claim: Claim, groups: Sequence[tuple[str, ...]]) -> Claim:
+    left, right = (_substituted(side, groups) for side in (claim.left, claim.right))
+    return replace(claim, left=left, right=right)
+
+
+def _substituted(entries: Sequence[Expr], groups: Sequence[tuple[str, ...]]) -> tuple[Expr, ...]:
+    if not entries:
+        return ()
+    values: dict[Expr, Expr] = {}
+    names = {node.value for node in reachable(entries)}
+    for group in groups:
+        if names.intersection(group):
+            values |= _unit(entries[0].graph, group)
+    return tuple(substitute(entries, values))
+
+
+def _unit(graph: Graph, names: tuple[str, ...]) -> dict[Expr, Expr]:
+    """Return u² / |u|² for u = (w, x, y, z)."""
+    u = [graph.symbol(name) for name in names]
+    w, x, y, z = u
+    square = w * w + x * x + y * y + z * z
+    e = ((w * w - x * x - y * y - z * z) / square, *(2 * w * part / square for part in (x, y, z)))
+    return dict(zip(u, e, strict=True))
+
 
 Progress = Callable[[str], None]
 

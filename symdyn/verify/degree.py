@@ -5,18 +5,34 @@ and in the units of the angles, D the common denominator of all constants, and g
 so far. Keeping the divisors apart, instead of multiplying denominators out at every sum, keeps the bounds small: a
 division by g cancels an earlier multiplication by g. Of N the degree is bounded, and the sum of the absolute values of
 its coefficients (which multiply, and add): a prime at which N vanishes identically divides them.
+
+Values of nodes at random points, kept from claim to claim: the claims of one scene share most of their nodes.
+
+Roots of something variable, as formal values: s with s² = a, for any of whose signs an identity must hold.
+
+Over a field a root has no sign, so that what is proved there is proved for both. That is the whole truth as long as no
+product of some of the radicands is a square: sqrt(x²) = x would hold half the time. No such product is a square if the
+radicands are squares of the field independently of each other: written as 0 (a square) and 1 (none), their values at
+points of the field span all of GF(2)^r, up to a shift. A product that is a square times a constant can never do so.
+
+Then E(x, s) has 2^r conjugates, and their product vanishes wherever E does: it is the rational function whose degree
+counts. Points are drawn until all roots exist, which is one point of 2^r.
+
+Reference: Lang, Algebra (2002), chapter VI, section 8, Kummer extensions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import random
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from math import log, log10
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from symdyn.algebra import Needs
-from symdyn.graph import Expr, Op, arithmetic, reachable
+from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
+from symdyn.graph import Expr, Op, arithmetic, evaluate, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -212,3 +228,212 @@ class Bounds:
         for node in outputs:
             under |= self._below[node]
         return [degree for k, degrees in enumerate(self._hashed) if under >> k & 1 for degree in degrees]
+
+
+MAX_DRAWS = 200
+SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
+KEPT = 40  # points that are kept, of fields and of numbers; claims with few roots are looked at fewer
+HELD = 300_000  # values that are kept at all points together; with more all are forgotten, for the sake of memory
+
+
+class FirstPoints:
+    """The first points that are drawn over all fields, which hardly ever are unlucky: looked at together."""
+
+    def __init__(self, needs: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
+        """Start without values; `seeds` are those of point j of every prime, for each j."""
+        fields = [[FiniteField(p, seed, needs) for p, seed in zip(primes, row, strict=True)] for row in seeds]
+        self._points = ManyPoints(fields, _drawn_from, FiniteField.function_at)
+        self._most = HELD // (len(primes) * len(seeds))
+
+    @property
+    def places(self) -> list[tuple[FiniteField, int, int]]:
+        """Every field with the numbers of its point and of its prime, prime by prime."""
+        fields = self._points.fields
+        return [(fields[j][k], j, k) for k in range(len(fields[0])) for j in range(len(fields))]
+
+    def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
+        """Return the values of nodes of one graph.
+
+        Raises:
+            Redraw: a point is unlucky.
+        """
+        if len(self._points.known) > self._most:
+            self._points.known.clear()
+        return self._points.values(outputs)
+
+    def look(self, order: Sequence[Expr]) -> None:
+        """Find the values of nodes, each behind its arguments, up to where a point is unlucky."""
+        if len(order) <= self._most:
+            with suppress(Redraw):
+                self._points.evaluate(order)
+
+    def at(self, values: Sequence[tuple[int, ...]], j: int, k: int) -> list[int]:
+        """Return values at one of `places`."""
+        return [self._points.at(value, j, k) for value in values]
+
+
+def _drawn_from(field: FiniteField, name: str) -> int:
+    return random.Random(f"{field.seed}:{name}").randrange(field.p)
+
+
+class FieldPoints:
+    """Points over finite fields."""
+
+    def __init__(self, needs: Needs) -> None:
+        """Start without points; `needs` is what all claims need."""
+        self._wanted = needs
+        self._known: dict[tuple[int, int], tuple[FiniteField, dict[Expr, int]]] = {}
+
+    def values(
+        self, sides: Sequence[Sequence[Expr]], prime: int, seed: int, signs: int = 0
+    ) -> tuple[FiniteField, list[list[int]]]:
+        """Return the field of a prime with the point of a seed, and the values there of each of `sides`.
+
+        Bit j of `signs` turns the sign of the j-th variable root; what is not usual is not kept.
+
+        Raises:
+            Redraw: the point is unlucky.
+        """
+        if signs:
+            other, fresh = FiniteField(prime, seed, self._wanted, signs), dict[Expr, int]()
+            return other, [field_values(side, other, fresh) for side in sides]
+        field, known = self._known.get((prime, seed)) or (FiniteField(prime, seed, self._wanted), {})
+        if len(self._known) < KEPT:
+            self._known[prime, seed] = field, known
+        _forget([values for _, values in self._known.values()])
+        return field, [field_values(side, field, known) for side in sides]
+
+
+def _forget(known: Collection[dict[Expr, Any]]) -> None:
+    if sum(map(len, known)) > HELD:
+        for values in known:
+            values.clear()
+
+
+def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, int] | None = None) -> list[int]:
+    """Return the values of nodes of one graph at the point of a field; `known` ones are added to.
+
+    Raises:
+        Redraw: the point is unlucky.
+    """
+    known = {} if known is None else known
+    rng, order = random.Random(), reachable(outputs, known)
+    for node in order:
+        if node.op is Op.SYMBOL and node not in known:
+            rng.seed(f"{field.seed}:{node.value}")
+            known[node] = rng.randrange(field.p)
+    return field.evaluate(outputs, known, order)
+
+
+class NumberPoints:
+    """Points in numbers: they come as pairs x and -x, in ever wider ranges, at last all positive."""
+
+    def __init__(self, algebra: RealBalls, positive: Collection[str]) -> None:
+        """Start without points; symbols named in `positive` are never drawn negative."""
+        self.algebra = algebra
+        self._positive = positive
+        self._known: dict[int, dict[Expr, Any]] = {}
+
+    def values(self, outputs: Sequence[Expr], draw: int) -> list[Any]:
+        """Return the values of nodes of one graph at a point.
+
+        Raises:
+            ValueError, ZeroDivisionError, OverflowError: they are not real there.
+        """
+        known = self._known.setdefault(draw, {}) if draw < KEPT else {}
+        _forget(self._known.values())
+        order = reachable(outputs, known)
+        known |= {node: self._drawn(node, draw) for node in order if node.op is Op.SYMBOL and node not in known}
+        return evaluate(outputs, self.algebra, known, order, known)
+
+    def _drawn(self, symbol: Expr, draw: int) -> Any:
+        rng = random.Random(f"{draw // 2}:{symbol.value}")
+        signed = draw < MAX_DRAWS // 2 and symbol.value not in self._positive
+        sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1
+        width = SPREAD[draw // 8 % len(SPREAD)]
+        return self.algebra.number(sign * rng.uniform(0.25, width))
+
+
+MOST = 7  # roots of one claim: 128 points are drawn for one at which all exist
+MOST_SIGNED = 3  # roots of one claim that are looked at with all their signs
+SPARE = 40  # points beyond the least number: independent roots are missed with probability 2^-40
+
+Evaluate = Callable[[Sequence[Expr], FiniteField], list[int]]
+
+
+def radicands(outputs: Sequence[Expr]) -> list[Expr] | None:
+    """Return what stands under the variable roots of one graph; None where a root has no formal value.
+
+    So it is under another root, and for the root of a negative number.
+    """
+    found: list[Expr] = []
+    rooted: set[Expr] = set()
+    for node in reachable(outputs):
+        below = any(arg in rooted for arg in node.args)
+        if node.op is Op.SQRT:
+            value = node.args[0].value
+            if below or (isinstance(value, Fraction) and value < 0):
+                return None
+            if not isinstance(value, Fraction):
+                found.append(node.args[0])
+                below = True
+        if below:
+            rooted.add(node)
+    return found
+
+
+@dataclass(frozen=True)
+class Roots:
+    """The variable roots of a claim: how many are different, and with how many choices of signs it must hold."""
+
+    count: int
+    signs: int
+
+
+def signed(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], evaluate: Evaluate) -> Roots | None:
+    """Return what is known of the radicands of a claim; None if they are too many.
+
+    Args:
+        sides: radicands, those of one graph together.
+        fields: fields of one prime, each with its own random point.
+        evaluate: values at the point of a field.
+    """
+    if not any(sides):
+        return Roots(0, 1)
+    rows: list[list[int]] = []
+    wanted = sum(map(len, sides)) + SPARE
+    for field in fields:
+        try:
+            row = [value for side in sides for value in evaluate(side, field)]
+        except Redraw:
+            continue
+        if all(row):
+            rows.append([*row, field.p])
+        if len(rows) == wanted:
+            break
+    columns = list(dict.fromkeys(zip(*(row[:-1] for row in rows), strict=True)))  # equal functions are one
+    if len(rows) < wanted or len(columns) > MOST:
+        return None
+    p = rows[0][-1]
+    patterns = [sum((pow(c[k], (p - 1) // 2, p) != 1) << j for j, c in enumerate(columns)) for k in range(wanted)]
+    spanned = _rank([pattern ^ patterns[0] for pattern in patterns])
+    if spanned == len(columns):
+        return Roots(len(columns), 1)
+    return Roots(len(columns), 1 << len(columns)) if len(columns) <= MOST_SIGNED else None
+
+
+def _rank(vectors: Sequence[int]) -> int:
+    """Return the rank over GF(2) of vectors written as bits."""
+    basis: list[int] = []
+    for vector in vectors:
+        rest = vector
+        for row in basis:
+            rest = min(rest, rest ^ row)
+        if rest:
+            basis.append(rest)
+    return len(basis)
+
+
+def conjugated(bound: Bound, roots: int) -> Bound:
+    """Return the bound of the product of all conjugates, at points that are one of 2^roots."""
+    return Bound(bound.degree << (2 * roots), bound.height * 2**roots)

@@ -61,7 +61,7 @@ PLANTS = (
     ),
     Plant(
         "a cell of a table of forces that is no number ends in a traceback",
-        "simulation/prescribed/numbers_in_time.py",
+        "simulation/prescribed/formulas_in_time.py",
         "        except ValueError:",
         "        except NotImplementedError:",
         r"ValueError: simulation/numbers_in_time\.py",
@@ -89,7 +89,7 @@ PLANTS = (
     ),
     Plant(
         "a file that is written leaves another one behind",
-        "emit/writing.py",
+        "emit/escape.py",
         "                aside.append(temporary := _aside((place / name).parent))\n",
         "                aside.append(temporary := _aside((place / name).parent))\n                _aside(place)\n",
         r"a file left behind",

@@ -16,8 +16,7 @@ from symdyn.cli.facts import acting
 from symdyn.draw import free_body, picture
 from symdyn.errors import SymdynError
 from symdyn.scene import Quantity, lock, parse, read_text, with_symbols, write_text
-from symdyn.scene.build import body, scene
-from symdyn.scene.build_joints import prismatic
+from symdyn.scene.build import body, prismatic, scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import ForceKind, Pull
 from symdyn.scene.forces.spring import Spring

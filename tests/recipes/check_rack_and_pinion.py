@@ -18,8 +18,7 @@ from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
 from symdyn.scene import lock, parse, read_text, with_symbols, write_text
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.joint_kind import JointKind
-from symdyn.scene.joints.joint_mark import JointMark
+from symdyn.scene.joints.joint_kind import JointKind, JointMark
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 

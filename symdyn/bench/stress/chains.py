@@ -18,8 +18,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Floats
 from symdyn.bench.case import Case, worst
-from symdyn.bench.stress.calls import EPSILON, Calls, calls
-from symdyn.bench.stress.scenes import chain
+from symdyn.bench.stress.scenes import EPSILON, Calls, calls, chain
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.emit.code import REALS
 from symdyn.graph import evaluate

@@ -9,9 +9,8 @@ import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
 from symdyn.bench.states import Positions, positions_of
-from symdyn.bench.stress.calls import calls, looked_at
 from symdyn.bench.stress.chains import shares
-from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
+from symdyn.bench.stress.scenes import calls, chain, looked_at, offset_pendulum, one_body, two_link
 from symdyn.dynamics import row_of
 from symdyn.emit.code import Real
 from symdyn.scene import Scene

@@ -19,8 +19,7 @@ import numpy.typing as npt
 from symdyn.bench.case import Case, worst
 from symdyn.bench.reference import Solve, linear
 from symdyn.bench.states import Positions, positions_of
-from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
-from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
+from symdyn.bench.stress.scenes import EPSILON, Calls, arm, calls, gimbal, heavier, solved, two_link
 from symdyn.dynamics import formulations_of, row_of
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import DerivationError

@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
-from symdyn.bench.stress.calls import Calls, calls, looked_at
-from symdyn.bench.stress.scenes import arm, one_body, rubbing
+from symdyn.bench.stress.scenes import Calls, arm, calls, looked_at, one_body, rubbing
 from symdyn.dynamics import Function
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed

@@ -18,11 +18,18 @@ from itertools import combinations, product
 from typing import Any
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
-from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
-from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.mechanism.placements import body_placements, moved_placements
-from symdyn.dynamics.mechanism.state import State, vector
+from symdyn.dynamics.closed_forms.coefficient_key import (
+    MOST_TERMS,
+    ClosedLoads,
+    Key,
+    check_key,
+    closed_loads,
+    load_nodes,
+    ordered_graph,
+    too_long,
+)
+from symdyn.dynamics.closed_forms.constraint_forms import angle_groups
+from symdyn.dynamics.mechanism.state import State, body_placements, moved_placements, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate

@@ -1,14 +1,39 @@
-"""Names of Lagrange's coefficients, what they multiply, and how many terms of them are still worth printing."""
+"""Names of Lagrange's coefficients, what they multiply, and how many terms of them are still worth printing.
+
+Closed forms to be read of struts, friction and loads: geometry in normal form in laws of force.
+
+D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
+ṡ       its rate, Σ ∂D/∂q_i q̇_i / (2 s); both may stand by names, which are defined where they are printed
+p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from operator import index
 from typing import Any
 
+from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
+from symdyn.dynamics.mechanism.state import (
+    State,
+    body_placements,
+    ends_apart,
+    joint_forces,
+    joint_of,
+    load_vectors,
+    moved_placements,
+    resisting,
+    stored,
+    vector,
+)
 from symdyn.errors import DerivationError, quoted
-from symdyn.graph import Graph
-from symdyn.scene import Scene
+from symdyn.graph import Expr, Graph, Op, tangents
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES, elastic
+from symdyn.scene.values import Load, Strut
+from symdyn.spatial import Transform, dot
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
@@ -64,3 +89,199 @@ def too_long(scene: Scene, result: str, else_: str = "") -> DerivationError:
         f"the closed form of {scene.name} is too long to be of use: {result}, and {MOST_TERMS} is the limit; "
         f"symdyn generate writes NumPy and C code, which grows with the number of joints only{else_}"
     )
+
+
+WAY, RATE = " x", " v"
+"""Names that no scene has."""
+
+Arm = tuple[tuple[Polynomial, ...], tuple[Polynomial, ...]]  # p and w of one coordinate
+
+
+@dataclass(frozen=True)
+class LoadNodes:
+    """Nodes whose normal forms are needed.
+
+    Attributes:
+        squares: squared distance of the ends of every strut between points.
+        places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
+            ground frame, or for a load in body axes in a frame that stands before the joint.
+    """
+
+    squares: dict[Strut, Expr]
+    places: tuple[dict[int, Transform], ...]
+
+    @property
+    def needed(self) -> list[Expr]:
+        """All of them."""
+        return [
+            *self.squares.values(),
+            *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
+        ]
+
+
+def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
+    """Return what the closed forms of the loads are made of."""
+    placed = body_placements(scene, graph) if scene.loads else {}
+    squares: dict[Strut, Expr] = {}
+    for strut in scene.struts:
+        if strut.ends:
+            apart = ends_apart(scene, strut.ends, graph)
+            squares[strut] = dot(apart, apart)
+    carrier = {joint.child: joint for joint in scene.joints}
+    places = []
+    for load in scene.loads:
+        moved = dict(moved_placements(scene, carrier.get(load.place.body), graph))
+        if load.frame == "ground":
+            moved = dict.fromkeys(moved, placed[load.place.body])
+        at = vector(load.place.at, graph)
+        places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
+    return LoadNodes(squares, tuple(places))
+
+
+@dataclass(frozen=True)
+class ClosedLoads:
+    """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate.
+
+    Attributes:
+        names: of s and ṡ of struts between points, by which they stand in forms; those of others are written out.
+    """
+
+    scene: Scene
+    state: State
+    squares: dict[Strut, Polynomial]
+    slopes: dict[Strut, tuple[Polynomial, ...]]
+    arms: tuple[dict[int, Arm], ...]
+    names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
+
+    def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
+        """Return the same with other names."""
+        return replace(self, names=names)
+
+    def alongside(self) -> list[list[Strut]]:
+        """Return the struts between points in the scene's order, those together whose length is the same function."""
+        found: list[list[Strut]] = []
+        for strut, square in self.squares.items():
+            same = next((some for some in found if self.squares[some[0]] == square), None)
+            if same is None:
+                found.append([strut])
+            else:
+                same.append(strut)
+        return found
+
+    def length(self, strut: Strut, compact: Compactor) -> Form:
+        """Return s = √D of a strut between points."""
+        return Function(Op.SQRT, (compact(self.squares[strut]),))
+
+    def rate(self, strut: Strut, compact: Compactor) -> Form:
+        """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
+        shares = zip(self.slopes[strut], self.state.qd, strict=True)
+        total = Form.sum(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
+        return Form.product((total, self._way(strut, compact).power(-1)))
+
+    def energy(self, compact: Compactor) -> Form:
+        """Return the elastic energy E."""
+        return Form.sum(self._energy(strut, compact) for strut in elastic(self.scene))
+
+    def elastic(self, compact: Compactor, i: int) -> Form:
+        """Return k_E,i."""
+        terms = []
+        for strut in elastic(self.scene):
+            force = self._force(strut, compact, Form.of(ordered_graph(self.scene).zero))
+            terms.append(_product(force, self._slope(strut, compact, i)))
+        return Form.sum(terms)
+
+    def acting(self, compact: Compactor) -> list[Form]:
+        """Return Q of every coordinate."""
+        graph = ordered_graph(self.scene)
+        forces = [[Form.of(force)] for force in joint_forces(self.scene, graph)]
+        for strut in resisting(self.scene):
+            if strut.ends:
+                slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
+                against = Form.product((Number.MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
+                for terms, slope in zip(forces, slopes, strict=True):
+                    terms.append(_product(against, slope))
+        for load, arm in zip(self.scene.loads, self.arms, strict=True):
+            components = [Form.of(x) for part in load_vectors(load, graph) for x in part]
+            for i, (p, w) in arm.items():
+                shares = zip(components, (*p, *w), strict=True)
+                forces[i] += [Form.product((force, compact(share))) for force, share in shares]
+        return [Form.sum(terms) for terms in forces]
+
+    def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
+        graph = ordered_graph(self.scene)
+        law = FORCES[strut.kind].pull.force(strut, graph.symbol(WAY), graph.symbol(RATE))
+        return Form.of(law).substitute({WAY: self._way(strut, compact), RATE: rate})
+
+    def _energy(self, strut: Strut, compact: Compactor) -> Form:
+        energy = stored(strut, ordered_graph(self.scene).symbol(WAY))
+        return Form.of(energy).substitute({WAY: self._way(strut, compact)})
+
+    def _way(self, strut: Strut, compact: Compactor) -> Form:
+        """Return the position of a joint or the distance of two points."""
+        if strut.joint:
+            return Form.of(joint_of(self.scene, strut).position(ordered_graph(self.scene)))
+        return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
+
+    def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
+        """Return the rate of the distance of two points from its derivatives."""
+        if strut in self.names:
+            return Symbol(self.names[strut][1])
+        pairs = zip(slopes, self.state.qd, strict=True)
+        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs)
+
+    def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
+        """Return the derivative of the way by coordinate i."""
+        if strut.ends:
+            share = compact(self.slopes[strut][i])
+            return Form.product((share, self._way(strut, compact).power(-1)))
+        graph = ordered_graph(self.scene)
+        position = joint_of(self.scene, strut).position(graph)
+        coordinate = graph.symbol(str(self.state.q[i].value))
+        return Form.of(tangents([position], {coordinate: graph.one})[0])
+
+
+def closed_loads(
+    scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, result: Mapping[Expr, Polynomial]
+) -> ClosedLoads:
+    """Return the closed forms of what acts on a scene; `result` are normal forms of `nodes.needed`."""
+    squares = {strut: result[square] for strut, square in nodes.squares.items()}
+    slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
+    arms = []
+    for load, moved in zip(scene.loads, nodes.places, strict=True):
+        arm: dict[int, Arm] = {}
+        for i, T in sorted(moved.items()):
+            R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
+            arm[i] = _arm(ring, R, p, state.q[i], load)
+        arms.append(arm)
+    return ClosedLoads(scene, state, squares, slopes, tuple(arms))
+
+
+def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load) -> Arm:
+    """Return how a placement moves with one coordinate, along its own axes or the ground's, where that does work."""
+    dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
+    none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
+    if load.frame == "ground":
+        return tuple(dp), none if load.couple == (Quantity.ZERO,) * 3 else tuple(
+            ring.dot(dR[a], R[b]) for a, b in pairs
+        )
+    columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
+    moved = none if load.force == (Quantity.ZERO,) * 3 else tuple(ring.dot(column, dp) for column in columns)
+    return moved, none if load.couple == (Quantity.ZERO,) * 3 else tuple(
+        ring.dot(columns[a], rates[b]) for a, b in pairs
+    )
+
+
+def _product(*parts: Form) -> Form:
+    """Return a product with equal factors as one power, and a squared root as what stands under it."""
+    exponents: dict[Form, int] = {}
+    for factor in Form.product(parts).factors:
+        base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
+        exponents[base] = exponents.get(base, 0) + exponent
+    factors = []
+    for base, exponent in exponents.items():
+        if isinstance(base, Function) and base.op is Op.SQRT:
+            pairs = int(exponent / 2)
+            factors += [base.args[0].power(pairs), base.power(exponent - 2 * pairs)]
+        else:
+            factors.append(base.power(exponent))
+    return Form.product(factors)

@@ -34,11 +34,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from symdyn.algebra import Form, Number
-from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
-from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.mechanism.tree import Tree, has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn
-from symdyn.dynamics.recursive.moments import Moments, moments_of
+from symdyn.dynamics.recursive.links import GeneralTurn, Link, Moments, PlanarTurn, moments_of
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute

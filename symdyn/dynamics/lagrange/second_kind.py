@@ -15,10 +15,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.directions import Directions, directions
-from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, generalized_forces
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, vector
+from symdyn.dynamics.mechanism.kinematics import Directions, directions
+from symdyn.dynamics.mechanism.state import (
+    State,
+    body_placements,
+    elastic_energy,
+    elastic_slopes,
+    generalized_forces,
+    vector,
+)
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion

@@ -1,12 +1,10 @@
 """Names that `symdyn.dynamics.loops` offers; each is imported when it is first used."""
 
 from .assembly import Assembly as Assembly
-from .constraint_rows import differentiated as differentiated
-from .cut_joints import Cut as Cut
-from .dense import solve_normal as solve_normal
+from .constraint_rows import Cut as Cut, differentiated as differentiated
 from .loop_decisions import pivots as pivots
 from .loop_numbers import Numbers as Numbers
 from .loop_words import direction_words as direction_words
 from .mobility import idle_motions as idle_motions, mobility as mobility
 from .newton import free_motions as free_motions
-from .partition import Partition as Partition
+from .partition import Partition as Partition, solve_normal as solve_normal

@@ -6,6 +6,12 @@
 Where σ is smaller than at generic positions, the mechanism stands at a change point, where branches meet.
 
 Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
+
+A large graph evaluated at one state, level by level: all operations of one kind that need nothing else at once.
+
+A node's level is one more than the highest of its operands'. A graph of many like parts, as of a mechanism with many
+loops, has few levels, however many nodes: NumPy takes each in one call. Values are those of doubles; sines and the like
+may differ from Python's in the last bit.
 """
 
 from __future__ import annotations
@@ -13,11 +19,13 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from symdyn.algebra import Array
+from symdyn.algebra import Array, Batches
 from symdyn.dynamics.loops.loop_words import unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
@@ -30,11 +38,13 @@ from symdyn.dynamics.loops.newton import (
     spectrum,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, NoValueError
+from symdyn.graph import Expr, Op, arithmetic, reachable
 from symdyn.scene.forces import FORCES
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_numbers import Numbers
+
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
@@ -226,3 +236,65 @@ def _weakest(numbers: Numbers, q: Array, length: float) -> str:
     if rank_of(values) < min(G.shape):
         mixed = np.abs(U[:, rank_of(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
     return numbers.constraints.labels[int(mixed.argmax())].words
+
+
+Places = npt.NDArray[np.intp]
+
+
+class Levels:
+    """Outputs of a graph, ready to be evaluated often."""
+
+    def __init__(self, outputs: Sequence[Expr]) -> None:
+        """Sort what the outputs need."""
+        order = reachable(outputs)
+        place = {node: k for k, node in enumerate(order)}
+        level = [0] * len(order)
+        steps: dict[tuple[int, Op], list[int]] = {}
+        known: list[tuple[int, float]] = []
+        self.symbols: dict[Expr, int] = {}
+        numbers = Batches()
+        for k, node in enumerate(order):
+            if node.op is Op.SYMBOL:
+                self.symbols[node] = k
+            elif node.op is Op.CONSTANT:
+                assert isinstance(node.value, Fraction), "a constant has a fraction"
+                known.append((k, float(numbers.constant(node.value))))
+            elif node.op is Op.PI:
+                known.append((k, float(numbers.pi())))
+            else:
+                level[k] = 1 + max(level[place[arg]] for arg in node.args)
+                steps.setdefault((level[k], node.op), []).append(k)
+        self.size = len(order)
+        self._start = np.zeros(self.size)
+        for k, x in known:
+            self._start[k] = x
+        self._steps = [
+            (
+                op,
+                np.array(ks, dtype=np.intp),
+                np.array([[place[a] for a in order[k].args] for k in ks], dtype=np.intp).T,
+            )
+            for (_, op), ks in sorted(steps.items(), key=lambda item: (item[0][0], item[0][1].value))
+        ]
+        self._outputs = np.array([place[node] for node in outputs], dtype=np.intp)
+
+    def at(self, values: Mapping[Expr, float]) -> Array:
+        """Return the outputs at values of the symbols, shape (outputs,).
+
+        Raises:
+            KeyError: a symbol has no value.
+            NoValueError: something is divided by zero, or has no real value.
+        """
+        x, numbers = self._start.copy(), Batches()
+        apply = arithmetic(numbers)
+        for node, k in self.symbols.items():
+            x[k] = values[node]
+        with np.errstate(divide="raise", invalid="raise", over="ignore", under="ignore"):
+            try:
+                for op, at, args in self._steps:
+                    operands = [x[one] for one in args]
+                    x[at] = apply[op](*operands) if op in apply else numbers.functions[op](*operands)
+            except FloatingPointError as fault:
+                raise NoValueError(f"{fault} in a formula of the scene") from None
+        found: Array = x[self._outputs]
+        return found

@@ -22,12 +22,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.loops.constraint_rows import recursive
-from symdyn.dynamics.loops.cut_joints import FLAT, Gauge, gauges
-from symdyn.dynamics.loops.levels import Levels
+from symdyn.dynamics.loops.assembly import Levels
+from symdyn.dynamics.loops.constraint_rows import FLAT, Gauge, gauges, recursive
 from symdyn.dynamics.loops.sparse_rows import Places
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
-from symdyn.dynamics.mechanism.directions import directions
+from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError

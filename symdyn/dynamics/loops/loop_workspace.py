@@ -6,20 +6,19 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
-from symdyn.dynamics.loops.cut_joints import FLAT, gauges
+from symdyn.dynamics.loops.constraint_rows import FLAT, Constraints, differentiated, gauges, recursive
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.loops.reduced_rows import Partitioned
 from symdyn.dynamics.loops.reduction import (
     AllRows,
+    Partitioned,
     Reduction,
     all_rows,
     nonzero,
     reduction,
     with_multipliers,
 )
-from symdyn.dynamics.mechanism.ldl import Factored, factored
+from symdyn.dynamics.mechanism.linear_solve import Factored, factored
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, reachable, substitute
 from symdyn.unlocked import cached_property

@@ -18,8 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.loops.dense import Matrix
-from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.loops.partition import Matrix, Partition
 from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, Slopes, gradient, operands, substitute, tangents
 from symdyn.unlocked import cached_property

@@ -1,19 +1,23 @@
 """Names that `symdyn.dynamics.mechanism` offers; each is imported when it is first used."""
 
 from .angles import angles_of as angles_of
-from .cost import cost as cost
-from .ldl import solve as solve
-from .loads import (
+from .linear_solve import RowSolve as RowSolve, cost as cost, solve as solve
+from .state import (
+    TIME as TIME,
+    State as State,
+    body_placements as body_placements,
     declared_forces as declared_forces,
     elastic_energy as elastic_energy,
+    ends_apart as ends_apart,
     generalized_forces as generalized_forces,
+    has_motion as has_motion,
+    joint_placement as joint_placement,
     joint_resistance as joint_resistance,
+    prescribed as prescribed,
     pull as pull,
+    quaternions as quaternions,
     refuse_ideal_friction as refuse_ideal_friction,
     squared_length as squared_length,
+    vector as vector,
 )
-from .placements import body_placements as body_placements, ends_apart as ends_apart, joint_placement as joint_placement
-from .prescribed import TIME as TIME, has_motion as has_motion, prescribed as prescribed
-from .row_solve import RowSolve as RowSolve
-from .state import State as State, quaternions as quaternions, vector as vector
 from .tree import body_inertia as body_inertia

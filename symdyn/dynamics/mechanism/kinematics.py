@@ -11,16 +11,54 @@ named frame.
     w, dw, a    angular velocity, angular acceleration, acceleration of the origin of frame i, all in frame i
 
 Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), eq. (9.86)-(9.90).
+
+Directions of the velocities on the space of coordinates: derivatives, brackets, and the connection of a mass matrix.
+
+    q̇ = H(q) u                 kinematic map, H = 1 where the velocities are rates of coordinates
+    X_i f = Σ_k H_ki ∂f/∂q_k    derivative along velocity i
+    [X_j, X_i] = Σ γ^l_ji X_l    zero for rates of coordinates; ε_jil for angular velocities in the body
+
+Reference: Maruskin, Introduction to Dynamical Systems and Geometric Mechanics (2012), chapter 8 (quasi-velocities,
+Boltzmann-Hamel equations).
+
+H also follows from placements, where velocities are no rates of coordinates:
+
+    R, p    placement that a ball or free flight makes, R(e) of the unit quaternion e = (w, x, y, z)
+    v, ω    its velocity and angular velocity, both in the moved frame
+
+    Ṙ = R ω̃,  ṗ = R v           4 w² = 1 + tr R,  4 w (x, y, z) = (R_zy - R_yz, R_xz - R_zx, R_yx - R_xy)
+
+The right sides differentiated give ẇ and then ẋ, ẏ, ż; they hold where w is not 0. Generated code takes ½ e ∘ ω, which
+every joint says itself and which holds everywhere; this formulation proves it.
+
+Reference: Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1 (1978) 223.
+
+The Levi-Civita connection of M gives Coriolis and centrifugal coefficients:
+
+    k_D[i, j]   = X_j M_ij - ½ X_i M_jj - γ^l_ji M_lj                            multiplies u_j²       shape (n, n)
+    k_C[i, jk]  = X_k M_ij + X_j M_ik - X_i M_jk - γ^l_ji M_lk - γ^l_ki M_lj     multiplies u_j u_k    j < k
+    C[i, j]     = Σ_k ⟨∇_k X_j, X_i⟩ u_k                                         Ṁ - 2C is skew        shape (n, n)
+
+    2 ⟨∇_k X_j, X_i⟩ = X_k M_ij + X_j M_ik - X_i M_jk + γ^l_kj M_li - γ^l_ji M_lk - γ^l_ki M_lj
+
+For rates of coordinates X_i = ∂/∂q_i and γ = 0: these are Christoffel symbols of the first kind.
+
+Reference: Siciliano et al., Robotics (2009), eq. (7.44)-(7.45), and Koszul's formula for frames that do not commute;
+the split into k_C and k_D is the textbook's (5.40).
 """
 
 from __future__ import annotations
 
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, vector
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, tangents
+from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
@@ -142,3 +180,123 @@ def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
     if inertia.m.is_zero:
         raise DerivationError(f"{scene.name}: body {name!r} has no mass, so it has no centre of mass")
     return scale(1 / inertia.m, inertia.h)
+
+
+Brackets = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Directions of the velocities.
+
+    Attributes:
+        q: coordinates, shape (nq,).
+        along: along[i] maps every coordinate that velocity i moves to its rate per unit, H_ki.
+        brackets: brackets[j, i] are pairs (l, γ^l_ji).
+    """
+
+    q: tuple[Expr, ...]
+    along: tuple[dict[Expr, Expr], ...]
+    brackets: Brackets
+
+    def slopes(self, f: Expr) -> list[Expr]:
+        """Return X_i f, shape (nv,)."""
+        partial = dict(zip(self.q, gradient(f, self.q), strict=True))
+        return [f.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
+
+    def derivative(self, fs: Sequence[Expr], i: int) -> list[Expr]:
+        """Return X_i f of several functions."""
+        return tangents(fs, self.along[i])
+
+    def christoffel(self, M: Matrix) -> Christoffel:
+        """Return the connection of a symmetric mass matrix, shape (n, n), for velocities along these directions."""
+        n = len(M)
+        upper = [M[i][j] for i in range(n) for j in range(i, n)]
+        slopes = []
+        for k in range(n):
+            flat = iter(self.derivative(upper, k))
+            slope: Matrix = [[M[0][0]] * n for _ in range(n)]
+            for i in range(n):
+                for j in range(i, n):
+                    slope[i][j] = slope[j][i] = next(flat)
+            slopes.append(slope)
+        return Christoffel(M, tuple(slopes), self.brackets)
+
+
+def directions(scene: Scene, graph: Graph) -> Directions:
+    """Return the directions of a scene's velocities."""
+    state = State.of(scene, graph)
+    along: list[dict[Expr, Expr]] = [{} for _ in state.qd]
+    for q, rate in zip(state.q, state.rates, strict=True):
+        for i, h in enumerate(gradient(rate, state.qd)):
+            if not h.is_zero:
+                along[i][q] = h
+    brackets: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    first = 0
+    for joint in scene.moving:
+        for j, i, m, value in joint_motion(joint, graph).brackets:
+            brackets.setdefault((first + j, first + i), []).append((first + m, value))
+        first += len(joint.rates)
+    return Directions(state.q, tuple(along), {pair: tuple(terms) for pair, terms in brackets.items()})
+
+
+def has_quaternions(scene: Scene) -> bool:
+    """Tell whether a velocity of the scene is no rate of a coordinate."""
+    return len(scene.coordinates) != len(scene.velocities)
+
+
+def rates_of_placements(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return q̇, shape (nq,), from the rates of placements."""
+    result: list[Expr] = []
+    for joint in scene.moving:
+        q = tuple(graph.symbol(name) for name in joint.coordinates)
+        u = tuple(graph.symbol(name) for name in joint.rates)
+        for block in JOINTS[joint.type].blocks(joint):
+            here, q = q[: len(block.coordinates)], q[len(block.coordinates) :]
+            moving, u = u[: len(block.velocities)], u[len(block.velocities) :]
+            result += block.quaternion_rates(here, moving) if block.letters else moving
+    return result
+
+
+Matrix = list[list[Expr]]
+
+
+@dataclass(frozen=True)
+class Christoffel:
+    """The connection of a mass matrix: `slopes[k][i][j]` = X_k M_ij, and the brackets of the velocities."""
+
+    M: Matrix
+    slopes: tuple[Matrix, ...]
+    brackets: Brackets
+
+    @property
+    def n(self) -> int:
+        """Number of velocities."""
+        return len(self.slopes)
+
+    def twice(self, i: int, j: int, k: int) -> Expr:
+        """Return the coefficient of u_j u_k in force i, of j k and k j together: 2 c_ijk for rates of coordinates."""
+        d = self.slopes
+        return d[k][i][j] + d[j][i][k] - d[i][j][k] - self._turned(j, i, k) - self._turned(k, i, j)
+
+    def centrifugal(self) -> Matrix:
+        """Return k_D, shape (n, n)."""
+        n = range(self.n)
+        return [[self.twice(i, j, j) / 2 for j in n] for i in n]
+
+    def coriolis(self) -> Matrix:
+        """Return k_C, shape (n, n(n-1)/2)."""
+        return [[self.twice(i, j, k) for j, k in combinations(range(self.n), 2)] for i in range(self.n)]
+
+    def coriolis_matrix(self, qd: Sequence[Expr]) -> Matrix:
+        """Return C(q, u), shape (n, n)."""
+        n = range(self.n)
+        zero = qd[0].graph.zero
+        return [
+            [sum(((self.twice(i, j, k) + self._turned(k, j, i)) / 2 * qd[k] for k in n), zero) for j in n] for i in n
+        ]
+
+    def _turned(self, j: int, i: int, k: int) -> Expr:
+        """Return Σ γ^l_ji M_lk."""
+        terms = self.brackets.get((j, i), ())
+        return sum((self.M[m][k] * value for m, value in terms), self.M[0][0].graph.zero)

@@ -1,10 +1,8 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
-from .base_columns import BaseColumns as BaseColumns
+from .base_columns import BaseColumns as BaseColumns, Linear as Linear
 from .count import Counts as Counts
-from .derivative_outputs import differentiable as differentiable
-from .kinks import kinks as kinks
-from .linear_forces import Linear as Linear
+from .derivative_outputs import differentiable as differentiable, kinks as kinks
 from .named_functions import DIRECTIONS as DIRECTIONS, arguments as arguments
 from .reaction_outputs import unique as unique
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives

@@ -16,17 +16,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from symdyn.dynamics.loops.manifold import Manifold
-from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.linear_solve import cost
 from symdyn.dynamics.outputs import closed_outputs as closed, implicit, parameter_outputs as parameters
-from symdyn.dynamics.outputs.derivative_outputs import BESIDE, derivatives, jacobian_row, parameter_row
+from symdyn.dynamics.outputs.derivative_outputs import BESIDE, derivatives, jacobian_row, kinks, parameter_row
 from symdyn.dynamics.outputs.directional_formulations import along_one, pulled_back
 from symdyn.dynamics.outputs.directional_outputs import jvp_row, vjp_row
-from symdyn.dynamics.outputs.kinks import kinks
 from symdyn.dynamics.outputs.named_functions import MULTIPLIERS, WEIGHTS, direction
-from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, by_lagrange
+from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_lagrange
 from symdyn.dynamics.outputs.output_table import OUTPUTS
 from symdyn.dynamics.outputs.result_labels import kept_rows
-from symdyn.dynamics.outputs.size import Size
 from symdyn.dynamics.outputs.tangent_space import (
     COLUMNS,
     FREE,

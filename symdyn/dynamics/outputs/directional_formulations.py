@@ -12,8 +12,8 @@ H is what differentiates vjp along all columns of J, and not symmetric where a q
 
 (H + Hᵀ)/2 is the second order of φ(q ∘ exp ξ, …) in ξ, which differential dynamic programming wants.
 
-Sweeps that code is generated from read turns (`symdyn.dynamics.outputs.turns`) where that costs less; those beside
-which they are proved do not.
+Sweeps that code is generated from read turns (`symdyn.dynamics.outputs.tree_formulations`) where that costs less;
+those beside which they are proved do not.
 """
 
 from __future__ import annotations

@@ -26,9 +26,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from symdyn.dynamics.loops.constraint_rows import Constraints
-from symdyn.dynamics.loops.reduced_rows import rows_of
-from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.dynamics.mechanism.row_solve import RowSolve
+from symdyn.dynamics.loops.reduction import rows_of
+from symdyn.dynamics.mechanism.linear_solve import RowSolve, solve
 from symdyn.dynamics.outputs import closed_outputs as closed, recursive_derivatives, tree_formulations
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multiplier_symbols
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper

@@ -2,42 +2,91 @@
 
 One formulation of a row is preferred, and code is generated from it; the others prove it. A formulation takes the
 workspace (and the name of a body or point for kinematic outputs) and returns the entries of the result, row by row.
+
+The outputs about the centre of mass of the whole scene: rows of OUTPUTS that it has when it is asked for them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
-from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
-from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.mechanism import centroidal, kinematics
+from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_placements
+from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
-from symdyn.dynamics.outputs.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.outputs.closed_outputs import (
     CONSTRAINED_DRIVES,
     CONSTRAINED_FORWARD,
     CONSTRAINED_INVERSE,
     OF_LOOPS,
+    REGRESSORS,
 )
-from symdyn.dynamics.outputs.output import (
-    FORCES,
-    Formulation,
-    Output,
-    by_differentiation,
-    by_lagrange,
-    by_loop,
-)
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
+from symdyn.dynamics.outputs.named_functions import PASSIVITY
+from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.outputs.reaction_outputs import REACTIONS
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
-from symdyn.dynamics.outputs.size import Size
-from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.reduced_tree import potential_energy
-from symdyn.dynamics.recursive.rnea_loop import rnea_loop
+from symdyn.dynamics.recursive.table_loops import aba_loop, rnea_loop
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
+
+MOMENTUM = ("px", "py", "pz", "Lx", "Ly", "Lz")
+"""Entries of momentum, and of angular momentum about the centre of mass."""
+
+_row = partial(Output, when_constrained="same", default_in="request")
+
+CENTROIDAL: dict[str, Output] = {
+    "centre_of_mass": _row(
+        "centre of mass C of all bodies that move, ground frame",
+        ("q",),
+        "C",
+        (labels.fixed(*"xyz"),),
+        "m",
+        formulations={
+            "recursive": Formulation(lambda w: list(centroidal.centre(w.scene, w.tree))),
+            "positions": by_differentiation(lambda w: list(centroidal.differentiated_centre(w.scene, w.graph))),
+        },
+    ),
+    "centre_of_mass_jacobian": _row(
+        "Jacobian J of the centre of mass of all bodies that move: its velocity = J qd, ground frame",
+        ("q",),
+        "J",
+        (labels.fixed("vx", "vy", "vz"), labels.velocities),
+        "m or 1",
+        formulations={
+            "recursive": Formulation(lambda w: centroidal.centre_jacobian(w.scene, w.tree)),
+            "differentiation": by_differentiation(
+                lambda w: centroidal.differentiated_centre_jacobian(w.scene, w.graph)
+            ),
+        },
+    ),
+    "centroidal_momentum_matrix": _row(
+        "matrix A of [momentum; angular momentum about the centre of mass] = A qd, ground axes, without rotors",
+        ("q",),
+        "A",
+        (labels.fixed(*MOMENTUM), labels.velocities),
+        "kg m or kg, and kg m^2 or kg m",
+        formulations={
+            "recursive": Formulation(lambda w: centroidal.momentum_matrix(w.scene, w.tree)),
+            "differentiation": by_differentiation(
+                lambda w: centroidal.differentiated_momentum_matrix(w.scene, w.graph)
+            ),
+        },
+    ),
+    "centroidal_momentum_bias": _row(
+        "rate Adot qd of [momentum; angular momentum about the centre of mass] at qdd = 0, ground axes, without rotors",
+        ("q", "qd"),
+        "b",
+        (labels.fixed(*MOMENTUM),),
+        "N, and N m",
+        formulations={
+            "recursive": Formulation(lambda w: centroidal.momentum_bias(w.scene, w.tree, w.state)),
+            "differentiation": by_differentiation(lambda w: centroidal.differentiated_momentum_bias(w.scene, w.graph)),
+        },
+    ),
+}
 
 
 def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Formulation]:

@@ -2,25 +2,181 @@
 
 A function has a name in code beside it, "jacobian_tool", or "tree_mass_matrix" where loops close a scene; whoever asks
 may say either.
+
+The state equation next to any motion, δẋ = A δx + B δτ, as an output: symbols where the scene has such.
+
+    δξ       displacements along the independent positions; all directions of the velocities where nothing closes
+    δv       deviations of the independent velocities, all of them where nothing closes
+    A        δξ̇ = δu - ad_u δξ with δu = S δξ + T δv, then δv̇ by the derivatives of forward dynamics
+    ad_u     Σ_ij γ^l_ij δξ_i u_j is what -ad_u adds to δξ̇_l, of brackets [X_i, X_j] = γ^l_ij X_l
+
+From d/dt (δξ_i X_i f) = δ(u_j X_j f) for every f. A's block of positions is 0 where velocities are rates of coordinates
+and all positions independent of the others' rates; where something turns or rolls it is not.
+
+Reference: Bloch, Krishnaprasad, Marsden and Ratiu, The Euler-Poincaré equations and double bracket dissipation (1996),
+section 2.
+
+Requests that are too large to be written as lines: refused in words, before they are begun.
+
+What can be asked of every output: rows that are made of its row, by what is written behind its name.
+
+Closed scenes have rows of their own in place of some, along the manifold of their states.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
 from symdyn.dynamics.mechanism.kinematics import check_place
+from symdyn.dynamics.mechanism.linear_solve import cost
+from symdyn.dynamics.mechanism.state import INPUTS, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.outputs.closed_derivatives import CLOSED
-from symdyn.dynamics.outputs.operators import MANY, WORDS, of_another, of_closed, words
-from symdyn.dynamics.outputs.output import TREE_NAME, DefaultIn, Output
+from symdyn.dynamics.outputs.closed_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
+from symdyn.dynamics.outputs.derivative_outputs import BESIDE, by_parameters, derivatives, differentiable
+from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
+from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
-from symdyn.dynamics.outputs.state_matrices import STATE_MATRICES, state_matrices
+from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions, independent_velocities, manifold_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
 from symdyn.errors import DerivationError, quoted
-from symdyn.graph import Graph
+from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
+
+BY = "_by_"
+"""Behind the name of an output, before that of an argument or a parameter."""
+
+MOTION = ("q", "qd", "qdd", "tau", TIME)
+"""What is an argument behind `BY`, though a parameter may be called so: NAME_by_parameters has its column."""
+
+
+def _by(name: str, row: Output, only: str) -> Output:
+    """Return the row of derivatives by an argument; by a parameter where that has the name and no argument has."""
+    argument = only in row.arguments or only in (*MOTION, INPUTS)
+    return derivatives(name, row, only) if argument else by_parameters(name, row, only)
+
+
+OPERATORS: dict[str, Callable[[str, Output], Output]] = {
+    **ALONG_ONE,
+    "_derivatives": derivatives,
+    **{f"{BY}{one}": partial(_by, only=one) for one in COLUMNS},
+    f"{BY}parameters": by_parameters,
+}
+"""What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""
+
+WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
+"""The same in words, of an output called NAME."""
+
+
+MANY: dict[str, Output] = {**OUTPUTS, RESIDUAL: MOTION_RESIDUAL}
+"""Rows of which many others can be asked for, by a word behind their name."""
+
+
+def words(of: str, closed: bool) -> list[str]:
+    """Return what can be asked of an output, of closed scenes or of others."""
+    if not closed or of not in ALONG_MANIFOLD:
+        return _words_of(of, MANY[of])
+    by = (f"{of}{BY}parameters", f"{of}{BY}PARAMETER") if of in SOLVED else ()
+    return [*(one for one in CLOSED if one.startswith(f"{of}_")), *by]
+
+
+def _words_of(name: str, row: Output) -> list[str]:
+    """Return the same, those of arguments that it does not take left out."""
+    along = differentiable(row)
+    taken = [f"{BY}{one}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
+    return [
+        f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
+    ]
+
+
+def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:
+    """Return the row of what is asked of one of the outputs, such as "inverse_dynamics_derivatives"; None for no such.
+
+    Raises:
+        DerivationError: the output has no such derivatives.
+    """
+    for suffix, operator in OPERATORS.items():
+        if name.endswith(suffix) and (row := outputs.get(of := name.removesuffix(suffix))):
+            return operator(of, row)
+    of, _, parameter = name.partition(BY)
+    return by_parameters(of, outputs[of], parameter) if of in outputs and parameter.isidentifier() else None
+
+
+def of_closed(name: str) -> Output | None:
+    """Return the row that closed scenes have for what is asked; None where there is no other than that of all scenes.
+
+    Raises:
+        DerivationError: closed scenes have no such derivatives of what changes along their manifold.
+    """
+    if name in CLOSED:
+        return CLOSED[name]
+    output, by, parameter = name.partition(BY)
+    if by and output in SOLVED and parameter not in MOTION:
+        return ALONG_MANIFOLD[output].by_parameters("" if parameter == "parameters" else parameter)
+    of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
+    if of is None:
+        return None
+    raise DerivationError(
+        f"where loops or rows close a scene there is no {name}; there are {', '.join(words(of, True))}"
+    )
+
+
+STATE_MATRICES = "state_matrices"
+
+
+def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
+    """Return [A | B] row by row, from the derivatives of forward dynamics."""
+    graph, u, manifold = w.graph, w.state.qd, manifold_of(w, formulation)
+    places, speeds = manifold.places.independent, manifold.partition.independent
+    slopes, following, moving = manifold.slopes, manifold.by_position, manifold.by_velocity
+    accelerations = w.once(derive)
+    width = len(places) + len(speeds) + w.state.n
+    found = []
+    for k in places:
+        turned = [(i, j, x) for (i, j), terms in w.directions.brackets.items() for m, x in terms if m == k]
+        found += [
+            graph.total([seeds.get(u[k], graph.zero), *(xi[i] * u[j] * x for i, j, x in turned if i in xi)])
+            for xi, seeds in zip(slopes, following, strict=True)
+        ]
+        found += [seeds.get(u[k], graph.zero) for seeds in moving]
+        found += [graph.zero] * w.state.n
+    return found + [entry for k in speeds for entry in accelerations[k * width : (k + 1) * width]]
+
+
+def _state(w: Workspace) -> tuple[str, ...]:
+    if w.scene.is_closed:
+        return (*independent_positions(w), *independent_velocities(w))
+    return (*COLUMNS["q"](w), *w.scene.velocities)
+
+
+def state_matrices(closed: bool) -> Output:
+    """Return the row of [A | B], of scenes that loops or rows close or of others."""
+    forward = OUTPUTS["forward_dynamics"]
+    row = CLOSED["forward_dynamics_derivatives"] if closed else derivatives("forward_dynamics", forward)
+    which = "independent " if closed else ""
+    return Output(
+        f"[A | B] of dx/dt = A x + B tau for small deviations from any motion; x are {which}positions, along the "
+        f"directions of the velocities, and {which}velocities",
+        row.arguments,
+        "AB",
+        (lambda w: tuple(f"rate of {name}" for name in _state(w)), lambda w: (*_state(w), *COLUMNS["tau"](w))),
+        "rate of the row's entry of x, per unit of the column's",
+        "same",
+        {
+            name: replace(formulation, derive=partial(_assembled, name, formulation.derive))
+            for name, formulation in row.formulations.items()
+        },
+        default_in="request",
+        may_fail="reported",
+        depends=row.depends,
+        prefer=row.prefer,
+        remark=row.remark,
+        size=row.size,
+    )
+
 
 KINDS = {"body": "body", "point": "body or point"}
 """What the place of an output may be the name of, by its row's `place`; names of [outputs] are looked for there."""
@@ -210,3 +366,53 @@ def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
         return ""
     why = lacking(scene)
     return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""
+
+
+def too_large(workspace: Workspace, request: str) -> str:
+    """Return why an output that the scene has is not written as lines, with its size and what to ask for instead.
+
+    "" where it is; inverse dynamics is derived for that only where the size by rows alone is too large.
+    """
+    if expected_size(workspace, request) <= PLENTY:
+        return ""
+    simple = workspace.once(simplicity)
+    size = expected_size(workspace, request, simple)
+    if size <= PLENTY:
+        return ""
+    ways = [other for other in _instead(workspace, request) if expected_size(workspace, other, simple) <= PLENTY]
+    ask = f"ask for {' or '.join(ways)}" if ways else "ask for fewer functions"
+    return (
+        f"{workspace.scene.name}: {request} would take some {_rounded(size):,} operations, and {PLENTY:,} are "
+        f"the most that are written as lines; {ask}; inverse_dynamics and forward_dynamics are loops at any length"
+    )
+
+
+def expected_size(workspace: Workspace, request: str, simple: float = 1.0) -> float:
+    """Return about how many operations a request takes, weighed; `simple` is 1 where joints turn every way."""
+    return row_of(request, workspace.scene)[0].size.of(workspace.once(_depths), simple)
+
+
+def _depths(workspace: Workspace) -> list[int]:
+    return depths_of(workspace.scene)
+
+
+def simplicity(workspace: Workspace) -> float:
+    """Return how many times as large inverse dynamics is as that of joints that turn every way."""
+    w = workspace
+    entries = w.once(OUTPUTS["inverse_dynamics"].formulations["rnea"].derive)
+    return cost(entries, {*w.state.q, *w.state.qd, *w.state.qdd}) / INVERSE.of(w.once(_depths))
+
+
+def _instead(workspace: Workspace, request: str) -> list[str]:
+    """Return what says the same in parts, or along one direction."""
+    name, colon, place = request.partition(":")
+    suffix = next((one for one in OPERATORS if name.endswith(one)), "")
+    base = name.removesuffix(suffix)
+    row = row_of(f"{base}{colon}{place}", workspace.scene)[0]
+    words = [*(f"{BY}{one}" for one in differentiable(row)), "_jvp", "_vjp"] if suffix else []
+    return [f"{base}{word}{colon}{place}" for word in words if word != suffix]
+
+
+def _rounded(size: float) -> int:
+    """Return a size to two digits."""
+    return int(float(f"{size:.1e}"))

@@ -21,8 +21,8 @@ from typing import ClassVar
 
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
+from symdyn.dynamics.mechanism.linear_solve import cost
+from symdyn.dynamics.mechanism.state import INPUTS, TIME, inputs_of
 from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.named_functions import (
     ALONG_MANIFOLD,
@@ -33,7 +33,7 @@ from symdyn.dynamics.outputs.named_functions import (
     multiplier_symbols,
 )
 from symdyn.dynamics.outputs.result_labels import Axis
-from symdyn.dynamics.outputs.turns import turns
+from symdyn.dynamics.outputs.tree_formulations import turns
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Slopes, gradient, operands, tangents

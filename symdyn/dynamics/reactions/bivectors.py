@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import TreeMotion
-from symdyn.dynamics.reactions.body_motion import motions
-from symdyn.dynamics.reactions.joint_frames import JointFrames
+from symdyn.dynamics.reactions.joint_frames import JointFrames, motions
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Inertia,

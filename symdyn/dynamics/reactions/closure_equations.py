@@ -25,7 +25,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.partition import Partition, blocks
-from symdyn.dynamics.mechanism.exact import has_symbols
+from symdyn.dynamics.mechanism.tree import has_symbols
 from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr

@@ -17,9 +17,22 @@ from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.reactions.bivectors import Bivectors, known_bivectors
-from symdyn.dynamics.reactions.body_motion import acting, inertias, motions, needed, own_forces, placements, way_apart
 from symdyn.dynamics.reactions.closure_equations import ClosureEquation, sizes, ties
-from symdyn.dynamics.reactions.joint_frames import PLACES, TINY, JointFrames, drives, hinges, relative_twists
+from symdyn.dynamics.reactions.joint_frames import (
+    PLACES,
+    TINY,
+    JointFrames,
+    acting,
+    drives,
+    hinges,
+    inertias,
+    motions,
+    needed,
+    own_forces,
+    placements,
+    relative_twists,
+    way_apart,
+)
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut

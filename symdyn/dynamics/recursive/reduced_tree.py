@@ -45,10 +45,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 
-from symdyn.dynamics.mechanism.exact import has_symbols, rational, settle, values_of
-from symdyn.dynamics.mechanism.tree import Topology, Tree
-from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
-from symdyn.dynamics.recursive.moments import Moments, moments_of
+from symdyn.dynamics.mechanism.tree import Topology, Tree, has_symbols, rational, settle, values_of
+from symdyn.dynamics.recursive.links import GeneralTurn, Link, Moments, PlanarTurn, Turn, moments_of
 from symdyn.graph import Expr, Graph, Op
 from symdyn.spatial import Mat, Transform, Vec, dot, zero_vector
 

@@ -38,8 +38,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, carried
-from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.links import Link, LinkMotion, at_rest, carried
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.dynamics.recursive.variations import (
     Brought,

@@ -1,25 +1,293 @@
 """Functions that code may compute by a loop over a table of joints: one row each.
 
 A formulation of `OUTPUTS` that goes over a table has its row here, by its name, and nowhere else.
+
+Forward dynamics as a loop over the rows of a table: the steps are `aba`'s, over symbols for the numbers of a row.
+
+    outward     from the motion of the parent that velocities alone give: the joint's, and what its body takes for it
+    inward      from the articulated inertia of all beyond: U / D and u / D of the joint, and its part of the parent's
+    besides     from the accelerations besides of the parent: q̈, and those of the joint
+
+A joint waits for the one before it, so what it can do beforehand it does: a turn about the joint's own axis keeps what
+vanishes along that, and goes on beside the division; U / D is turned into the parent's frame, where q̈ finds it without
+waiting for accelerations to be turned.
+
+Inverse dynamics as a loop over the rows of a table: the steps are `rnea`'s, over symbols for the numbers of a row.
+
+    outward     from the motion of the parent: the joint's, and what its body takes for it
+    inward      from what all bodies beyond take: the joint's force, and its part of the parent's
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; see `rnea` for U and the moments.
+
+A loop over a table of joints as sweeps: what each does at a joint, kind by kind.
+
+A sweep is a pass out to the tips or back. Its steps are expressions of the numbers of a row; C prints them, and
+`over_table` puts the numbers of a table into them: so what is proved of these expressions is proved of that loop.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from operator import add, attrgetter
 from typing import TypeVar
 
-from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, forward_sweeps
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.rnea_loop import inverse_sweeps
-from symdyn.dynamics.recursive.row_kinds import RowKind, kinds_of, names_of
-from symdyn.dynamics.recursive.sweeps import Sweeps, values_over_table
+from symdyn.dynamics.recursive.aba import Articulated, across, along_z, articulated, given_way
+from symdyn.dynamics.recursive.joint_table import (
+    ORIGIN,
+    JointTable,
+    RowKind,
+    body_of,
+    flat,
+    kinds_of,
+    link_of,
+    motion_of,
+    names_of,
+    rotor_of,
+    symbols,
+    vectors,
+)
+from symdyn.dynamics.recursive.links import Link, at_rest, carried
+from symdyn.dynamics.recursive.variations import Twist, plus
 from symdyn.errors import NoValueError
-from symdyn.graph import Algebra, evaluate
+from symdyn.graph import Algebra, Expr, Graph, Op, evaluate, reachable, repeated, substitute
 from symdyn.scene import Scene
+from symdyn.spatial import Mat, zero_vector
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What one sweep does at a joint of a kind: expressions of symbols on one graph.
+
+    Attributes:
+        name: of the sweep.
+        takes: how symbols begin of what the joint before hands on, or all behind it together: "motion" of motion0 ..
+        handed: what is handed on, as many.
+        inward: whether it goes from the tips to the ground.
+        ground: where the acceleration of the ground begins among the numbers of a motion that it starts with; none of
+            these is another than zero, and all are if it has no place.
+        keeps: how symbols begin by which a later sweep reads what this one keeps.
+        kept: what it keeps, in place of what others before it kept.
+        result: the entry of the result, where it finds that.
+    """
+
+    name: str
+    takes: str
+    handed: tuple[Expr, ...]
+    inward: bool = False
+    ground: int | None = None
+    keeps: str = ""
+    kept: tuple[Expr, ...] = ()
+    result: Expr | None = None
+
+    @property
+    def results(self) -> tuple[Expr, ...]:
+        """All that it computes."""
+        return (*self.handed, *self.kept, *([] if self.result is None else [self.result]))
+
+    @property
+    def reads(self) -> set[str]:
+        """Names of the symbols that it reads."""
+        return {str(node.value) for node in reachable(self.results) if node.op is Op.SYMBOL}
+
+
+Sweeps = Callable[[RowKind], tuple[Sweep, ...]]
 
 T = TypeVar("T")
+
+
+def over_table(table: JointTable, sweeps: Sweeps, given: Mapping[str, Sequence[Expr]]) -> list[Expr]:
+    """Return the entries of the result of a loop; `given` are its arguments by name, q among them, shapes (n,)."""
+    graph = given["q"][0].graph
+
+    def put(nodes: Sequence[Expr], here: Mapping[str, Expr]) -> list[Expr]:
+        home = nodes[0].graph
+        return substitute(nodes, {home.symbol(name): x for name, x in here.items()}, graph)
+
+    return _walked(
+        table,
+        sweeps,
+        [dict(zip(names_of(row), row.entries, strict=True)) for row in table.rows],
+        table.ground,
+        given,
+        graph.zero,
+        add,
+        put,
+    )
+
+
+def values_over_table(
+    table: JointTable,
+    sweeps: Sweeps,
+    numbers: Sequence[T],
+    given: Mapping[str, Sequence[T]],
+    algebra: Algebra[T],
+) -> list[T]:
+    """Return the same over an algebra, without a graph of it; `numbers` are the ground's and those of every row.
+
+    Raises:
+        what the algebra does where there is no value.
+    """
+    left = iter(numbers)
+    ground = [next(left) for _ in table.ground]
+    steps: dict[tuple[Expr, ...], Callable[[Mapping[str, T]], list[T]]] = {}
+
+    def put(nodes: Sequence[Expr], here: Mapping[str, T]) -> list[T]:
+        whole = tuple(nodes)
+        if whole not in steps:
+            steps[whole] = repeated(whole, algebra, attrgetter("value"))
+        return steps[whole](here)
+
+    rows = [{name: next(left) for name in names_of(row)} for row in table.rows]
+    return _walked(table, sweeps, rows, ground, given, algebra.constant(Fraction(0)), algebra.add, put)
+
+
+def _walked(
+    table: JointTable,
+    sweeps: Sweeps,
+    rows: Sequence[Mapping[str, T]],
+    ground: Sequence[T],
+    given: Mapping[str, Sequence[T]],
+    zero: T,
+    plus: Callable[[T, T], T],
+    put: Callable[[Sequence[Expr], Mapping[str, T]], list[T]],
+) -> list[T]:
+    """Return the result: `put` gives expressions their values, where names of rows and arguments have theirs."""
+    order, kinds = range(1, len(rows) + 1), kinds_of(table)
+    known: list[dict[str, T]] = []
+    for k, row in enumerate(table.rows):
+        here = {**rows[k], **{name: entries[k] for name, entries in given.items()}}
+        c, s = put(_turn(row.slides, row.at_zero), here)
+        known.append({**here, "cosine": c, "sine": s})
+    results = [zero] * len(rows)
+    for number, first in enumerate(sweeps(kinds[0])):
+        nothing = [zero] * len(first.handed)
+        held: list[list[T]] = [nothing] * (len(rows) + 1)
+        if first.ground is not None:
+            held[0] = [*nothing[: first.ground], *ground, *nothing[first.ground + 3 :]]
+        for i in reversed(order) if first.inward else order:
+            p, here, sweep = table.rows[i - 1].parent, known[i - 1], sweeps(kinds[i - 1])[number]
+            here |= _named(sweep.takes, held[i if sweep.inward else p])
+            found = put(sweep.results, here)
+            handed, kept = found[: len(nothing)], found[len(nothing) : len(nothing) + len(sweep.kept)]
+            here |= _named(sweep.keeps, kept)
+            if sweep.inward and held[p] is not nothing:
+                handed = [plus(a, b) for a, b in zip(held[p], handed, strict=True)]
+            held[p if sweep.inward else i] = handed
+            if sweep.result is not None:
+                results[i - 1] = found[-1]
+    return results
+
+
+@cache
+def _turn(slides: bool, at_zero: bool) -> tuple[Expr, Expr]:
+    """Return cosine and sine of the turn of a joint, a slide's at zero."""
+    graph = Graph()
+    q, c0, s0 = (graph.symbol(name) for name in ("q", "c0", "s0"))
+    c, s = (graph.one, graph.zero) if slides else (graph.cos(q), graph.sin(q))
+    return (c, s) if at_zero else (c * c0 - s * s0, s * c0 + c * s0)
+
+
+def _named(name: str, entries: Sequence[T]) -> dict[str, T]:
+    return {f"{name}{k}": x for k, x in enumerate(entries)}
+
+
+INERTIA, BESIDES = 27, 6
+"""Numbers of an articulated inertia (J, H, M, bias: 6, 9, 6, 6), and of accelerations."""
+
+
+def aba_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
+    """Return q̈ that solves M(q) q̈ + c(q, q̇) + g(q) = τ, shape (n,), rad/s^2 or m/s^2, by the loop."""
+    return over_table(table, forward_sweeps, {"q": q, "qd": qd, "tau": tau})
+
+
+@cache
+def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
+    """Return the sweeps at a joint of a kind, on a graph of their own."""
+    graph = Graph()
+    zero = graph.zero
+    still = zero_vector(graph)
+    link, body = link_of(kind, graph), body_of(kind, graph)
+    moved = carried(motion_of(graph, "motion"), link, kind.slides, graph.symbol("qd"), zero)
+    own = articulated(body, moved)
+    A = _inertia(symbols(graph, "inertia", INERTIA)) + articulated(body, at_rest(still))
+    A = replace(A, bias=plus(A.bias, _pair(symbols(graph, "bias", BESIDES))))
+    along, rest = _apart(link)
+    A = A.seen_from(along)
+    D = A.along_z(kind.slides)[kind.slides][2] + rotor_of(kind, graph)
+    share, alone, left = given_way(A, kind.slides, D, graph.symbol("tau"))
+    felt = rest.wrench_back(*share)  # by the parent
+    (n, f), before = (_pair(symbols(graph, name, BESIDES)) for name in ("share", "besides"))
+    w, v = before
+    late = f[2] * v[2], n[2] * w[2]  # what the parent's own acceleration is in
+    early = n[0] * w[0] + n[1] * w[1] + (f[0] * v[0] + f[1] * v[1])
+    qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
+    beyond = plus(across(before, link), along_z(qdd, kind.slides))
+    motion = flat(moved.w, moved.dw, moved.a, *moved.U)
+    inertia = _flat_inertia(left.seen_from(rest))
+    return (
+        Sweep("outward", "motion", motion, keeps="bias", kept=flat(*own.bias)),
+        Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*felt), alone)),
+        Sweep("besides", "besides", flat(*beyond), ground=3, result=qdd),
+    )
+
+
+def _apart(link: Link) -> tuple[Link, Link]:
+    """Return what of a link goes about and along the axis of its joint, and the rest."""
+    graph = link.rise.graph
+    still = link.at_rest(False)
+    return Link(zero_vector(graph), (), link.turn, link.rise), replace(still, rise=graph.zero)
+
+
+def _pair(entries: Sequence[Expr]) -> Twist:
+    first, last = vectors(entries)
+    return first, last
+
+
+def _inertia(entries: Sequence[Expr]) -> Articulated:
+    H = vectors(entries[6:15])
+    return Articulated(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
+
+
+def _flat_inertia(A: Articulated) -> tuple[Expr, ...]:
+    return *_six(A.J), *flat(*A.H), *_six(A.M), *flat(*A.bias)
+
+
+def _six(matrix: Mat) -> tuple[Expr, ...]:
+    """Return the entries of a symmetric matrix in the order of `symmetric`."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+    return xx, yy, zz, xy, xz, yz
+
+
+WRENCH = 6
+"""Numbers of a moment and a force."""
+
+
+def rnea_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+    """Return τ = M(q) q̈ + c(q, q̇) + g(q), shape (n,), N m or N, by the loop; positive accelerates."""
+    return over_table(table, inverse_sweeps, {"q": q, "qd": qd, "qdd": qdd})
+
+
+@cache
+def inverse_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
+    """Return the sweeps at a joint of a kind, on a graph of their own."""
+    graph = Graph()
+    link, slides = link_of(kind, graph), kind.slides
+    qdd = graph.symbol("qdd")
+    moved = carried(motion_of(graph, "motion"), link, slides, graph.symbol("qd"), qdd)
+    takes = body_of(kind, graph).wrench(moved.a, moved.U)
+    own, beyond = (vectors(symbols(graph, name, WRENCH)) for name in ("own", "beyond"))
+    n, f = plus((own[0], own[1]), (beyond[0], beyond[1]))
+    tau = (f[2] if slides else n[2]) + rotor_of(kind, graph) * qdd
+    motion = flat(moved.w, moved.dw, moved.a, *moved.U)
+    return (
+        Sweep("outward", "motion", motion, ground=ORIGIN, keeps="own", kept=flat(*takes)),
+        Sweep("inward", "beyond", flat(*link.wrench_back(n, f)), inward=True, result=tau),
+    )
+
 
 LITTLE = 1e-10
 """A pivot so many times smaller than the largest one is looked at exactly."""

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.links import PlanarTurn, Turn
-from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.links import Moments, PlanarTurn, Turn
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, cross, dot, scale
 

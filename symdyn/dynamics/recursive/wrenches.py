@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.exact import settle
-from symdyn.dynamics.mechanism.loads import (
+from symdyn.dynamics.mechanism.state import (
+    State,
     declared_forces,
     joint_of,
     joint_resistance,
@@ -24,9 +24,9 @@ from symdyn.dynamics.mechanism.loads import (
     resisting,
     stored,
     stored_between,
+    vector,
 )
-from symdyn.dynamics.mechanism.state import State, vector
-from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.mechanism.tree import Tree, settle
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
 from symdyn.graph import Expr, Graph

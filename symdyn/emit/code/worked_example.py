@@ -3,6 +3,8 @@
 The numbers are those of the equations in 50 digits. Each comes with how far code may be off, which is a running error
 analysis of the same equations (`symdyn.algebra.big`): whatever compiler and library made it, right code passes, and a
 sign that is wrong does not.
+
+An example beside generated code, for languages with one file that is compiled and run by itself.
 """
 
 from __future__ import annotations
@@ -16,8 +18,10 @@ from typing import Any
 
 from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Argument, Function
+from symdyn.emit.code.operators import stem
 from symdyn.emit.code.real import Real, digits, find_real
 from symdyn.emit.code.target import Sources
+from symdyn.emit.render import render
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Program, Sampling
 
@@ -192,3 +196,30 @@ def _allowed(boundeds: Sequence[Bounded], sources: Sources, suffix: str) -> tupl
     real = find_real(sources.real)
     slack = [Real.ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in boundeds]
     return tuple(f"{1.05 * bound + real.tiniest:.1e}{suffix}" for bound in slack)
+
+
+def example_text(sources: Sources, template: str, ending: str, suffix: str = "", **values: Any) -> dict[str, str]:
+    """Return the example by its name: main, or example where the scene has that name itself.
+
+    Args:
+        sources: what it calls.
+        template: what it looks like.
+        ending: of its name.
+        suffix: how numbers of the type end in the language.
+        values: what else the template is given.
+    """
+    opening, made = stem(sources.program.scene.name), worked_example(sources, suffix)
+    shapes = dict(zip(sources.functions, (r.function.shape for r in sources.program.routines), strict=True))
+    example = f"{'example' if opening == 'main' else 'main'}{ending}"
+    known = {
+        "shapes": shapes,
+        "stem": opening,
+        "example": example,
+        "given": made.given,
+        "called": made.called,
+        "left_out": made.left_out,
+        "prepare": Program.PREPARE,
+        "suffix": suffix,
+    }
+    scalars = [one.name for one in made.given if one.scalar]
+    return {example: render(template, {**known, "scalars": scalars, **values})}

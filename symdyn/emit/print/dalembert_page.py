@@ -13,14 +13,11 @@ from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import DIGITS, BMatrix, Line, align, definitions
-from symdyn.emit.print.dalembert_lines import dalembert_lines
-from symdyn.emit.print.dalembert_system import forms_of, printed_system
+from symdyn.emit.print.breaking import BREAK, DIGITS, LINE, BMatrix, Line, align, definitions
+from symdyn.emit.print.dalembert_system import dalembert_lines, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
-from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
-from symdyn.emit.print.latex_width import BREAK, LINE
-from symdyn.emit.print.letters import Letters
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.latex_page import symbol_row, symbol_table
+from symdyn.emit.print.printed_names import Letters, latex_symbols
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, reachable
 from symdyn.rounding import digits_or

@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol
-from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
+from symdyn.emit.print.breaking import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.graph import Op
 from symdyn.rounding import digits_or

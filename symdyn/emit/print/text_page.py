@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from symdyn.algebra import Form
-from symdyn.emit.print.breaking import break_lines
+from symdyn.emit.print.breaking import BREAK, break_lines
 from symdyn.emit.print.formula_text import broken_text, text_of
-from symdyn.emit.print.latex_width import BREAK
-from symdyn.emit.print.lengths import Lengths
-from symdyn.emit.print.printable import ENTRYWISE, Printable
+from symdyn.emit.print.printable import ENTRYWISE, Lengths, Printable
 from symdyn.scene import Scene
 
 WIDTH = 110

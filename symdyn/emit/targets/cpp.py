@@ -18,16 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.emit.code.identifiers import names_of_c, stem
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, names_of_c, stem
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.batch import FEW
-from symdyn.emit.targets.c.cuts import CutText, cuts
-from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
+from symdyn.emit.targets.c.cuts import FEW, CutText, cuts
+from symdyn.emit.targets.c.writer import CHAINS, sincos_values
 from symdyn.graph import Op
 from symdyn.program import Program
 
@@ -102,7 +100,7 @@ def _lanes(text: FunctionText, many: CutText | None) -> int:
 
 def _beside(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out."""
-    from symdyn.emit.code.example_text import example_text
+    from symdyn.emit.code.worked_example import example_text
 
     space = namespace(stem(sources.program.scene.name))
     return example_text(sources, "cpp/main.cpp.jinja", ".cpp", space=space)

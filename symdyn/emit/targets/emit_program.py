@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import shlex
 
-from symdyn.emit.code.real import find_real
-from symdyn.emit.code.short_sines import ShortSines
+from symdyn.emit.code.real import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c.c99 import C
-from symdyn.emit.targets.casadi.module import CASADI
+from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.fmu.functional_mockup import FMU
 from symdyn.emit.targets.gpu.cuda_opencl import GPU
@@ -18,7 +17,7 @@ from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.julia import JULIA
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
-from symdyn.emit.targets.rust.module import RUST
+from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.graph import growing

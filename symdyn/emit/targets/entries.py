@@ -10,9 +10,8 @@ from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import C
 from symdyn.emit.targets.cpp import CPP, namespace
-from symdyn.emit.targets.gpu.cuda_opencl import GPU
-from symdyn.emit.targets.gpu.launchers import END, launchers
-from symdyn.emit.targets.rust.module import RUST, TYPES
+from symdyn.emit.targets.gpu.cuda_opencl import END, GPU, launchers
+from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.xla import on_card, on_cpu
 from symdyn.program import shared
 

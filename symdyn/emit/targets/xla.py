@@ -8,7 +8,7 @@ from typing import Any
 
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.launchers import END, launchers
+from symdyn.emit.targets.gpu.cuda_opencl import END, launchers
 from symdyn.program import shared
 
 TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}

@@ -15,12 +15,10 @@ import jax.numpy as jnp
 
 from symdyn.dynamics import LoopChoices
 from symdyn.errors import ArgumentError
-from symdyn.runtime.backends.backend_function import Library, is_weak, loaded_for
-from symdyn.runtime.backends.jax_lowering import REALS
-from symdyn.runtime.backends.jax_primitives import call
+from symdyn.runtime.backends.jax_card import register
+from symdyn.runtime.backends.jax_primitives import REALS, call
 from symdyn.runtime.backends.rules import Array
-from symdyn.runtime.backends.words import Word
-from symdyn.runtime.backends.xla_library import register
+from symdyn.runtime.backends.words import Library, Word, is_weak, loaded_for
 from symdyn.runtime.loaded import Loaded
 from symdyn.scene import Scene
 

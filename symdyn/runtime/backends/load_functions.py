@@ -12,8 +12,8 @@ from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
-from symdyn.runtime.lazy import compile_all
 from symdyn.runtime.loaded import Loaded, loaded, names_of, values_of
+from symdyn.runtime.numeric_function import compile_all
 from symdyn.scene import SceneLike, bind, scene_of
 
 

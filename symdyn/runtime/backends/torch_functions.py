@@ -18,11 +18,10 @@ from symdyn.dynamics import LoopChoices
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
-from symdyn.runtime.backends.backend_function import Library, is_weak, loaded_for
 from symdyn.runtime.backends.rules import Array, Arrays, all_columns, all_rows, cotangent, tangent
 from symdyn.runtime.backends.torch_card import CARDS, launch
-from symdyn.runtime.backends.words import ALONG, BACK, Word, weights_of
-from symdyn.runtime.extension import build_extension
+from symdyn.runtime.backends.words import ALONG, BACK, Library, Word, is_weak, loaded_for, weights_of
+from symdyn.runtime.library import build_extension
 from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.runners import run_or_python
 from symdyn.scene import Scene

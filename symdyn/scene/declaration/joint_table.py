@@ -14,15 +14,13 @@ from typing import Any, TypeGuard
 from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
 from symdyn.scene.forces.force_table import read_rubbing
 from symdyn.scene.joints.joint_table import JOINTS, own_keys
-from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Joint, Limits, velocity_name
+from symdyn.scene.values.joint import Element, Joint, Limits, velocity_name
 from symdyn.scene.values.names import choice
-from symdyn.scene.values.quantity import FormulaError, Quantity
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import FormulaError, Quantity, spell
+from symdyn.scene.values.requested_units import fits_place
 from symdyn.scene.values.table import Entry, Faults, Table, as_list, plain, show
-from symdyn.scene.values.with_unit import fits_place
 
 PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES
-from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene

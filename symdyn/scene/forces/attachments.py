@@ -7,14 +7,23 @@ from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
-from symdyn.scene.values.element import Contact, Place, Plane, Strut
-from symdyn.scene.values.key import PARAMETERS, Stand, along, indexed
-from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.joint import Contact, Place, Plane, Strut
+from symdyn.scene.values.key import (
+    NAMED,
+    PARAMETERS,
+    VECTOR,
+    Names,
+    Shape,
+    Stand,
+    along,
+    exactly_one,
+    indexed,
+    not_both,
+    table_shape,
+)
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.shapes import NAMED, VECTOR, Shape, exactly_one, not_both, table_shape
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.table import Table, plain, show
 from symdyn.scene.values.turns import translation
 

@@ -21,12 +21,10 @@ from symdyn.graph import Expr
 from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
-from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.values.element import Contact, Plane
-from symdyn.scene.values.key import Key, always_given
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.shapes import VECTOR, choice_of, several
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.joints.rod import forces
+from symdyn.scene.values.joint import Contact, Plane
+from symdyn.scene.values.key import VECTOR, Key, always_given, choice_of, several
+from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 

@@ -14,13 +14,11 @@ from typing import Literal
 from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import add, div, mul, neg, sub
-from symdyn.scene.values.key import MOTION, Key, Stand, always_given
+from symdyn.scene.values.joint import Row
+from symdyn.scene.values.key import MOTION, Key, Stand, always_given, choice_of
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import FormulaError, Quantity
-from symdyn.scene.values.shapes import choice_of
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.table import Entry, Table, entry, show, shown
 
 

@@ -1,6 +1,5 @@
 """Names that `symdyn.scene.formats` offers; each is imported when it is first used."""
 
-from .inertias import possible as possible
-from .mesh_faces import long_face as long_face
-from .naming import printable_names as printable_names
+from .inertias import possible as possible, printable_names as printable_names
+from .mjcf import long_face as long_face
 from .xml import XmlElement as XmlElement

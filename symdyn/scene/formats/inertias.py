@@ -1,17 +1,26 @@
-"""Inertias as robot files give them: along turned axes, by principal axes, rounded."""
+"""Inertias as robot files give them: along turned axes, by principal axes, rounded.
+
+A base that floats: the joint that sets a robot free whose file says nothing of how it stands in the world.
+
+Names of other formats made printable: any text there, identifiers of Python, C and LaTeX here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.graph import Op
-from symdyn.scene.formats.doubles import ROUNDING, Doubles, matrix_of, times
-from symdyn.scene.formats.placing import decimal_text
+from symdyn.scene.declaration.joint_table import freedoms
+from symdyn.scene.formats.placing import ROUNDING, Doubles, decimal_text, matrix_of, times
 from symdyn.scene.values import folding
+from symdyn.scene.values.body import impossible
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.physical import impossible
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import check_name
 from symdyn.scene.values.quantity import Quantity, Value, Vector
+from symdyn.scene.values.table import Entry, Faults, show
 from symdyn.scene.values.turns import circular
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
@@ -119,3 +128,76 @@ def _broken(entries: Sequence[Value]) -> bool:
     if all(isinstance(x, Fraction) and x == at[place] for place, x in zip(PLACES, entries, strict=True)):
         return False
     return impossible([[at[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]) is not None
+
+
+WHERE = "floating base"
+
+UNABLE: Mapping[str, str] = {
+    "toml": 'a scene says it itself: a body for the base and [joints.NAME] with type = "free" and parent = "ground"',
+    "par": "the file gives its base no mass; convert it to TOML, and add a body for the base and a free joint there",
+}
+"""Formats that have no base to set free, and what would work."""
+
+
+def check_base(name: str, format: str, faults: Faults) -> None:
+    """Report a name that no joint can have, and a format without a base to set free."""
+    if fault := check_name(name):
+        faults.add(WHERE, f"{show(name)} {fault}")
+    if format in UNABLE:
+        faults.add(WHERE, f"only robots in URDF and MJCF are set free; {UNABLE[format]}")
+
+
+def free_base(name: str, root: str, joints: Sequence[Entry], faults: Faults, start: object = None) -> Entry:
+    """Return the free joint `name` with a quaternion, without drives, that carries a root.
+
+    Args:
+        name: of the joint.
+        root: body that it carries.
+        joints: those of the file; none has this name, and none sets free what the root carries.
+        faults: takes what is wrong.
+        start: seven numbers where the base starts; the world's frame without them.
+    """
+    if any(joint.name == name for joint in joints):
+        faults.add(WHERE, f"there is a joint {name} already; give the base another name, such as {name}_joint")
+    for joint in joints:
+        if freedoms(joint) == 6 and joint.table["parent"] == root:
+            faults.add(WHERE, f"the joint {joint.name} sets the robot free already; leave the floating base out")
+    table: dict[str, object] = {"type": "free", "parent": Scene.GROUND, "child": root, "drive": False}
+    return Entry(name, table if start is None else table | {"start": start}, WHERE)
+
+
+LONGEST_CORE = 40
+
+SYMBOL = "symbol"
+"""The kind of what formulas name."""
+
+
+def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
+    """Return a printable name for each name; good ones stay, the others come as near as they can and stay unique.
+
+    Args:
+        names: in the order of the file; repeated ones share a name.
+        kind: such as "link"; helps where a name has no letters, or is one that something else needs.
+    """
+    every = dict.fromkeys(names)
+    chosen = {name: name for name in every if _good(name, kind)}
+    taken = dict.fromkeys(chosen)
+    for name in every:
+        if name not in chosen:
+            chosen[name] = _near(name, kind, taken)
+            taken[chosen[name]] = None
+    return chosen
+
+
+def _good(name: str, kind: str) -> bool:
+    return check_name(name, letter=kind == SYMBOL) is None and name != Scene.GROUND
+
+
+def _near(name: str, kind: str, taken: dict[str, None]) -> str:
+    core = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")[:LONGEST_CORE].rstrip("_")
+    if not _good(core, kind):
+        core = f"{core}_{kind}" if core[:1].isalpha() else f"{kind}_{core}".rstrip("_")
+    found, k = core, 2
+    while found in taken or not _good(found, kind):
+        found, k = f"{core}_{k}", k + 1
+    return found

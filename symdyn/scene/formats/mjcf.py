@@ -4,6 +4,14 @@ The compiler resolves what only it knows: default classes, includes, frames, ine
 the file, the file and everything it includes is read by the hardened parser, and what could keep a machine busy is
 refused. Before it compiles, everything that is drawn, sensed or touched is taken out, so that no picture is ever
 opened, and no mesh but those that give moving bodies their inertia. What remains, a tree of bodies, `mjcf_tree` reads.
+
+What a few letters of an MJCF file make the compiler fill memory with, counted before it sees them.
+
+Meshes that give bodies of an MJCF file their inertia: MuJoCo's compiler opens them, if they are there and of a size.
+
+All other meshes are taken out unopened: what is drawn or touched has no part in the equations.
+
+Faces of OBJ files, looked at before anybody takes them apart: one face of millions of corners fills a machine.
 """
 
 from __future__ import annotations
@@ -11,9 +19,10 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +31,133 @@ from symdyn.errors import SceneError
 from symdyn.extras import install
 from symdyn.scene.declaration.declare import reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
-from symdyn.scene.formats.mjcf_made import check_made
-from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.table import Faults, shorten, show
+
+RESOLUTIONS = {"cone": (0,), "wedge": (0, 1), "plate": (0, 1)}
+"""Which parameters of a built-in mesh its corners are the product of; of all others they are the first one squared."""
+
+ADVICE = {
+    "heights of the hfields of an MJCF file": "no equation depends on a height field: delete it",
+    "corners of the built-in meshes of an MJCF file": 'give the body <inertial pos="..." mass="..."/> instead',
+}
+
+
+def check_made(elements: Iterable[XmlElement], faults: Faults) -> None:
+    """Report height fields and built-in meshes that are larger than is read, all of them together."""
+    made = dict.fromkeys(ADVICE, 0.0)
+    lines: dict[str, int] = {}
+    copies = 1
+    for element in elements:
+        copies += element.tag == "attach"
+        for what, count in _made(element).items():
+            made[what] += count
+            lines.setdefault(what, element.line)
+    for what, count in made.items():
+        if count * copies > BOUNDS[what]:
+            found = f"{count * copies:.0f}" if count < 10**9 else f"{count * copies:.0e}"
+            most = f"{BOUNDS[what]} are the most that is read"
+            faults.add(f"line {lines[what]}", f"makes {found} {what}; {most}; {ADVICE[what]}")
+
+
+def _made(element: XmlElement) -> Mapping[str, float]:
+    """Return how much an element makes, by what."""
+    heights, corners = ADVICE
+    given = element.attributes
+    if element.tag == "hfield":
+        return {heights: _number(given.get("nrow", "0")) * _number(given.get("ncol", "0"))}
+    if element.tag == "mesh" and "params" in given:
+        numbers = [_number(word) for word in given["params"].split()] or [0.0]
+        product = 1.0
+        for k in RESOLUTIONS.get(given.get("builtin", ""), (0, 0)):
+            product *= numbers[min(k, len(numbers) - 1)]
+        return {corners: product}
+    return {}
+
+
+def _number(word: str) -> float:
+    """Return the size of a number, without end where it is none that is read."""
+    try:
+        found = abs(float(word))
+    except ValueError:
+        return inf
+    return found if found < 1e100 else inf
+
+
+MOST_CORNERS = BOUNDS["corners of a face of a mesh"]
+
+_LONG = re.compile(rb"^[ \t]*f[ \t][^\n]{%d,}" % (2 * MOST_CORNERS - 1), re.MULTILINE)
+"""A face of more corners has at least a digit and a blank for each."""
+
+
+def long_face(content: bytes) -> str | None:
+    """Return what is wrong with a face of an OBJ file that has more corners than are read, None if there is none."""
+    text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+    for face in _LONG.finditer(text):
+        if len(face[0].split(None, MOST_CORNERS + 2)) > MOST_CORNERS + 1:
+            line = text.count(b"\n", 0, face.start()) + 1
+            return f"has a face of more than {MOST_CORNERS} corners, line {line}; make triangles of it"
+    return None
+
+
+LARGEST_MESH = BOUNDS["bytes of a mesh"]
+MOST_IN_ALL = BOUNDS["bytes of the meshes that give inertia"]
+
+ENDINGS = (".stl", ".obj", ".msh")
+
+INSTEAD = 'give the body <inertial pos="..." mass="..." diaginertia="..."/> instead'
+
+
+def mesh_paths(spec: Any, mesh: Any, folder: Path) -> list[Path]:
+    """Return where MuJoCo looks for the file of a mesh: in the folder for meshes, beside the file that names it."""
+    own = getattr(mesh, "compiler", None) or spec.compiler
+    name = Path(mesh.file).name if spec.strippath else mesh.file
+    meshdirs = dict.fromkeys([getattr(own, "meshdir", "") or "", getattr(spec, "meshdir", "") or ""])
+    return [folder / meshdir / name for meshdir in meshdirs]
+
+
+def check_meshes(needed: Sequence[tuple[str, Sequence[Path]]], faults: Faults) -> None:
+    """Report meshes that are not there, are none that MuJoCo reads, or are larger than a link's mesh needs to be.
+
+    Args:
+        needed: the body that takes its inertia from a mesh, and where the file of the mesh may be.
+        faults: takes what is wrong.
+    """
+    total = 0
+    for body, paths in needed:
+        path = next((path for path in paths if is_file(path)), paths[0])
+        takes = f"takes its inertia from the mesh {show(_shown(path, faults))}"
+        if not is_file(path):
+            faults.add(body, f"{takes}, and there is no such file; put it there, or {INSTEAD}")
+        elif path.suffix.lower() not in ENDINGS:
+            faults.add(body, f"{takes}, which is none of {', '.join(ENDINGS)}; convert it, or {INSTEAD}")
+        else:
+            size = path.stat().st_size
+            total += size
+            if size > LARGEST_MESH:
+                most = f"{LARGEST_MESH >> 20} are the most that is read"
+                faults.add(body, f"{takes} of {size >> 20} MB; {most}; {INSTEAD}")
+            elif path.suffix.lower() == ".obj" and (fault := long_face(path.read_bytes())):
+                faults.add(body, f"{takes}, which {fault}, or {INSTEAD}")
+    if total > MOST_IN_ALL:
+        what = f"the meshes that bodies take their inertia from have {total >> 20} MB together"
+        faults.add("", f"{what}; {MOST_IN_ALL >> 20} are the most that is read; give bodies <inertial> instead")
+
+
+def _shown(path: Path, faults: Faults) -> str:
+    """Return the path as it is seen from the folder of the scene, where it lies below it."""
+    folder = Path(faults.source).parent
+    return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
+
+
+def is_file(path: Path) -> bool:
+    """Tell whether a file is there; a name that no system allows names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
 
 OLDEST = (3, 4)
 MOST_FILES = BOUNDS["files that an MJCF file includes"]

@@ -11,7 +11,7 @@ from decimal import Inexact
 from fractions import Fraction
 from itertools import chain
 
-from symdyn.scene.declaration.body_table import INERTIA_KEYS
+from symdyn.scene.declaration.declare import INERTIA_KEYS
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
 from symdyn.scene.declaration.reading import Written
 from symdyn.scene.forces.force_kind import Scope
@@ -21,8 +21,7 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.table import compose
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.scene.values.unit import Unit, in_si, out_of_si

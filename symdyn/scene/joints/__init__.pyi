@@ -1,7 +1,5 @@
 """Names that `symdyn.scene.joints` offers; each is imported when it is first used."""
 
 from .blocks import unit as unit
-from .joint_kind import Gimbal as Gimbal, JointBlock as JointBlock, JointMotion as JointMotion
-from .joint_mark import MarkPart as MarkPart
-from .joint_table import JOINTS as JOINTS, joint_motion as joint_motion
-from .start import start_of as start_of
+from .joint_kind import Gimbal as Gimbal, JointBlock as JointBlock, JointMotion as JointMotion, MarkPart as MarkPart
+from .joint_table import JOINTS as JOINTS, joint_motion as joint_motion, start_of as start_of

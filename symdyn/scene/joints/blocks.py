@@ -1,27 +1,115 @@
-"""The parts that joints are made of: turns, slides, screws, a ball, free flight, and motions in formulas."""
+"""The parts that joints are made of: turns, slides, screws, a ball, free flight, and motions in formulas.
+
+Lengths that are numbers: sin² x + cos² x = 1 and √n √n = n, in small polynomials.
+
+A direction is often given by angles, as (cos a, sin a, 0), and the root that makes it a unit vector would stay in all
+that is derived.
+
+Joints at a fixed position, as elementary steps, and motions turned round: what takes the child back to the parent.
+
+Steps are along or about a coordinate axis, between two turns if the axis is oblique. Turned round, a joint has the same
+coordinates and velocities.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from itertools import product
 
-from symdyn.graph import Expr, Graph, gradient
+from symdyn.graph import Expr, Graph, Op, gradient
 from symdyn.scene.joints.joint_kind import Gimbal, JointBlock, JointMotion, Move
-from symdyn.scene.joints.pythagoras import as_number
+from symdyn.scene.values import turns
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.folding import neg
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key
+from symdyn.scene.values.key import Key, choice_of
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.table import Table, show
-from symdyn.spatial import (
-    Mat,
-    Transform,
-    Vec,
-    dot,
-    scale,
-    zero_vector,
-)
+from symdyn.scene.values.turns import Step, towards
+from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
+
+MOST, HIGHEST = 60, 12
+"""Nodes or terms, and powers, beyond which nobody looks: the square of a direction has fewer."""
+
+SIGNS = {Op.ADD: (1, 1), Op.SUB: (1, -1), Op.NEG: (-1,)}
+
+Atom = tuple[Op, Expr]  # SIN or COS and its angle; SYMBOL and any other node
+Powers = tuple[tuple[Atom, int], ...]
+Terms = dict[Powers, Fraction]
+
+
+def as_number(node: Expr) -> Fraction | None:
+    """Return what a node is worth if that is one number everywhere, None if it is not, or too long to tell."""
+    found: dict[Expr, Terms] = {}
+    for here in _polynomial(node):
+        terms = _terms(here, found)
+        if terms is None or len(terms) > MOST:
+            return None
+        found[here] = terms
+    if not found:
+        return None
+    (powers, value), *others = found[node].items() or [((), Fraction(0))]
+    return None if others or powers else value
+
+
+def _polynomial(node: Expr) -> list[Expr]:
+    """Return the nodes that a polynomial is made of, arguments first; none of a long one."""
+    seen, stack = {node}, [node]
+    while stack and len(seen) <= MOST:
+        here = stack.pop()
+        more = {*here.args} - seen if here.op in SIGNS or here.op is Op.MUL else set()
+        seen |= more
+        stack += more
+    return sorted(seen, key=lambda x: x.index) if len(seen) <= MOST else []
+
+
+def _terms(node: Expr, found: dict[Expr, Terms]) -> Terms | None:
+    """Return a node as a polynomial in sines, cosines and other nodes; None if it is long."""
+    result: Terms = {}
+    if isinstance(node.value, Fraction):
+        _add(result, {}, node.value)
+    elif node.op in SIGNS:
+        for sign, arg in zip(SIGNS[node.op], node.args, strict=True):
+            for powers, a in found[arg].items():
+                _add(result, dict(powers), sign * a)
+    elif node.op is Op.MUL:
+        left, right = (found[arg] for arg in node.args)
+        if len(left) * len(right) > MOST:
+            return None
+        for (p, a), (r, b) in product(left.items(), right.items()):
+            both = dict(p)
+            for atom, power in r:
+                both[atom] = both.get(atom, 0) + power
+            if sum(both.values()) > HIGHEST:
+                return None
+            _add(result, both, a * b)
+    else:
+        circular = node.op in (Op.SIN, Op.COS)
+        _add(result, {(node.op, node.args[0]) if circular else (Op.SYMBOL, node): 1}, Fraction(1))
+    return result
+
+
+def _add(result: Terms, powers: dict[Atom, int], a: Fraction) -> None:
+    """Add a term in normal form: no square of a sine, and none of the root of a number."""
+    for atom, power in powers.items():
+        op, node = atom
+        if power < 2:
+            continue
+        rest = powers | {atom: power - 2}
+        if op is Op.SIN:  # sin² = 1 - cos²
+            cosine = (Op.COS, node)
+            _add(result, rest, a)
+            _add(result, rest | {cosine: rest.get(cosine, 0) + 2}, -a)
+            return
+        if node.op is Op.SQRT and isinstance(node.args[0].value, Fraction):
+            _add(result, rest, a * node.args[0].value)
+            return
+    key = tuple(sorted(((x, n) for x, n in powers.items() if n), key=lambda item: (item[0][1].index, item[0][0].value)))
+    total = result.pop(key, Fraction(0)) + a
+    if total:
+        result[key] = total
+
 
 AXES: dict[str, Vector] = {
     "x": (Quantity.ONE, Quantity.ZERO, Quantity.ZERO),
@@ -225,3 +313,51 @@ BALL = JointBlock(("1",) * 4, ("rad",) * 3, _ball, ("wx", "wy", "wz"))
 
 FLIGHT = JointBlock(("m",) * 3 + ("1",) * 4, ("m",) * 3 + ("rad",) * 3, _flight, ("vx", "vy", "vz", "wx", "wy", "wz"))
 """Position and quaternion; velocity of the origin and angular velocity, both in the moved frame."""
+
+
+Steps = tuple[Step, ...]
+
+
+def held(joint: Joint, position: Quantity, motion: Callable[[Quantity], Steps]) -> Steps:
+    """Return what a joint does at a position along or about its axis; () at zero.
+
+    Args:
+        joint: one with an axis.
+        position: rad or m.
+        motion: steps "R" about and "T" along the axis, of a position in the sense of the axis.
+    """
+    if position == Quantity.ZERO:
+        return ()
+    along = [(k, value) for k, x in enumerate(joint.axis) if (value := x.at({})) != 0]
+    there: Steps = ()
+    if len(along) == 1:
+        ((k, value),) = along
+        position = position if value is not None and value > 0 else neg(position)
+    else:
+        k, there = 2, towards(joint.axis)
+    return (*there, *((kind + "xyz"[k], amount) for kind, amount in motion(position)), *turns.inverse(there))
+
+
+def turned_by(joint: Joint, angle: Quantity) -> Steps:
+    """Return a turn about the axis, rad."""
+    return held(joint, angle, lambda x: (("R", x),))
+
+
+def shifted_by(joint: Joint, way: Quantity) -> Steps:
+    """Return a shift along the axis, m."""
+    return held(joint, way, lambda x: (("T", x),))
+
+
+def inverse(pose: Pose) -> Pose:
+    """Return the placement that undoes a placement."""
+    return Pose(turns.inverse(pose.steps))
+
+
+def about_opposite(joint: Joint) -> Joint:
+    """Return a joint about, or along, the opposite axis."""
+    return joint.shaped(axis=opposite(joint.axis))
+
+
+def opposite(axis: Vector) -> Vector:
+    """Return the opposite axis."""
+    return (neg(axis[0]), neg(axis[1]), neg(axis[2]))

@@ -6,11 +6,9 @@ What a nut exerts on its screw without working: a force f along the axis goes wi
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene.joints.blocks import AXIS, screw
-from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
-from symdyn.scene.joints.held_or_reversed import Steps, about_opposite, held
-from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.blocks import AXIS, Steps, about_opposite, held, screw
+from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
+from symdyn.scene.joints.rod import directions, forces, leaning, moments, offsets
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key

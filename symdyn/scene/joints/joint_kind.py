@@ -12,6 +12,8 @@ whose rates are the body's angular velocity; the same turns of a gimbal accelera
 of a ball do not have, so that the bias takes them away. Bodies, and what they exert on each other, cannot tell.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.4 and 4.5.
+
+What a joint looks like: its symbol as parts that pictures know how to draw, and its sign on pages of lessons.
 """
 
 from __future__ import annotations
@@ -22,13 +24,60 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
 from symdyn.spatial import Mat, Transform, Vec, Wrench, scale
+
+
+@dataclass(frozen=True)
+class MarkPart:
+    """One part of a symbol.
+
+    Attributes:
+        shape: a key of `PARTS` in `symdyn.draw.ground`.
+        half: its size from its middle, in halves of a symbol's width; 0 for shapes of one size.
+        way: its direction: a key of the joint that is one, or "x", "y", "z" of the joint frame.
+    """
+
+    shape: str
+    half: float = 0.0
+    way: str = "axis"
+
+
+@dataclass(frozen=True)
+class PageSign:
+    """How pages of lessons draw a joint.
+
+    Attributes:
+        shape: what their script draws; "" for nothing.
+        slides: whether it slides on a rail, along which a spring in it lies.
+        line: whether a line joins its ends.
+    """
+
+    shape: str = ""
+    slides: bool = False
+    line: bool = False
+
+
+TURN, SLIDE, WELD, LINE = PageSign("turn"), PageSign("slide", slides=True), PageSign("weld"), PageSign(line=True)
+
+
+@dataclass(frozen=True)
+class JointMark:
+    """The symbol of a joint: what it leaves free.
+
+    Attributes:
+        parts: of the symbol, from below.
+        flat: of the symbol face-on in a planar picture; () for the same ones.
+        sign: on pages of lessons.
+    """
+
+    parts: tuple[MarkPart, ...]
+    flat: tuple[MarkPart, ...] = ()
+    sign: PageSign = TURN
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,12 @@ import math
 from dataclasses import replace
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXIS, turn, unit
-from symdyn.scene.joints.forbidden import forces, moments
-from symdyn.scene.joints.held_or_reversed import opposite
-from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.blocks import AXIS, opposite, turn, unit
+from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
+from symdyn.scene.joints.rod import forces, moments
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import FormulaError, Quantity, Vector
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
 from symdyn.scene.values.table import Table, shorten
 from symdyn.spatial import Mat, Transform, Wrench, cross, dot
 

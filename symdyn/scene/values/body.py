@@ -1,11 +1,22 @@
-"""A body of a scene: its mass, inertia, particles and outline, and where things stand on it."""
+"""A body of a scene: its mass, inertia, particles and outline, and where things stand on it.
+
+Masses and inertias that a body can have.
+
+An inertia matrix I about the centre of mass belongs to some distribution of mass when tr(I)/2 · 1 - I, the matrix of
+second moments ∫ r rᵀ dm, is positive semidefinite. In principal moments: none is negative, and none is more than the
+sum of the other two (Wensing, Kim & Slotine 2018). Principal minors decide it, exactly where all numbers are rational.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from math import isfinite
 
 from symdyn.graph import Graph
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Value, Vector
 from symdyn.spatial import Transform, Vec
 
 
@@ -91,3 +102,151 @@ class Body:
         assert self.com is not None
         m, (x, y, z) = self.mass.express(graph), self.com
         return (m * x.express(graph), m * y.express(graph), m * z.express(graph))
+
+
+Matrix = list[list[Value]]
+
+TOO_LARGE = "its entries are beyond the largest double"
+"""The condition that no inertia breaks on paper: the matrix, or what it is moved to, has no value."""
+
+ROUNDING = 1e-12
+"""Slack relative to the largest entry when some entry is a float; exact numbers get none."""
+
+SMALLEST = Fraction(1, 10**17)
+"""By how much principal moments may break a condition, kg m^2: less is the rounding of whoever wrote them down."""
+
+PLAINLY = 0.1
+"""A moment below zero is told where it is at least this part of what the triangle inequality is broken by, the worse of
+both: beside that it may be rounding of a zero."""
+
+
+def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
+    """Return what is wrong with the masses of a body, as far as the values are known."""
+    faults = []
+    masses = [("mass", body.mass)] + [(f"particles: mass {k + 1}", p.mass) for k, p in enumerate(body.particles)]
+    for label, quantity in masses:
+        mass = _known([quantity], values)
+        if mass and mass[0] < 0:
+            faults.append(f"{label} = {_short(mass[0])} is negative; give a mass of zero or more")
+    return faults
+
+
+def inertia_fault(body: Body, values: Mapping[str, Value]) -> tuple[str, str] | None:
+    """Return what is wrong with the inertia of a body and what would mend it, None if a body can have it."""
+    try:
+        matrix = central_inertia(body, values)
+        if matrix is None:
+            mass = _known([body.mass], values)
+            if mass and mass[0] == 0 and body.first_moment and any(_known(body.first_moment, values) or ()):
+                return "first_moment is not zero but the mass is", "give a mass"
+            return None
+        condition = impossible(matrix)
+    except OverflowError:
+        condition = TOO_LARGE
+    if condition is None:
+        return None
+    about = "as given" if body.about == "com" else "moved to the centre of mass"
+    return f"inertia ({about}) is one that no body has: {condition}", "check the numbers and inertia_about"
+
+
+def central_inertia(body: Body, values: Mapping[str, Value]) -> Matrix | None:
+    """Return the inertia matrix of the extended part about its centre of mass, kg m^2; None if it is not known.
+
+    From the frame to the centre of mass: I_com = I_frame - (h·h 1 - h hᵀ) / m, with the first moment h = m r.
+    """
+    entries = _known(body.inertia, values)
+    if entries is None:
+        return None
+    xx, yy, zz, xy, xz, yz = entries
+    matrix: Matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    if body.about == "com":
+        return matrix
+    mass, moment = _known([body.mass], values), _first_moment(body, values)
+    if mass is None or moment is None:
+        return None
+    if not any(moment):
+        return matrix
+    if mass[0] == 0:
+        return None
+    square = sum((h * h for h in moment), start=Fraction(0))
+    for i in range(3):
+        for j in range(3):
+            matrix[i][j] -= ((square if i == j else 0) - moment[i] * moment[j]) / mass[0]
+    return matrix
+
+
+def impossible(matrix: Matrix) -> str | None:
+    """Return the condition that an inertia matrix about the centre of mass breaks, None if a body can have it."""
+    if _is_plain(matrix):
+        return None
+    largest = max(max(x, -x) for row in matrix for x in row)
+    if not largest:
+        return None
+    if not all(isinstance(x, Fraction) or isfinite(x) for row in matrix for x in row):
+        return TOO_LARGE
+    slack = SMALLEST / (largest if isinstance(largest, Fraction) else Fraction(largest))
+    scaled = [[x / largest + (slack if i == j else 0) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
+    half = (scaled[0][0] + scaled[1][1] + scaled[2][2]) / 2
+    moments = [[(half if i == j else Fraction(0)) - scaled[i][j] for j in range(3)] for i in range(3)]
+    if _semidefinite(scaled) and _semidefinite(moments):
+        return None
+    if any(matrix[i][j] for i, j in combinations(range(3), 2)):
+        import numpy as np
+
+        found = np.linalg.eigvalsh(np.array(matrix, dtype=float)).tolist()
+        rounding = ROUNDING * max(map(abs, found))
+        small, middle, large = (x if abs(x) > rounding else 0.0 for x in found)
+        names, kind = ("I1", "I2", "I3"), "principal moments"
+    else:
+        ordered = sorted(range(3), key=lambda k: matrix[k][k])
+        small, middle, large = (float(matrix[k][k]) for k in ordered)
+        labels = ("Ixx", "Iyy", "Izz")
+        names, kind = (labels[ordered[0]], labels[ordered[1]], labels[ordered[2]]), "moments"
+    shown = ", ".join(f"{name} = {_short(x)}" for name, x in zip(names, (small, middle, large), strict=True))
+    short = large - middle - small
+    if small < 0 and -small >= PLAINLY * short:
+        return f"of its {kind} {shown}, {names[0]} is negative (it must be positive semidefinite)"
+    part = f"{100 * short / large:.3g} %" if short > ROUNDING * large else "less than 1e-10 %"
+    broken = f"break the triangle inequality {names[0]} + {names[1]} >= {names[2]} by {part}"
+    return f"its {kind} {shown} {broken} ({names[0]} + {names[1]} = {_short(small + middle)})"
+
+
+def _is_plain(m: Matrix) -> bool:
+    """Tell whether a matrix is exact, diagonal and that of a body, as nearly all are."""
+    (a, d, e), (_, b, f), (_, _, c) = m
+    if d or e or f or not (type(a) is type(b) is type(c) is Fraction):
+        return False
+    return a >= 0 and b >= 0 and c >= 0 and a <= b + c and b <= c + a and c <= a + b
+
+
+def _semidefinite(m: Matrix) -> bool:
+    """Tell whether all seven principal minors are not negative; the entries are of order one."""
+    slack = 0.0 if all(isinstance(x, Fraction) for row in m for x in row) else ROUNDING
+    determinant = (
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+        - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+    )
+    minors = [m[i][i] * m[j][j] - m[i][j] * m[i][j] for i, j in combinations(range(3), 2)]
+    return all(minor >= -slack for minor in (m[0][0], m[1][1], m[2][2], *minors, determinant))
+
+
+def _first_moment(body: Body, values: Mapping[str, Value]) -> list[Value] | None:
+    if body.first_moment is not None:
+        return _known(body.first_moment, values)
+    place, mass = _known(body.com or (), values), _known([body.mass], values)
+    return None if place is None or mass is None else [mass[0] * x for x in place]
+
+
+def _known(quantities: Sequence[Quantity], values: Mapping[str, Value]) -> list[Value] | None:
+    """Return all values, None if one is unknown or does not exist (which is reported where the formula stands)."""
+    try:
+        found = [quantity.at(values) for quantity in quantities]
+    except FormulaError:
+        return None
+    known = [value for value in found if value is not None]
+    return known if len(known) == len(found) else None
+
+
+def _short(value: Value) -> str:
+    return f"{float(value):.6g}"

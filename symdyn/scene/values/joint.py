@@ -1,17 +1,162 @@
-"""A joint of a scene: what it connects, where, its coordinates, and what is known of its motion."""
+"""A joint of a scene: what it connects, where, its coordinates, and what is known of its motion.
+
+Joints in the order of another tool, and where what it lists of them stands here.
+
+Libraries sort the branches of a robot each by a rule of its own: here joints stand as in the file, parents first;
+Pinocchio goes through branches by name. Numbers that are handed over in the wrong order look plausible. So an order is
+asked for by names, and gives places: entry k of the other is entry `q[k]`, or `v[k]`, of ours.
+
+Elements: what acts in a scene beside gravity and drives, by the way in which it does.
+
+    strut   pulls along one way: the position of a joint, or the distance of two points
+    load    is a wrench on a body
+    row     forbids velocities, and exerts whatever that takes
+
+What an element is beyond that, its kind tells: a row of `FORCES`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf
 from typing import Any
 
+from symdyn.arguments import walked
+from symdyn.errors import SceneError, quoted
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene.values.body import UNMOVED, Pose
-from symdyn.scene.values.element import Element
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a body (or of the ground): body name and place in body coordinates, m."""
+
+    body: str
+    at: Vector = NULL
+
+
+@dataclass(frozen=True)
+class Element:
+    """What acts, by name; names of one section of a file differ."""
+
+    name: str
+
+    @property
+    def kind(self) -> str:
+        """The row of `FORCES` that tells about it."""
+        raise NotImplementedError
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The points of bodies that it acts at."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Strut(Element):
+    """What pulls along one way.
+
+    Attributes:
+        joint: name of the joint, with one coordinate, whose position is the way; "" between points.
+        ends: the two points whose distance is the way; () at a joint.
+    """
+
+    joint: str = ""
+    ends: tuple[Place, ...] = ()
+
+
+@dataclass(frozen=True)
+class Load(Element):
+    """A wrench on a body: "technological" forces and couples, formulas in t, parameters, coordinates, velocities.
+
+    Attributes:
+        place: body and point that the force acts at.
+        force: N. couple: N m. Components along the axes of `frame`.
+        frame: "body" (the body's own axes) or "ground".
+    """
+
+    place: Place
+    force: Vector = NULL
+    couple: Vector = NULL
+    frame: str = "ground"
+
+    kind = "load"
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The point that the force acts at."""
+        return (self.place,)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane that a wheel, a ball or a blade touches.
+
+    Attributes:
+        body: that carries it, the ground as a rule.
+        at: a point of it, axes of that body, m.
+        normal: towards what touches it, axes of that body; any length but zero, free of symbols.
+        declared: whether the scene says where it lies; else it passes through the origin of the ground.
+    """
+
+    body: str = "ground"
+    at: Vector = NULL
+    normal: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
+    declared: bool = False
+
+
+@dataclass(frozen=True)
+class Row(Element):
+    """A constraint on velocities, which may hold a position too."""
+
+
+@dataclass(frozen=True)
+class Contact(Row):
+    """A place of a body that touches a plane: the point of a blade, or the centre of a wheel or a ball.
+
+        knife_edge  a point of a body has no velocity along an axis of the body, the one across the blade: one row
+        rolling     the point C of a wheel or a ball that is lowest has no velocity: one row a component
+
+    Velocities are relative to the body that carries the plane. With the wheel's axis a, its centre O, a point p of the
+    plane and its normal n, a and n unit vectors, and w = |a × n|,
+
+        C = O - r (n - (n·a) a) / w        along  v_C·(a × n) / w = (v_O·(a × n)) / w - r ω·a
+                                           across v_C·(n × (a × n)) / w        normal v_C·n
+
+    The last is the rate of n·(O - p) - r w, how high C is, which vanishes where the row is kept. Without an axis the
+    body is a ball, C = O - r n, and "along" and "across" are two directions of the plane.
+
+    Attributes:
+        type: "knife_edge" or "rolling".
+        place: the point of the blade, or the centre of the wheel.
+        axis: the direction across the blade, or the wheel's axis; body axes, any length but zero, free of symbols.
+            None for a ball.
+        radius: of the wheel, m.
+        plane: what the wheel rolls on, or the blade cuts.
+        components: of the velocity of C, those that vanish: of "along", "across", "normal".
+    """
+
+    type: str
+    place: Place
+    axis: Vector | None = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
+    radius: Quantity = Quantity.ZERO
+    plane: Plane = Plane()
+    components: tuple[str, ...] = ("along", "across")
+
+    @property
+    def kind(self) -> str:
+        """The row of `FORCES` that tells about it."""
+        return self.type
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The point of the blade, or the centre of the wheel."""
+        return (self.place,)
 
 
 @dataclass(frozen=True)
@@ -158,3 +303,118 @@ def velocity_name(coordinate: str) -> str:
 def acceleration_name(velocity: str) -> str:
     """Return the name of the rate of a velocity on the graph: x_ddot for x_dot."""
     return f"{velocity[:-4]}_ddot" if velocity.endswith("_dot") else f"{velocity}_dot"
+
+
+QUATERNIONS = {"wxyz": (0, 1, 2, 3), "xyzw": (1, 2, 3, 0)}
+"""Orders of the four coordinates of a quaternion by name, as places in ours."""
+
+
+@dataclass(frozen=True)
+class JointOrder:
+    """Joints in the order of another tool; each attribute is in that order.
+
+    `theirs = ours[..., order.q]` reads positions, and `ours[..., order.q] = theirs` writes them; velocities,
+    accelerations and forces (one for each velocity) go by `order.v`, and a matrix by
+    `M[numpy.ix_(order.v, order.v)]`.
+
+    Attributes:
+        joints: names of the joints that have coordinates.
+        coordinates: names of their coordinates.
+        velocities: names of their velocities.
+        drives: names of their driving forces, one a velocity; None where it is passive.
+        places: of the coordinates in q, and of the velocities in q̇, q̈ and tau; those of `q` and `v` as tuples.
+    """
+
+    joints: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    drives: tuple[str | None, ...]
+    places: tuple[tuple[int, ...], tuple[int, ...]]
+
+    @property
+    def q(self) -> Any:
+        """Places of the other's positions in ours, an array of whole numbers, shape (nq,)."""
+        return _array(self.places[0])
+
+    @property
+    def v(self) -> Any:
+        """Places of the other's velocities, accelerations and forces in ours, shape (nv,)."""
+        return _array(self.places[1])
+
+
+def _array(places: Sequence[int]) -> Any:
+    import numpy as np
+
+    return np.array(places, dtype=np.intp)
+
+
+def order_of(joints: Sequence[Joint], names: Sequence[str], quaternion: str = "wxyz") -> JointOrder:
+    """Return joints in another order.
+
+    Args:
+        joints: all of a scene, in its order.
+        names: the joints as the other lists them, every one that has coordinates; fixed ones may be among them. A name
+            that a robot file has and that was made printable here is known too, as "left-hip" for left_hip.
+        quaternion: the order of the other's quaternions, a key of `QUATERNIONS`.
+
+    Raises:
+        SceneError: a name that no joint has or that stands twice, a joint that is missing, no such order.
+    """
+    if isinstance(names, str):
+        raise SceneError(f"names = {quoted(names)}: give a list of names, such as [{quoted(names)}]")
+    (names,) = walked(order_of, locals(), "names", error=SceneError)
+    if quaternion not in QUATERNIONS:
+        raise SceneError(f"quaternion = {quaternion!r} is not known; give {' or '.join(map(repr, QUATERNIONS))}")
+    known = {joint.name: joint for joint in joints}
+    spelled: dict[str, list[str]] = {}
+    for name in known:
+        spelled.setdefault(_plain(name), []).append(name)
+    found: dict[str, Joint] = {}
+    faults = []
+    for given in names:
+        near = spelled.get(_plain(given), ())
+        name = given if given in known else near[0] if len(near) == 1 else ""
+        if not name:
+            faults.append(f"names: there is no joint {quoted(given)}; {suggestion(given, known)}")
+        elif name in found:
+            faults.append(f"names: {given!r} stands there twice; give every joint once")
+        else:
+            found[name] = known[name]
+    moving = {joint.name for joint in joints if joint.coordinates}
+    missing = [joint.name for joint in joints if joint.name in moving and joint.name not in found]
+    if missing and not faults:
+        faults.append(f"names: {listed(missing)} missing; give every joint that moves")
+    if faults:
+        raise SceneError(faults)
+    first: dict[str, tuple[int, int]] = {}
+    nq = nv = 0
+    for joint in joints:
+        first[joint.name] = nq, nv
+        nq, nv = nq + len(joint.coordinates), nv + len(joint.rates)
+    wanted = [joint for joint in found.values() if joint.coordinates]
+    q = [(joint, k) for joint in wanted for k in _inside(joint, quaternion)]
+    v = [(joint, k) for joint in wanted for k in range(len(joint.rates))]
+    return JointOrder(
+        joints=tuple(joint.name for joint in wanted),
+        coordinates=tuple(joint.coordinates[k] for joint, k in q),
+        velocities=tuple(joint.rates[k] for joint, k in v),
+        drives=tuple(joint.drives[k] if joint.drives else None for joint, k in v),
+        places=(
+            tuple(first[joint.name][0] + k for joint, k in q),
+            tuple(first[joint.name][1] + k for joint, k in v),
+        ),
+    )
+
+
+def _plain(name: str) -> str:
+    """Return a name without what no identifier has, to be compared."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
+
+
+def _inside(joint: Joint, quaternion: str) -> list[int]:
+    """Return the places of a joint's coordinates in the other order; its quaternion, if it has one, stands last."""
+    places = list(range(len(joint.coordinates)))
+    if len(places) == len(joint.rates):
+        return places
+    before = places[:-4]
+    return [*before, *(len(before) + k for k in QUATERNIONS[quaternion])]

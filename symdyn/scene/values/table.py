@@ -14,8 +14,7 @@ from symdyn.scene.values.body import ELEMENTARY, Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 from symdyn.scene.values.tolerance import Tolerance, read_tolerance
 
 T = TypeVar("T")

@@ -38,12 +38,10 @@ from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
-from symdyn.simulation.equations.compiled_routines import Kept, acting, function_of
+from symdyn.simulation.equations.compiled_routines import Kept, Opened, acting, function_of, opened
 from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
-from symdyn.simulation.equations.parametrised import Opened, opened
-from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
 from symdyn.simulation.integrate.method import DOUBLES
-from symdyn.simulation.integrate.watch import ROUNDING
+from symdyn.simulation.integrate.watch import CLOSER, FIRST, ROUNDING, Looks
 from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen

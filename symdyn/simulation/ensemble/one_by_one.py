@@ -17,10 +17,10 @@ from symdyn.scene import Quantity
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble.measures import Measure, Sums, read_measures, sums_of
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, nothing
-from symdyn.simulation.equations.parametrised import opened
+from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.reaction_columns import multiplier_columns
+from symdyn.simulation.run_columns import multiplier_columns
 from symdyn.simulation.trajectory import INTERRUPTED, Trajectory
 from symdyn.simulation.variations import variations
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.feedback.loop import ControllerError
 
 

@@ -3,9 +3,9 @@
 from .entries import Entries as Entries, read_entries as read_entries
 from .forces import ForceTable as ForceTable, drive_names as drive_names
 from .formulas_in_time import (
+    Columns as Columns,
     number_of as number_of,
     parameter_values as parameter_values,
     read_formula as read_formula,
     words as words,
 )
-from .numbers_in_time import Columns as Columns

@@ -26,8 +26,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
 from symdyn.scene.values import Faults, show, spell
-from symdyn.simulation.prescribed.formulas_in_time import read_file, words
-from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of
+from symdyn.simulation.prescribed.formulas_in_time import Columns, columns_of, read_file, words
 
 
 class Tabular(Protocol):

@@ -1,12 +1,27 @@
-"""Formulas in time and state as a user writes them: parsed, their names checked, their parameters bound."""
+"""Formulas in time and state as a user writes them: parsed, their names checked, their parameters bound.
+
+Numbers over time: tables in CSV, and the times of samples.
+
+A table has a header with the column t, then rows with rising times.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
+import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
 from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion
@@ -115,3 +130,169 @@ def read_file(path: Path) -> str:
         raise SimulateError(fault.faults) from None
     except UnicodeDecodeError as error:
         raise SimulateError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
+
+
+MOST = 10
+"""Faults of one file that are told; the rest is counted."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Numbers over time.
+
+    Attributes:
+        source: the file, or what else they come from, for messages.
+        t: times, s, shape (N,), strictly rising.
+        values: the other columns by name, each of shape (N,).
+        every: whether each of them must mean something; of a table those that do are taken.
+    """
+
+    source: str
+    t: Array
+    values: Mapping[str, Array]
+    every: bool = False
+
+    @classmethod
+    def read(cls, path: Path, needed: Collection[str] | None = None) -> Columns:
+        """Return the columns of a CSV file.
+
+        Args:
+            path: of the file.
+            needed: columns that have to be numbers; others that are not are left out. None: all have to be.
+
+        Raises:
+            SimulateError: with every fault of the file, one line each.
+        """
+        faults = Faults(str(path))
+        text, most = read_file(path), BOUNDS["numbers of a file of columns"]
+        if (many := text.count(",") + text.count("\n")) > most:
+            raise SimulateError(f"{path}: holds some {many} numbers; {most} are the most that is read: give fewer rows")
+        try:
+            rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
+        except csv.Error as error:
+            raise SimulateError(f"{path}: is no CSV: {error}") from None
+        names = [cell.strip() for cell in rows[0]] if rows else []
+        if TIME not in names:
+            faults.add("", f"has no column t; {_first_row(names)}")
+        for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
+            faults.add("", f"has the column {name} twice")
+        if len(rows) < 3:
+            faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
+        faults.close(SimulateError)
+        try:
+            must = set(names if needed is None else {TIME, *needed})
+            table = np.array([_numbers(row, names, k, must, faults) for k, row in enumerate(rows[1:], start=2)])
+            t = table[:, names.index(TIME)]
+            for k in np.nonzero(np.diff(t) <= 0)[0]:
+                faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
+        except SceneError as error:  # so many that reading ended
+            raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
+        if len(faults.lines) > MOST:
+            faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
+        faults.close(SimulateError)
+        told = {name: table[:, k] for k, name in enumerate(names) if name != TIME}
+        return cls(str(path), t, {name: x for name, x in told.items() if name in must or np.isfinite(x).all()})
+
+
+def _first_row(names: Sequence[str]) -> str:
+    """Return what is wrong with a first row that does not name t, in words."""
+    text = ",".join(names)
+    if text.startswith("#"):
+        return f'the first row is "{text:.40}"; the first row must name the columns, so remove what stands above them'
+    for sign, called in ((";", "semicolons"), ("\t", "tabs")):
+        if sign in text:
+            return f"{called} stand between the names; write commas between columns, and points in numbers"
+    usual = "the first row must name the columns, such as t,q1,q2"
+    here = ", ".join(names[:MOST]) + (", ..." if len(names) > MOST else "")
+    return f"{usual}; it has {here}; call the times, in s, t" if names else usual
+
+
+def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool = False) -> Columns:
+    """Return arrays over times as columns.
+
+    Raises:
+        SimulateError: with every fault, one line each: what is no numbers, lengths that differ, times that do not rise.
+    """
+    faults = Faults(source)
+    t = _array(times, TIME, faults)
+    columns = {name: _array(x, name, faults) for name, x in values.items()}
+    for name, x in columns.items():
+        if x is not None and t is not None and len(x) != len(t):
+            faults.add("", f"{name} has {counted(len(x), 'value')} at {counted(len(t), 'time')}")
+    if t is not None and len(t) < 2:
+        faults.add("", f"has {counted(len(t), 'time')}; at least two are needed")
+    if t is not None:
+        for k in np.flatnonzero(np.diff(t) <= 0)[:1]:
+            faults.add("", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort by time")
+    faults.close(SimulateError)
+    assert t is not None
+    return Columns(source, t, {name: x for name, x in columns.items() if x is not None}, every)
+
+
+def _array(values: Any, name: str, faults: Faults) -> Array | None:
+    """Return finite numbers, shape (N,), None after a fault."""
+    try:
+        found = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        found = np.empty((0, 0))
+    if found.ndim != 1 or found.dtype.kind not in "iuf":
+        faults.add("", f"{name} is no row of numbers, one a time")
+        return None
+    numbers = found.astype(np.float64)
+    for k in np.flatnonzero(~np.isfinite(numbers))[:1]:
+        faults.add("", f"{name} has {numbers[k]} as value {k + 1}; give finite numbers")
+        return None
+    return numbers
+
+
+def counted(number: int, noun: str) -> str:
+    """Return "1 row", "2 rows"."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _numbers(row: list[str], names: list[str], number: int, must: Collection[str], faults: Faults) -> list[Any]:
+    """Return the cells of a row as numbers, NaN where one is none, which is a fault of columns that must be."""
+    where = f"row {number}"
+    if len(row) != len(names):
+        faults.add(where, f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}")
+        return [np.nan] * len(names)
+    found = []
+    for name, cell in zip(names, row, strict=True):
+        try:
+            value = float(cell)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value) and name in must:
+            faults.add(where, f'{name} = "{cell.strip()}" is not a finite number; leave the row out')
+        found.append(value)
+    return found
+
+
+SAMPLES = 200
+"""Samples after the first, if no spacing is given."""
+
+FINEST = 20_000_000
+"""Samples that are more than anybody reads."""
+
+
+def sample_times(until: float, every: float | None, faults: Faults) -> Array:
+    """Return 0, every, 2 every, ..., until."""
+    if not (math.isfinite(until) and until > 0):
+        faults.add("", f"until = {until:g} s is not a time after the start; give a positive one")
+        return np.zeros(1)
+    if every is None:
+        return np.linspace(0.0, until, SAMPLES + 1)
+    if not (math.isfinite(every) and every > 0):
+        faults.add("", f"every = {every:g} s is no spacing of samples; give a positive one")
+        return np.zeros(1)
+    if until / every > FINEST:
+        faults.add(
+            "", f"every = {every:g} s makes {until / every:.3g} samples of {until:g} s; {FINEST:.3g} are the most"
+        )
+        return np.zeros(1)
+    count = math.floor(until / every * (1 + 1e-12))
+    times: Array = every * np.arange(count + 1, dtype=np.float64)
+    if until - times[-1] > 1e-9 * every:
+        return np.append(times, until)
+    times[-1] = until
+    return times

@@ -16,8 +16,7 @@ from symdyn.spatial import add, cross
 from symdyn.teach.derivations.lagrange.rotations import angular_velocity
 from symdyn.teach.derivations.lagrange.velocities import folded
 from symdyn.teach.document import Block, Formula, Step
-from symdyn.teach.lesson import Lesson, named, together
-from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.lesson import AXES, Lesson, Mass, named, together
 from symdyn.teach.shown_state import Chosen
 
 SMALL = 1e-9

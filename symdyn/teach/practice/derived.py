@@ -1,23 +1,96 @@
-"""What a student derives in SymPy against symdyn's own: energies, momenta, slopes, equations of one scene."""
+"""What a student derives in SymPy against symdyn's own: energies, momenta, slopes, equations of one scene.
+
+What a student needs who sees no derivation: joints and masses with all coordinates zero, in axes of the ground.
+
+What a student writes in SymPy, as a node of a graph.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra import Compactor, Form, TrigonometricRing
+from symdyn.algebra import NAMES, Compactor, Form, TrigonometricRing
 from symdyn.dynamics import Energies, angle_groups
-from symdyn.dynamics.mechanism import State, body_placements
+from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError, TeachError
-from symdyn.graph import Expr, Graph, evaluate, tangents
+from symdyn.graph import Expr, Graph, Op, evaluate, substitute, tangents
 from symdyn.scene import Scene
-from symdyn.teach.languages import language_of
-from symdyn.teach.masses import AXES, masses
-from symdyn.teach.practice.sympy_to_graph import sympy_to_graph
+from symdyn.spatial import Mat
+from symdyn.table import Table
+from symdyn.teach.document import Document, Step, Words
+from symdyn.teach.languages import fill, language_of
+from symdyn.teach.lesson import AXES, Mass, masses
 from symdyn.unlocked import cached_property
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
+
+
+def sympy_to_graph(expression: Any, graph: Graph, coordinates: Sequence[str]) -> Expr:
+    """Return a SymPy expression as a node: symbols by name, q(t) as q, its derivatives as q_dot and q_ddot.
+
+    Args:
+        expression: of SymPy, or a number.
+        graph: where the node shall live.
+        coordinates: the functions of t that it may hold.
+
+    Raises:
+        TeachError: something in it has no meaning on a graph; the message says what.
+    """
+    import sympy
+
+    functions = {getattr(sympy, name): op for op, name in NAMES.items() if op is not Op.SQRT}
+    made: dict[Any, Expr] = {}
+
+    def power(base: Expr, exponent: Any) -> Expr:
+        if not (exponent.is_Rational and exponent.q in (1, 2)):
+            raise TeachError(f"a power of {exponent} has no place here; exponents are whole numbers and halves")
+        found = (base if exponent.q == 1 else graph.sqrt(base)) ** abs(int(exponent.p))
+        return found if exponent.p > 0 else graph.one / found
+
+    def node(x: Any) -> Expr:
+        if x.is_Symbol:
+            return graph.symbol(x.name)
+        if x.is_Rational or x.is_Float:
+            return graph.constant(Fraction(str(x)))
+        if x is sympy.pi:
+            return graph.pi
+        moving = x.expr if x.is_Derivative else x
+        if isinstance(moving, sympy.core.function.AppliedUndef) and moving.func.__name__ in coordinates:
+            order = x.derivative_count if x.is_Derivative else 0
+            if order <= 2:
+                return graph.symbol(f"{moving.func.__name__}{('', '_dot', '_ddot')[order]}")
+        args = [made[arg] for arg in x.args] if not x.is_Derivative and all(arg in made for arg in x.args) else []
+        if x.is_Add:
+            return graph.total(args)
+        if x.is_Mul:
+            product = graph.one
+            for arg in args:
+                product = product * arg
+            return product
+        if x.is_Pow:
+            return power(args[0], x.exp)
+        if x.func is sympy.tan:
+            return graph.sin(args[0]) / graph.cos(args[0])
+        if x.func in functions and args:
+            return graph.function(functions[x.func], *args)
+        raise TeachError(f"{x} has no meaning here; write it in the letters of the scene")
+
+    def visit(x: Any) -> None:
+        if x in made:
+            return
+        if not x.is_Derivative and not isinstance(x, sympy.core.function.AppliedUndef):
+            for arg in x.args:
+                visit(arg)
+        made[x] = node(x)
+
+    whole = sympy.sympify(expression)
+    visit(whole)
+    return made[whole]
+
 
 LONGEST = 600  # characters of a difference that is told
 
@@ -80,3 +153,60 @@ def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
         return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
     except DerivationError:
         return None
+
+
+ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Of an inertia: xx, yy, zz, xy, xz, yz."""
+
+
+def with_given(document: Document) -> Document:
+    """Return the document with a step at the end of its first section that says where everything is at zero.
+
+    A scene with quaternions, which are never all zero, is returned as it is.
+    """
+    if any(joint.velocities for joint in document.scene.joints):
+        return document
+    first, *others = document.sections
+    shown = replace(first, steps=(*first.steps, _given(document.scene, document.language)))
+    return replace(document, sections=(shown, *others))
+
+
+def _given(scene: Scene, language: str) -> Step:
+    texts, graph = language_of(language).lesson, Graph()
+    for parameter in scene.parameters:  # first, which is the order that forms print
+        graph.symbol(parameter.name)
+    state = State.of(scene, graph)
+    zero = dict.fromkeys(state.q, graph.zero)
+    placed = body_placements(scene, graph)
+
+    def row(nodes: Sequence[Expr]) -> Words:
+        """Return numbers at zero in brackets."""
+        forms: list[Form] = [shortest(x, scene, state) or Form.of(x) for x in substitute(list(nodes), zero)]
+        parts = [part for form in forms for part in (", ", form)]
+        return Words(("(", *parts[1:], ")"))
+
+    joints = []
+    for joint in (*scene.joints, *scene.loops):
+        T = placed[joint.parent] @ joint.origin.transform(graph)
+        axis = row(T.R @ vector(joint.axis, graph)) if "axis" in dict(joint.shape) else Words(())
+        joints.append((Words((joint.name,)), row(T.p), axis))
+    bodies = []
+    for mass in masses(scene, graph, placed):
+        at = row(mass.place)
+        if mass.h is not None:
+            at = Words(fill(texts["given.moment"], {"place": at, "moment": row(mass.h)}))
+        m = Words((Form.of(mass.m),))
+        inertia = row(_turned(mass, placed[mass.body.name].R, graph)) if mass.spins else Words(("0",))
+        bodies.append((Words((f"{mass.tag} {mass.body.name}",)), m, at, inertia))
+    heads = [[Words((texts[key],)) for key in keys] for keys in (
+        ("table.joint", "given.through", "given.axis"), ("given.body", "given.mass", "given.at", "given.inertia"),
+    )]  # fmt: skip
+    tables = (Table(tuple(heads[0]), tuple(joints)), Table(tuple(heads[1]), tuple(bodies)))
+    reason = texts["given.closed" if scene.loops else "given.reason"]
+    return Step("given", Words((texts["given"],)), tables, Words((reason,)))
+
+
+def _turned(mass: Mass, R: Mat, graph: Graph) -> list[Expr]:
+    """Return the entries of an inertia along the axes of the ground, R I Rᵀ."""
+    columns = [R @ (mass.inertia @ (R.T @ e)) for e in Mat.identity(graph)]
+    return [columns[j][i] for i, j in ENTRIES]

@@ -1,22 +1,27 @@
-"""What a page is told to check answers by value: never a result itself, nor a formula that a mistake gives."""
+"""What a page is told to check answers by value: never a result itself, nor a formula that a mistake gives.
+
+A sheet to print: the task, numbered questions with room to write, and solutions where they are wanted.
+
+A document with exercises for formats in which nothing opens: solutions and what follows from them at the end.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from symdyn.algebra import Form
+from symdyn.algebra import Form, Number
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
-from symdyn.teach.document import Blank, Document
-from symdyn.teach.languages import language_of
-from symdyn.teach.practice.exercises import FREE, quantities
-from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.document import Blank, Block, Box, Document, Fold, Room, Section, Step, Words
+from symdyn.teach.languages import fill, language_of
+from symdyn.teach.practice.exercises import FREE, is_given, quantities
+from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE
 from symdyn.teach.student.mistakes import Mistake
-from symdyn.teach.student.points import BOUND, DRAWN, SCALED, TWINS, Points, points_of
 from symdyn.teach.student.statements import SPEEDS
 from symdyn.teach.student.vocabulary import Names
 
@@ -42,12 +47,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         language: of the answers.
 
     Returns:
-        symbols: the scene's name of every way to write one, dotted: what they are with dots, short:
-        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.points`, values: of each
-        question at every point, free: questions that a constant may be added to, balances: of equations what vanishes
-        at every point, their drive, the acceleration that they are solved for, and whether forces stand beside the
-        drive in front of the answer; mistakes: of each question rules and what they give at a few points (marks,
-        pairs), grammar, words.
+        symbols: the scene's name of every way to write one, dotted: what they are with dots, short: shorthands such as
+        c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of each question at
+        every point, free: questions that a constant may be added to, balances: of equations what vanishes at every
+        point, their drive, the acceleration that they are solved for, and whether forces stand beside the drive in
+        front of the answer; mistakes: of each question rules and what they give at a few points (marks, pairs),
+        grammar, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(requested)))
@@ -126,3 +131,72 @@ def _marked(
     else:
         rows = points.marked([one.node for one in known], left.startswith(FREE))
     return [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]
+
+
+FEWEST, MOST = 3, 18
+"""Lines of room below a question."""
+
+
+def sheet(document: Document, solutions: bool = False) -> Document:
+    """Return a document with exercises as a sheet; what is no task and no question is left out.
+
+    Args:
+        document: one with exercises.
+        solutions: in place of the room to write, each question's solution.
+    """
+    texts = language_of(document.language).lesson
+    given = [section for section in document.sections if is_given(section)]
+    known = [replace(part, steps=tuple(x for x in part.steps if not x.needs)) for part in given]
+    steps: list[Step] = []
+    for section in document.sections:
+        for step in section.steps:
+            before: list[Block] = [step.claim] if step.claim.parts else []
+            for block in step.blocks:
+                if not isinstance(block, Blank):
+                    before.append(block)
+                    continue
+                claim = Words((f"{len(steps) + 1}. ", *block.ask.parts))
+                answer = block.solution if solutions else (Room(_lines(block.solution)),)
+                steps.append(Step(f"question:{block.key}", claim, (*before, *answer)))
+                before = []
+    sections = (*known, Section("questions", texts["section.questions"], tuple(steps)))
+    return replace(document, title=texts["sheet.title"].format(scene=document.scene.name), sections=sections)
+
+
+def _lines(solution: Sequence[Block]) -> int:
+    """Return how many lines a solution takes by hand: one for each of its formulas and what surrounds them."""
+    return min(MOST, max(FEWEST, 2 + len(solution)))
+
+
+def solutions_last(document: Document) -> Document:
+    """Return the document with solutions and steps that need them in a section at its end; one without as it is."""
+    if not any(isinstance(block, Blank) for _, block in document.blocks()):
+        return document
+    texts = language_of(document.language).lesson
+    solved: list[Step] = []
+    sections = []
+    for section in document.sections:
+        shown = []
+        for step in section.steps:
+            if step.needs:
+                reason = [step.reason] if step.reason.parts else []
+                solved.append(_folded(document, f"follows:{step.key}", step.claim, [*step.blocks, *reason]))
+                continue
+            shown.append(step)
+            for block in step.blocks:
+                if isinstance(block, Blank):
+                    told = "exercise.solved.zero" if block.shown == Number.ZERO else "exercise.solved"
+                    claim = Words(fill(texts[told], {"left": block.shown}))
+                    solved.append(_folded(document, f"solution:{block.key}", claim, block.solution))
+        if any(step.needs for step in section.steps):
+            shown.append(Step(f"later:{section.key}", Words(()), (Words((texts["exercise.last"],)),)))
+        sections.append(replace(section, steps=tuple(shown)))
+    sections.append(Section("solutions", texts["section.solutions"], tuple(solved)))
+    return replace(document, sections=tuple(sections))
+
+
+def _folded(document: Document, key: str, claim: Words, blocks: Sequence[Block]) -> Step:
+    summary = Words((language_of(document.language).lesson["exercise.solution"],))
+    if blocks and isinstance(blocks[0], Box):
+        summary = blocks[0].title
+    return Step(key, claim, (Fold(summary, tuple(blocks)),) if blocks else ())

@@ -11,7 +11,7 @@ from symdyn.teach.derivations.lessons import walkthrough
 from symdyn.teach.document import Document
 from symdyn.teach.interactive.page import interactive_page
 from symdyn.teach.practice.exercises import GRADES, with_exercises
-from symdyn.teach.practice.sheet import sheet
+from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
 from symdyn.teach.render import rendered
 from symdyn.unlocked import cached_property

@@ -33,8 +33,7 @@ from symdyn.teach.interactive.live import absence
 from symdyn.teach.interactive.numbered import Numbered
 from symdyn.teach.interactive.page import Interactive, interactive
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling
-from symdyn.teach.mathml import PART, flow, inline, pieces
+from symdyn.teach.mathematics import PART, Spelling, flow, inline, pieces
 from symdyn.teach.practice.questions import questions
 
 SHORT = 150.0  # of a formula between words

@@ -34,7 +34,7 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
-from symdyn.teach.practice.solutions import solutions_last
+from symdyn.teach.practice.questions import solutions_last
 
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line

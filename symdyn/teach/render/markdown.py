@@ -24,7 +24,7 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
-from symdyn.teach.practice.solutions import solutions_last
+from symdyn.teach.practice.questions import solutions_last
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one

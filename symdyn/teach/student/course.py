@@ -30,7 +30,7 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
-from symdyn.teach.masses import Mass, masses
+from symdyn.teach.lesson import Mass, masses
 from symdyn.unlocked import cached_property
 
 Number = Union[int, Fraction]

@@ -3,21 +3,256 @@
 Three tables make them: energies of a course in which one part of one mass (or of all) is treated wrongly, steps from
 energies to equations of which one is left out, and terms of the right formula that are lost, turned or misread. Both
 checkers look a wrong answer up among them: the shell exactly, the page by values.
+
+Steps from energies to equations that were not taken, or taken wrongly, and equations divided but for one term.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, permutations
 
-from symdyn.algebra import Floats
-from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.teach.student.course import Course
-from symdyn.teach.student.wrong_energies import wrong_energies
-from symdyn.teach.student.wrong_steps import divided, wrong_steps
-from symdyn.teach.student.wrong_terms import wrong_terms
+from symdyn.algebra import Floats, Form
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.scene import SceneUnits
+from symdyn.teach.student.course import Course, Parts
+from symdyn.teach.student.differences import split_terms
+from symdyn.teach.student.wrong_energies import Wrong, used, wrong_energies, wrong_terms
+
+
+def wrong_steps(course: Course, key: str) -> Iterator[Wrong]:
+    """Yield a rule and what forgetting it gives, for a quantity by its key; the likely ones first."""
+    for begin, steps in STEPS:
+        if key.startswith(begin):
+            yield from steps(course, key)
+
+
+def divided(course: Course, key: str) -> Iterator[Wrong]:
+    """Yield equations of one joint alone with a mass taken wrongly, and such as were divided but for one term."""
+    if key.startswith("tau:"):
+        yield from _uncoupled(course, _number(key))
+        yield from _undivided(course, _number(key))
+
+
+def _number(key: str) -> int:
+    return int(key.partition(":")[2]) - 1
+
+
+def _energies(course: Course) -> tuple[Expr, Expr]:
+    e, graph = course.right, course.graph
+    return graph.total(e.K.values()), graph.total(e.P.values())
+
+
+def _of_equations(course: Course, key: str) -> Iterator[Wrong]:
+    i, (K, P) = _number(key), _energies(course)
+    state, zero, Q = course.state, course.graph.zero, course.right.Q[_number(key)]
+    inertial, product, kinetic, potential = course.steps(i, K, P)
+    static = potential - Q
+    right = inertial + product - kinetic + static
+    yield "product", right - product
+    for u in used(product, state.qd):
+        yield "product", right - _by_rate(product, u, zero)
+    yield "chain", right - 2 * product
+    yield "slope", right + kinetic
+    yield "slope", right + 2 * kinetic
+    for u in used(kinetic, state.qd):
+        yield "slope", right + _by_rate(kinetic, u, zero)
+        yield "slope", right + 2 * _by_rate(kinetic, u, zero)
+    for u in used(product, state.qd):
+        yield "slope", right + _by_rate(product, u, zero)
+    yield "velocities", inertial + static
+    yield "gravity", right - 2 * potential
+    yield "weightless", right - potential
+    for friction in (Q, 2 * Q):
+        yield "friction", right + friction
+        yield "velocities", inertial + static + friction
+        yield "product", right - product + friction
+        yield "slope", right + kinetic + friction
+    others = [k for k in range(state.n) if k != i]
+    alone = {state.qdd[k]: zero for k in others}
+    yield "coupling", substitute([right], alone)[0]
+    yield "coupling", substitute([right], alone | {state.qd[k]: zero for k in others})[0]
+    flat = substitute([inertial], alone)[0]
+    for rest in (-Q, zero):
+        yield "coupling", flat + potential + rest
+        yield "coupling", flat + rest
+        for part in course.parts:
+            simple = _own_inertia(course, part, i) * state.qdd[i]
+            yield "coupling", simple + potential + rest
+            yield "coupling", simple + rest
+
+
+def _of_rates(course: Course, key: str) -> Iterator[Wrong]:
+    K, P = _energies(course)
+    i = [str(u.value) for u in course.state.qd].index(key.partition(":/d")[2])
+    inertial, product, kinetic, potential = course.steps(i, K, P)
+    right = inertial + product
+    yield "product", inertial
+    for u in used(product, course.state.qd):
+        yield "product", right - _by_rate(product, u, course.graph.zero)
+    yield "chain", inertial - product
+    yield "chain", inertial + _unchained(course, i, K)
+    yield "slope", right - kinetic
+    yield "slope", right - kinetic + potential
+    yield "undifferentiated", gradient(K, [course.state.qd[i]])[0]
+
+
+def _of_slopes(course: Course, key: str) -> Iterator[Wrong]:
+    K, P = _energies(course)
+    state, name = course.state, key.partition(":/d")[2]
+    rates = [str(u.value) for u in state.qd]
+    symbols = state.qd if name in rates else state.q
+    i = [str(x.value) for x in symbols].index(name)
+    _, _, kinetic, potential = course.steps(i, K, P)
+    momentum = gradient(K, [state.qd[i]])[0]
+    if name in rates:
+        yield "variable", kinetic - potential
+        yield "variable", kinetic
+        yield "factor", momentum / 2
+        yield "factor", momentum * 2
+    else:
+        yield "slope", -potential
+        yield "slope", -kinetic - potential
+        yield "weightless", kinetic
+        yield "gravity", kinetic + potential
+        yield "gravity", potential
+        yield "gravity", -kinetic + potential
+        yield "variable", momentum
+        yield "variable", gradient(momentum, [state.qd[i]])[0] * state.qd[i]
+        for node in course.right.P.values():
+            if not node.is_zero:
+                yield "undifferentiated", kinetic - potential + gradient(node, [state.q[i]])[0] - node
+        for node in (*course.right.P.values(), P):
+            for slope in gradient(node, state.q):
+                yield "direction", kinetic - potential - slope
+        for force in _forces(course):
+            yield "direction", kinetic - potential - force
+            yield "direction", kinetic - potential + force
+    for j, x in enumerate(symbols):
+        if j != i:
+            yield "index", gradient(K - P, [x])[0]
+
+
+def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
+    kind, _, of = key.partition(":")
+    K, P = _energies(course)
+    at, n = [int(x) - 1 for x in of.split(",")], course.state.n
+
+    def worth(indices: Sequence[int], energy: Expr = K) -> Expr:
+        node = course.coefficient(kind, indices, energy, course.right.P)
+        assert node is not None, "a coefficient of an equation has a value"
+        return node
+
+    right = worth(at)
+    if kind in ("k_C", "k_D"):
+        yield "convention", -right
+        _, product, kinetic, _ = course.steps(at[0], K, P)
+        a, b = (course.state.qd[k] for k in (at[1:3] if kind == "k_C" else (at[1], at[1])))
+        for rule, form in (("slope", product), ("product", -kinetic), ("slope", product + kinetic),
+                           ("chain", -product - kinetic), ("slope", kinetic)):  # fmt: skip
+            second = gradient(gradient(form, [a])[0], [b])[0]
+            yield rule, second / 2 if kind == "k_D" else second
+    if kind in ("k_G", "k_E"):
+        yield "gravity" if kind == "k_G" else "spring", -right
+        for node in course.right.P.values():
+            yield "undifferentiated", node
+    else:
+        yield "factor", right / 2
+        yield "factor", right * 2
+    for other in permutations(range(n), len(at)) if len(at) < 3 else ():
+        yield "index", worth(other)
+    for j in range(n) if kind == "k_z" else ():
+        yield "index", worth((j, j))
+        yield from (("index", worth((j, j), course.kinetic(part))) for part in course.parts)
+        if list(at) == [j, j] or at[0] == at[1]:
+            yield from (("steiner", worth((j, j), course.kinetic(part, cross=0))) for part in course.parts)
+
+
+STEPS: tuple[tuple[str, Callable[[Course, str], Iterator[Wrong]]], ...] = (
+    ("tau:", _of_equations),
+    ("d/dt dL:/d", _of_rates),
+    ("dL:/d", _of_slopes),
+    ("k_", _of_coefficients),
+)
+"""What a key begins with, and the steps to such a quantity that go wrong."""
+
+
+def _uncoupled(course: Course, i: int) -> Iterator[Wrong]:
+    """Yield equations of one joint alone, with a mass taken for another one: a simple pendulum."""
+    zero, state = course.graph.zero, course.state
+    alone = {state.qdd[k]: zero for k in range(state.n) if k != i}
+    still = alone | {state.qd[k]: zero for k in range(state.n) if k != i}
+    for rule, _, other in wrong_energies(course):
+        if rule in ("arm", "inertia", "steiner"):
+            node = _known(course.value(f"tau:{i + 1}", other))
+            yield ("coupling", substitute([node], alone)[0])
+            yield ("coupling", substitute([node], still)[0])
+
+
+def _undivided(course: Course, i: int) -> Iterator[Wrong]:
+    """Yield equations that were divided, by a coefficient or a parameter, but for one of their terms."""
+    state, graph = course.state, course.graph
+    total = _known(course.value(f"tau:{i + 1}", course.right))
+    own = [x for a in state.qdd if not (x := gradient(total, [a])[0]).is_zero]
+    names = {graph.symbol(p.name) for p in course.scene.parameters}
+    powers = [
+        x for name in used(graph.total(own), sorted(names, key=lambda x: str(x.value))) for x in (name, name * name)
+    ]
+    drive = course.scene.drives[i]
+    pieces = [-graph.symbol(drive)] if drive else []
+    try:
+        pieces += [one.express(graph) for one in split_terms(Form.of(total), course.scene)]
+    except DerivationError:
+        return
+    for divisor in (*own, *powers):
+        for piece in pieces:
+            yield ("undivided", total + (divisor - graph.one) * piece)
+    for a, M in zip(state.qdd, own, strict=False):
+        drives = graph.symbol(drive) if drive else graph.zero
+        yield ("undivided", total + (graph.one - M) * a)
+        yield ("undivided", total + (graph.one - M) * a - drives + drives)
+
+
+def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
+    """Return what a mass alone has in M_ii."""
+    u = course.state.qd[i]
+    return gradient(gradient(course.right.K[part.tag], [u])[0], [u])[0]
+
+
+def _by_rate(node: Expr, u: Expr, zero: Expr) -> Expr:
+    """Return the part of a quadratic form that holds one rate."""
+    return node - substitute([node], {u: zero})[0]
+
+
+def _unchained(course: Course, i: int, K: Expr) -> Expr:
+    """Return Ṁ q̇ with the derivative of an angle's function left without the angle's rate."""
+    p = gradient(K, [course.state.qd[i]])[0]
+    return course.graph.total(gradient(p, course.state.q))
+
+
+def _forces(course: Course) -> Iterator[Expr]:
+    """Yield weights times the sine or cosine of a coordinate."""
+    g = next((x for x in course.gravity if not x.is_zero), None)
+    if g is None:
+        return
+    units = SceneUnits(course.scene).coordinates
+    masses = [course.graph.total(part.m for part in course.parts), *(part.m for part in course.parts)]
+    tails = [course.graph.total(part.m for part in course.parts[k:]) for k in range(len(course.parts))]
+    for m in (*masses, *tails):
+        for unit, q in zip(units, course.state.q, strict=True):
+            if unit == "rad":
+                yield m * g * course.graph.sin(q)
+                yield m * g * course.graph.cos(q)
+        yield m * g
+
+
+def _known(node: Expr | None) -> Expr:
+    assert node is not None, "an equation has a value"
+    return node
+
 
 RULES = (
     "half", "steiner", "inertia", "arm", "cross", "carried", "relative", "absolute", "height", "trig", "gravity",

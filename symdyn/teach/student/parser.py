@@ -19,8 +19,7 @@ from symdyn.algebra import Form, Function, Number, Pi, Symbol
 from symdyn.graph import Op
 from symdyn.scene.values import shorten
 from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS
-from symdyn.teach.student.source import Source
-from symdyn.teach.student.tokens import Cursor, Token
+from symdyn.teach.student.tokens import Cursor, Source, Token
 from symdyn.teach.student.vocabulary import Names
 
 LARGEST = 10**60  # a number, or one over it

@@ -17,8 +17,7 @@ from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.grammar import plain_index
 from symdyn.teach.student.parser import parse
-from symdyn.teach.student.source import Source, source
-from symdyn.teach.student.tokens import Token, tokens, without_time
+from symdyn.teach.student.tokens import Source, Token, source, tokens, without_time
 from symdyn.teach.student.vocabulary import Names, Target
 
 SPEEDS = re.compile(r"d?[xyzrv][0-9]*[a-h]?[xyz]?(?:dot)?|omega[0-9]*[xyz]?|I[0-9]*|J[0-9]*")

@@ -20,7 +20,7 @@ from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import LONGEST, acceleration_name, velocity_name
-from symdyn.teach.masses import AXES, masses
+from symdyn.teach.lesson import AXES, masses
 from symdyn.teach.student.grammar import SHORT, plain_index
 from symdyn.unlocked import cached_property
 

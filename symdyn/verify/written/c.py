@@ -31,9 +31,18 @@ from symdyn.dynamics.mechanism import RowSolve
 from symdyn.graph import Expr
 from symdyn.verify.written.c_family import SYNTAX, CFile, CReader, blanked, declared_name, parameters
 from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.reading import (
+    ExpectedFunction,
+    Read,
+    ReadLanguage,
+    Text,
+    TextReading,
+    Unread,
+    line_of,
+    text_of,
+    unread,
+)
 from symdyn.verify.written.straight_line import Value, takes
-from symdyn.verify.written.syntax import line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

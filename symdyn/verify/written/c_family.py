@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Rows, Work
-from symdyn.verify.written.reading import Unread
+from symdyn.verify.written.reading import Unread, kinds, line_of, nodes, parse, text_of, unread
 from symdyn.verify.written.straight_line import FUNCTIONS, WHOLE, File, Reader, Syntax, Value
-from symdyn.verify.written.syntax import kinds, line_of, nodes, parse, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -18,9 +18,19 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Op
 from symdyn.verify.written.memory import Index
-from symdyn.verify.written.reading import Read, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.reading import (
+    Read,
+    ReadLanguage,
+    Text,
+    TextReading,
+    Unread,
+    kinds,
+    line_of,
+    nodes,
+    text_of,
+    unread,
+)
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, takes
-from symdyn.verify.written.syntax import kinds, line_of, nodes, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -21,9 +21,20 @@ import numpy as np
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, ReadLanguage, Text, TextReading
+from symdyn.verify.written.reading import (
+    Cut,
+    ExpectedFunction,
+    Read,
+    ReadLanguage,
+    Text,
+    TextReading,
+    kinds,
+    line_of,
+    spaced,
+    text_of,
+    unread,
+)
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, spaced, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

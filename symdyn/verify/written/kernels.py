@@ -15,9 +15,8 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.c import definitions
 from symdyn.verify.written.c_family import MATH, CFile, CReader, blanked, parameters
 from symdyn.verify.written.memory import Fault, Index, Pointer, Work
-from symdyn.verify.written.reading import ReadLanguage, Text, TextReading
+from symdyn.verify.written.reading import ReadLanguage, Text, TextReading, kinds, line_of, spaced, text_of, unread
 from symdyn.verify.written.straight_line import Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, spaced, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, Pointer
-from symdyn.verify.written.reading import Cut, ReadLanguage, Text, TextReading, Unread
+from symdyn.verify.written.reading import Cut, ReadLanguage, Text, TextReading, Unread, kinds, line_of, text_of, unread
 from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -19,9 +19,19 @@ from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Index, MemoryInputs, Pointer, Result, Rows, Work
-from symdyn.verify.written.reading import ExpectedFunction, Read, ReadLanguage, Text, TextReading
+from symdyn.verify.written.reading import (
+    ExpectedFunction,
+    Read,
+    ReadLanguage,
+    Text,
+    TextReading,
+    kinds,
+    line_of,
+    nodes,
+    text_of,
+    unread,
+)
 from symdyn.verify.written.straight_line import File, Reader, Syntax, Value, takes
-from symdyn.verify.written.syntax import kinds, line_of, nodes, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

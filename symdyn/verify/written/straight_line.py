@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Union
 
 from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Fault, Index, MemoryInputs, Pointer, Result, Rows, Spelled, Work
-from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Text, Unread
-from symdyn.verify.written.syntax import kinds, line_of, text_of, unread
+from symdyn.verify.written.reading import Cut, ExpectedFunction, Read, Text, Unread, kinds, line_of, text_of, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -12,6 +12,8 @@ vectorise, and take sines and cosines by a routine of their own; so does the sca
 several.
 
 A long function calls parts of itself: compilers take more than linear time for it.
+
+Beside C: an example that calls every function and knows what must come out, and a file for CMake that builds it.
 """
 
 from __future__ import annotations
@@ -20,18 +22,17 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
-from symdyn.emit.code.real import REALS, Real, digits
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, stem
+from symdyn.emit.code.real import REALS, Real, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, Sources, Target
+from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
-from symdyn.emit.targets.c.batch import batches
-from symdyn.emit.targets.c.cuts import cuts
+from symdyn.emit.targets.c.cuts import batches, cuts
 from symdyn.emit.targets.c.file_scope import checked, lone_header
-from symdyn.emit.targets.c.gathered import LANES, LINE
-from symdyn.emit.targets.c.loops.text import loop_text
-from symdyn.emit.targets.c.sincos import sincos_values
+from symdyn.emit.targets.c.loops import loop_text
+from symdyn.emit.targets.c.writer import LANES, LINE, sincos_values
 from symdyn.graph import Op
 from symdyn.program import Program
 
@@ -127,8 +128,6 @@ def _write(draft: Draft) -> dict[str, str]:
 
 def _beside(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out, and what builds it by CMake."""
-    from symdyn.emit.targets.c.example import files_beside
-
     return files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
 
 
@@ -154,3 +153,22 @@ C = Target(
     shortens=(BATCH,),
     loops=True,
 )
+
+
+BUILD = "CMakeLists.txt"
+
+
+def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, str]:
+    """Return the example and the file for CMake of C sources; both are plain of what a scene says.
+
+    Args:
+        sources: of target C.
+        lone_header: whether they are one header alone.
+        many: whether there are functions over many states.
+    """
+    real = find_real(sources.real)
+    template = "c/main.c.jinja" if real.parts == 1 else "c/dd_main.c.jinja"
+    example = example_text(sources, template, ".c", suffix=real.suffix, real=real.name)
+    opening, (name,) = stem(sources.program.scene.name), example
+    values = {"stem": opening, "example": name, "lone_header": lone_header, "many": many}
+    return {**example, BUILD: render("c/CMakeLists.txt.jinja", values)}

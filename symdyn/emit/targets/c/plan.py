@@ -6,27 +6,201 @@ into the C library, which would keep the whole loop from being vectorised. Passe
 a compiler. A value that leaves its stage waits in a row of work space; rows are used again when their value is spent.
 
 What depends on parameters alone, or on what was prepared from them, is uniform: computed once a block, before the loop.
+
+A routine cut into stages: which steps run together in one loop over the states of a block, and in which order.
+
+What calls wait for comes as early as it can, all the rest after the last call, cut where it grows too long for a
+compiler.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from heapq import heappop, heappush
+from itertools import count
+from math import prod
 
-from symdyn.emit.code.operands import operands
+from symdyn.emit.code.operators import operands, standing
 from symdyn.emit.code.schedule import schedule
-from symdyn.emit.targets.c.stages import (
-    LONGEST,
-    TRIGONOMETRIC,
-    Constants,
-    Stage,
-    complete,
-    place_outputs,
-    stages_of,
-)
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Op
 from symdyn.program import Routine, RoutineStep, shared
+
+Constants = Mapping[Expr, Fraction]
+
+LONGEST = 1600
+"""Operations up to which a routine of one state stays whole. 7 axes need a third of them."""
+LONGEST_LOOP, WIDEST_LOOP = 4500, 500
+"""Operations and entries of the result up to which a routine stays one loop over states, where much is used again.
+
+Pieces are slower there, as of derivatives; loops of more operations compile for long. gcc makes no vectors of a loop
+that reads and writes 1,000 places.
+"""
+USED_AGAIN = 5
+"""Operations for each value that one piece loads from another, below which much is used again.
+
+Derivatives of 6 and 7 axes have 3 to 4, mass matrices of 12 to 32 joints 7 to 9.
+"""
+LONGEST_OF_VECTOR = 480
+"""Operations up to which a routine over states stays one loop where its result is a vector, as motions and forces are.
+
+What is used again is little then, and of shorter loops more turns are under way at once. Six axes, forward, are just
+below and lose a twentieth in pieces; seven, inverse, are just above and gain as much.
+"""
+PIECE = 300
+"""Operations of one piece of a longer routine: time to compile grows faster than its length.
+
+Of 100 to 600, all compiled 64 joints about as fast; 300 ran as fast as any, with batch code and without.
+"""
+
+TRIGONOMETRIC = (Op.SIN, Op.COS)
+CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)
+
+
+def longest_loop(shape: Sequence[int], operations: int, loads: int) -> int:
+    """Return up to how many operations a routine stays one loop over states.
+
+    Args:
+        shape: of its result.
+        operations: how many it has.
+        loads: how many values its pieces load from each other.
+    """
+    if len(shape) < 2:
+        return LONGEST_OF_VECTOR
+    return LONGEST_LOOP if prod(shape) <= WIDEST_LOOP and loads * USED_AGAIN > operations else LONGEST
+
+
+@dataclass
+class Stage:
+    """A stage in the making; `kind` is "pass", "sincos" or "call"."""
+
+    kind: str
+    steps: list[RoutineStep]
+    outputs: list[int]
+    angle: Expr | None = None
+
+
+def complete(routine: Routine, known: Constants, short: bool = False) -> list[RoutineStep]:
+    """Return the steps with a name for every call and for whatever is called with.
+
+    If they are to be `short`, every operation that reads several values gets a name, too. A long line keeps all that it
+    reads waiting for what comes last; short ones add up early what comes early.
+    """
+    taken = {step.name for step in (*routine.inputs, *routine.steps)}
+    names = (f"y{number}" for number in count(1))
+    named = {step.node for step in (*routine.inputs, *routine.steps)}
+    steps: list[RoutineStep] = []
+
+    def add(node: Expr) -> None:
+        named.add(node)
+        steps.append(RoutineStep(next(name for name in names if name not in taken), node))
+
+    def lift(node: Expr) -> int:  # as deep as a line is wide
+        """Return how many values the text of `node` reads, after naming what has to be."""
+        if node in named or node in known:
+            return int(node in named)
+        read = below(node)
+        if node.op in CALLS or (short and read > 1):
+            add(node)
+            return 1
+        return read
+
+    def below(node: Expr) -> int:
+        read = 0
+        for arg in node.args:
+            read += lift(arg)
+            if node.op in CALLS and arg not in named and arg not in known:
+                add(arg)
+        return read
+
+    for step in routine.steps:
+        below(step.node)
+        steps.append(step)
+    for entry in routine.function.entries:
+        lift(entry)
+    return steps
+
+
+def _operations(step: RoutineStep, named: Mapping[Expr, str], known: Constants) -> int:
+    """Return how many operations one line holds."""
+    return 1 + sum(node not in named for node in standing(step.node.args, named, known))
+
+
+def stages_of(
+    steps: Sequence[RoutineStep],
+    needs: Mapping[Expr, Sequence[Expr]],
+    named: Mapping[Expr, str],
+    known: Constants,
+    longest: int,
+) -> list[Stage]:
+    """Return the stages: what calls wait for as early as can be, all the rest after the last call.
+
+    Passes of more than `longest` operations are cut.
+    """
+    level: dict[Expr, int] = {}
+    for step in steps:
+        level[step.node] = max((level.get(n, 0) for n in needs[step.node]), default=0) + (step.node.op in CALLS)
+    early: set[Expr] = set()
+    for step in reversed(steps):
+        if step.node.op in CALLS or step.node in early:
+            early.update(needs[step.node])
+    last = max(level.values(), default=0)
+    stages: list[Stage] = []
+    for here in range(last + 1):
+        calls = [s for s in steps if s.node.op in CALLS and level[s.node] == here]
+        angles: dict[Expr, list[RoutineStep]] = {}
+        for s in calls:
+            if s.node.op in TRIGONOMETRIC:
+                angles.setdefault(s.node.args[0], []).append(s)
+        stages += [Stage("sincos", both, [], angle) for angle, both in angles.items()]
+        stages += [Stage("call", [s], []) for s in calls if s.node.op not in TRIGONOMETRIC]
+        plain = (s for s in steps if s.node.op not in CALLS)
+        mine = [s for s in plain if here == (level[s.node] if s.node in early else last)]
+        if mine or here == last:
+            stages += _passes(mine, needs, {s.node: _operations(s, named, known) for s in mine}, longest)
+    return stages
+
+
+def _passes(
+    steps: Sequence[RoutineStep], needs: Mapping[Expr, Sequence[Expr]], sizes: Mapping[Expr, int], longest: int
+) -> list[Stage]:
+    """Return `steps` as one pass, or cut into several in the better of two orders: as given, and with short lives."""
+    total = sum(sizes.values())
+    if total <= longest:
+        return [Stage("pass", list(steps), [])]
+    count = -(-total // PIECE)
+    ordered = [steps[place] for place in schedule([(step.node, needs[step.node]) for step in steps])]
+    ways = [_cut(order, [sizes[step.node] for step in order], count) for order in (steps, ordered)]
+    return min(ways, key=lambda passes: _carried(passes, needs))
+
+
+def _cut(steps: Sequence[RoutineStep], sizes: Sequence[int], count: int) -> list[Stage]:
+    """Return `steps` as `count` passes of about equal length."""
+    passes = [Stage("pass", [], []) for _ in range(count)]
+    done, total = 0, sum(sizes)
+    for step, size in zip(steps, sizes, strict=True):
+        passes[min(count - 1, done * count // total)].steps.append(step)
+        done += size
+    return passes
+
+
+def _carried(passes: Sequence[Stage], needs: Mapping[Expr, Sequence[Expr]]) -> int:
+    """Return how many values wait between passes for a later one that reads them, summed over all cuts."""
+    born = {step.node: number for number, stage in enumerate(passes) for step in stage.steps}
+    last: dict[Expr, int] = {}
+    for number, stage in enumerate(passes):
+        last |= {node: number for step in stage.steps for node in needs[step.node] if node in born}
+    return sum(number - born[node] for node, number in last.items())
+
+
+def place_outputs(stages: Sequence[Stage], entries: Sequence[Sequence[Expr]]) -> None:
+    """Let every entry of the result be written by the first pass that has all it needs; constants by the last one."""
+    born = {step.node: i for i, stage in enumerate(stages) for step in stage.steps}
+    passes = [i for i, stage in enumerate(stages) if stage.kind == "pass"]
+    for place, needed in enumerate(entries):
+        ready = max((born[node] for node in needed if node in born), default=len(stages) - 1)
+        stages[next(i for i in passes if i >= ready)].outputs.append(place)
 
 
 @dataclass(frozen=True)

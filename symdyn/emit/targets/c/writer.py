@@ -1,12 +1,37 @@
-"""The stages of a plan as lines of C, for a block of states or for a single one."""
+"""The stages of a plan as lines of C, for a block of states or for a single one.
+
+Results of many entries in batch code: which rows of a block the loops write, and which entry is which of them.
+
+Where a block's states go to columns a power of two apart, and always where entries lie state by state, the result of a
+block is written into rows of work space and copied. Half of a mass matrix is the other half, and much of a tree's is
+zero: such entries are copied from the row that is there already. A copy of 64 states at a time is several times as
+fast as one of 32, since caches fetch ahead along long pieces only; rows are a line of the cache further apart than
+they are long, so that not all of them fall on the same few places of the nearest cache.
+
+The numbers of the generated sincos: π/2 in parts and minimax polynomials, as `benchmarks/minimax.py` prints them.
+
+    k = round(2x/π),   y = x - k π/2 = hi + lo       |y| ≤ π/4, four parts of π/2, the first three times k exact
+    sin y = y + y³ S(y²),   cos y = 1 - y²/2 + y⁴ C(y²)
+
+The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. The error of the
+second difference is folded into the third part: where it is not zero, the difference is so large that rounding the sum
+does no harm. In float everything is computed in double, where the sum of three parts and short polynomials are enough,
+and rounded once. The code has polynomials in h = y²/2, which is needed anyway; powers of two cost no digit. What y is
+too large by is subtracted together with the rest of the series, whose signs are such that -0 stays -0.
+
+References: Cody and Waite, Software Manual for the Elementary Functions (1980), for the reduction in parts; the order
+of summation is that of FDLIBM's k_sin.c and k_cos.c.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Any
 
 from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.real import REALS, ShortSines
 from symdyn.emit.code.source_text import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr, Op
@@ -235,3 +260,159 @@ class Writer:
         """Return one entry of the result."""
         entry = self.routine.function.entries[place]
         return self.printer.code(entry, self.plan.names, self.program.constants)
+
+
+LANES = REALS["double"].lanes
+"""States in a block, of all types but double-doubles."""
+
+LINE = 64
+"""Bytes of a line of the cache."""
+
+WAYS = 8
+"""How many columns a power of two apart find a place in a cache at once; results of more go through rows."""
+
+NEAREST = 32 * 1024
+"""Bytes of a result of a block up to which its loops may write all entries, each to its own column."""
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What becomes of the result of a block.
+
+    Attributes:
+        rows: of a block: entries that are written, and one of zeros where there are some.
+        zeros: whether the last row holds zeros.
+        written: entries that loops write, with their rows.
+        places: of each entry, the row that it is; () where every entry has its own.
+        direct: whether loops write all entries, so that they may write where the result has to go.
+        wide: whether the result has so many entries that columns a power of two apart are not written directly.
+    """
+
+    rows: int
+    zeros: bool
+    written: Mapping[int, int]
+    places: tuple[int, ...]
+    direct: bool
+    wide: bool
+
+    def reach(self, states: int, width: int) -> int:
+        """Return how far rows of so many states of `width` bytes are apart; where room is scarce, no further."""
+        return states + LINE // width if self.wide and states == LANES else states
+
+    def states(self, lanes: int, width: int, room: int) -> int:
+        """Return how many states are copied at once: more than the `lanes` of one block, if `room` bytes hold them."""
+        states = LANES if self.wide else lanes
+        while states > lanes and self.rows * self.reach(states, width) * width > room:
+            states //= 2
+        return states
+
+
+def gathered(routine: Routine, program: Program, width: int) -> Gathered:
+    """Return what becomes of the result of a block, an entry of one state taking `width` bytes."""
+    entries = routine.function.entries
+    size, wide = len(entries), len(entries) > WAYS
+    first = {entry: place for place, entry in reversed(tuple(enumerate(entries)))}
+    own = {place: place for place in range(size)}
+    if not wide or len(first) == size:
+        return Gathered(size, False, own, (), direct=True, wide=wide)
+    if size * LANES * width <= NEAREST:
+        return Gathered(size, False, own, tuple(first[entry] for entry in entries), direct=True, wide=True)
+    kept = [place for place in sorted(first.values()) if program.constants.get(entries[place]) != 0]
+    row = {entries[place]: number for number, place in enumerate(kept)}
+    zeros = len(row) < len(first)
+    places = tuple(row.get(entry, len(row)) for entry in entries)
+    written = {place: row[entries[place]] for place in kept}
+    return Gathered(len(row) + zeros, zeros, written, places, direct=False, wide=True)
+
+
+LIMIT_EXPONENT = 20
+"""Angles below 2^20 in size are reduced here, others by the C library."""
+
+CHAINS = 4
+"""Angles that one turn of the loop takes side by side: one waits for its own results most of the time."""
+
+LANES_AT_ONCE = 8
+"""Rows of angles that go through both halves together: what remains of them waits in the nearest cache."""
+
+TINY = 2.0**-200
+"""Added and subtracted again, it leaves alone what has digits to lose; what is smaller becomes a multiple of 2^-252."""
+
+TWO_OVER_PI = 0.6366197723675814
+
+HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32)
+
+SINE = {
+    "double": (
+        -0.1666666666666663,
+        0.00833333333332184,
+        -0.00019841269829358544,
+        2.755731353852763e-06,
+        -2.5050734392599535e-08,
+        1.589543355068773e-10,
+    ),
+    "float": (
+        -0.16666666640796732,
+        0.008333329304823271,
+        -0.00019839312266407334,
+        2.7181216116233883e-06,
+    ),
+}
+
+COSINE = {
+    "double": (
+        0.0416666666666666,
+        -0.0013888888888874474,
+        2.4801587289671537e-05,
+        -2.7557314401030616e-07,
+        2.0875729281241468e-09,
+        -1.135993424414567e-11,
+    ),
+    "float": (
+        0.04166666662282967,
+        -0.0013888883753536672,
+        2.4799520039253818e-05,
+        -2.7210240065091214e-07,
+    ),
+}
+
+
+def horner(coefficients: Sequence[float], variable: str) -> str:
+    """Return a polynomial as C: c0 + h * (c1 + h * (…))."""
+    *low, top = coefficients
+    text = repr(top)
+    for coefficient in reversed(low):
+        text = f"{coefficient!r} + {variable} * {_factor(text)}"
+    return text
+
+
+def _factor(text: str) -> str:
+    return f"({text})" if " " in text or text.startswith("-") else text
+
+
+def in_halves(coefficients: Sequence[float], first: int) -> list[float]:
+    """Return the coefficients of a polynomial in z/2 for those of one in z, the first of them times 2^first."""
+    return [coefficient * 2.0**power for power, coefficient in enumerate(coefficients, first)]
+
+
+def sincos_values(real: str, short: ShortSines | None = None) -> Mapping[str, Any]:
+    """Return what the template of sincos is given for "double" or "float", or for shorter sines of this type."""
+    if short:
+        return {
+            "short": short,
+            "two_over_pi": repr(TWO_OVER_PI),
+            "sine": horner(short.sine, "z[j]"),
+            "cosine": horner(short.cosine, "z[j]"),
+            "chains": CHAINS,
+            "limit_exponent": short.limit_exponent,
+        }
+    return {
+        "two_over_pi": repr(TWO_OVER_PI),
+        "half_pi": tuple(map(repr, HALF_PI)),
+        "sine": horner(in_halves([-c for c in SINE[real]], 1), "h[j]"),
+        "cosine": horner(in_halves(COSINE[real], 2), "h[j]"),
+        "short": None,
+        "tiny": repr(TINY),
+        "lockstep": LANES_AT_ONCE,
+        "chains": CHAINS,
+        "limit_exponent": LIMIT_EXPONENT,
+    }

@@ -9,28 +9,83 @@ Both do model exchange and co-simulation. `build` adds a binary where there is a
 that of the C target; the files of FMI around it declare the types of the standard themselves.
 
 Reference: Modelica Association, Functional Mock-up Interface 2.0.4 and 3.0.1, https://fmi-standard.org.
+
+The archive that an FMU is: the same members, the same bytes; stored as they are, since packers differ.
+
+Where an FMU starts: as `simulate` does from what the scene says, loops closed and prescribed motions at t = 0.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
 from symdyn.dynamics import OUTPUTS
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c99 import C
-from symdyn.emit.targets.fmu.archive import packed
-from symdyn.emit.targets.fmu.description import described
-from symdyn.emit.targets.fmu.start import starting_state
-from symdyn.emit.targets.fmu.variables import Variable, driven, variables
+from symdyn.emit.targets.fmu.variables import Variable, described, driven, variables
 from symdyn.errors import EmitError
-from symdyn.graph import Op
+from symdyn.graph import Op, evaluate
 from symdyn.scene import Scene
+from symdyn.scene.joints import start_of
+
+BIRTHDAY = (1980, 1, 1, 0, 0, 0)
+"""When every member was written: no date reaches a file."""
+
+
+def packed(files: Mapping[str, str | bytes]) -> bytes:
+    """Return files as an archive, in their order."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, contents in files.items():
+            member = zipfile.ZipInfo(name, BIRTHDAY)
+            member.create_system = 3
+            member.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(member, contents)
+    return stream.getvalue()
+
+
+def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
+    """Return coordinates and velocities at the start, shapes (nq,) and (nv,); rad, m or 1, and per s.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+
+    Raises:
+        EmitError: angles are singular there, or a wheel lies flat.
+        DerivationError: the loops do not close, or the velocities contradict each other.
+    """
+    from symdyn.algebra import Floats
+    from symdyn.dynamics.loops import Numbers
+
+    numbers = Numbers(scene)
+    q, u = numbers.start(), [numbers.value(x) for x in start_of(scene).velocity]
+    motion = prescribed(scene, numbers.graph)
+    known = numbers.parameters | scene.at_time(numbers.graph)
+    count = len(motion.place)
+    found = evaluate([*motion.position, *motion.velocity], Floats(), known) if count else []
+    for k, place, speed in zip(motion.place, found[:count], found[count:], strict=True):
+        q[scene.coordinates.index(scene.velocities[k].removesuffix("_dot"))] = place
+        u[k] = speed
+    if scene.is_closed:
+        held = list(motion.place)
+        q = numbers.normalised(q)
+        assembly = numbers.closed_position(q if held or any(q) else None, held or None)
+        q[:] = assembly.q
+        declared = numbers.declared_rates()
+        u = numbers.fitting_rates(q, declared | {k: u[k] for k in held}).tolist()
+    why = numbers.singular_angles(q) or numbers.lying_flat(q)
+    if why:
+        raise EmitError(f"{scene.name}: start: {why}")
+    return [float(x) for x in q], [float(x) for x in u]
+
 
 TOLERANCE = "1e-09"
 """Relative and absolute tolerance of a co-simulation that is not told one."""

@@ -3,20 +3,258 @@
 A thread has 255 registers of 32 bits, and a block 48 KiB of shared memory on every card of CUDA; what a compiler finds
 no register for goes to the stack in the memory of the device. Blocks of 128 threads with 48 KiB take no more of a
 processor's shared memory than their registers leave to others; in smaller blocks more can wait of a thread.
+
+Shares of a function's results that are computed apart, each with all that it needs, so that each has room.
+
+Entries of a column of a result, such as derivatives along one direction, stay together. A share begins with the column
+that needs most, and takes the one that has most in common with it, counted in operations, as long as there is room:
+directions of one leg come together, which is computed for them once.
+
+Which values wait elsewhere while registers are needed by others, when lines run in a given order.
+
+A value is made once, so what was kept once is still right when it is fetched again. Whenever there is no register
+left, the value goes whose next reader is farthest away; that is the fewest fetches there can be. Its place is free
+again when it came back for the last time. What waits is decided here and not by a compiler, which knows no place but
+its stack.
+
+Reference: Belady, A study of replacement algorithms for a virtual-storage computer (IBM Systems Journal 5, 1966).
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from heapq import heappop, heappush
+from itertools import count
 
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
-from symdyn.emit.targets.gpu.parts import shares
-from symdyn.emit.targets.gpu.spill import Line, Plan, plan
 from symdyn.graph import Op
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line.
+
+    Attributes:
+        makes: the values that it makes, none where it writes a result.
+        reads: the different values that it reads; what no line makes is an argument.
+        spare: registers that it needs on the way, as a sine does.
+    """
+
+    makes: tuple[Hashable, ...]
+    reads: tuple[Hashable, ...]
+    spare: int = 0
+
+
+@dataclass(frozen=True)
+class Move:
+    """What happens next.
+
+    Attributes:
+        line: which line runs; -1 where a value moves.
+        value: what moves.
+        place: where it waits; -1 for an argument that is read for the first time.
+        kept: whether it goes there; else it comes from there.
+    """
+
+    line: int = -1
+    value: Hashable = None
+    place: int = -1
+    kept: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Lines and moves in running order, and how many places there must be."""
+
+    moves: tuple[Move, ...]
+    places: int
+
+
+def plan(lines: Sequence[Line], order: Sequence[int], registers: int) -> Plan:
+    """Return how `lines` run in an order, and which values wait meanwhile, so that no more than `registers` are held.
+
+    A line holds what it reads and what it makes, however many registers that takes.
+
+    Example:
+        >>> lines = [Line(*one) for one in [("a", "x"), ("b", "y"), ("c", "b"), ("", "c"), ("", "a")]]
+        >>> [("keep " if one.kept else "") + one.value for one in plan(lines, range(5), 1).moves if one.line < 0]
+        ['x', 'keep a', 'y', 'a']
+        >>> plan(lines, range(5), 1).places, plan(lines, range(5), 2).places
+        (1, 0)
+    """
+    moves = _moves(lines, order, registers)
+    left = Counter(move.value for move in moves if move.place == WAITED and not move.kept)
+    where: dict[Hashable, int] = {}
+    free: list[int] = []
+    for number, move in enumerate(moves):
+        if move.kept:
+            where[move.value] = heappop(free) if free else len(where)
+        elif move.place == WAITED:
+            left[move.value] -= 1
+        else:
+            continue
+        moves[number] = replace(move, place=where[move.value])
+        if not left[move.value]:
+            heappush(free, where.pop(move.value))
+    return Plan(tuple(moves), max((move.place for move in moves), default=-1) + 1)
+
+
+WAITED = 0
+"""A place that is not settled yet."""
+
+
+def _moves(lines: Sequence[Line], order: Sequence[int], registers: int) -> list[Move]:
+    """Return lines and moves in running order; of what waited, no place is said."""
+    readers: dict[Hashable, deque[int]] = defaultdict(deque)
+    for time, number in enumerate(order):
+        for value in lines[number].reads:
+            readers[value].append(time)
+    held: dict[Hashable, int] = {}
+    kept: set[Hashable] = set()
+    moves: list[Move] = []
+    heap: list[tuple[int, int, Hashable]] = []  # by next reader, the farthest first; what is no longer so is skipped
+
+    def hold(value: Hashable, since: int) -> None:
+        held[value] = since
+        heappush(heap, (-readers[value][0], since, value))
+
+    def leave(free: int, needed: Container[Hashable]) -> None:
+        """Let values wait, but those that are needed, until so many registers are free."""
+        passed = []
+        while len(held) + free > registers and heap:
+            entry = heappop(heap)
+            time, since, farthest = entry
+            if held.get(farthest) != since or -time != readers[farthest][0]:
+                continue
+            if farthest in needed:
+                passed.append(entry)
+                continue
+            del held[farthest]
+            if farthest not in kept:
+                kept.add(farthest)
+                moves.append(Move(value=farthest, place=WAITED, kept=True))
+        for entry in passed:
+            heappush(heap, entry)
+
+    since = count()
+    for number in order:
+        line = lines[number]
+        for value in line.reads:
+            if value not in held:
+                leave(1, line.reads)
+                hold(value, next(since))
+                moves.append(Move(value=value, place=WAITED if value in kept else -1))
+        leave(line.spare, line.reads)
+        moves.append(Move(line=number))
+        for value in line.reads:
+            readers[value].popleft()
+            if readers[value]:
+                hold(value, held[value])
+            else:
+                del held[value]
+        for value in line.makes:
+            if readers[value]:
+                leave(1, line.makes)
+                hold(value, next(since))
+    return moves
+
+
+def needed_by(lines: Sequence[Line], columns: Sequence[Sequence[int]]) -> list[int]:
+    """Return for every line which columns need it, bit by bit.
+
+    Args:
+        lines: in the order of the derivation.
+        columns: places of the lines that write the entries of each.
+    """
+    makers = {value: place for place, line in enumerate(lines) for value in line.makes}
+    found = [0] * len(lines)
+    for number, column in enumerate(columns):
+        for place in column:
+            found[place] |= 1 << number
+    for place in reversed(range(len(lines))):
+        for value in lines[place].reads:
+            if value in makers:
+                found[makers[value]] |= found[place]
+    return found
+
+
+def shares(
+    lines: Sequence[Line],
+    weights: Sequence[int],
+    columns: Sequence[Sequence[int]],
+    has_room: Callable[[tuple[int, ...]], bool],
+) -> list[tuple[int, ...]]:
+    """Return which lines each share runs, in the order of the derivation; a column that has no room is one by itself.
+
+    Args:
+        lines: in the order of the derivation.
+        weights: operations of every line.
+        columns: places of the lines that write the entries of each.
+        has_room: tells whether some lines can run by themselves.
+
+    Example:
+        >>> lines = [Line(("a",), ()), Line(("b",), ()), Line((), ("a",)), Line((), ("a",)), Line((), ("b",))]
+        >>> shares(lines, [5, 1, 1, 2, 3], [[2], [3], [4]], lambda some: len(some) < 4)
+        [(0, 2, 3), (1, 4)]
+        >>> shares(lines, [5, 1, 1, 2, 3], [[2, 3], [4]], lambda some: len(some) < 2)
+        [(0, 2, 3), (1, 4)]
+    """
+    units = [column for column in columns if column]
+    needs = needed_by(lines, units)
+    alike: Counter[int] = Counter()
+    for need, weight in zip(needs, weights, strict=True):
+        alike[need] += weight
+    left = sorted(range(len(units)), key=lambda column: -operations(alike, 1 << column))
+    found = []
+    while left:
+        order = _in_common(alike, left)
+        runs = [lines_of(needs, order[: count + 1]) for count in range(len(order))]
+        count = max(_most(runs, has_room), 1)
+        found.append(runs[count - 1])
+        left = [column for column in left if column not in order[:count]]
+    return found
+
+
+def lines_of(needs: Sequence[int], columns: Sequence[int]) -> tuple[int, ...]:
+    """Return the places of the lines that some columns need."""
+    share = bits(columns)
+    return tuple(place for place, need in enumerate(needs) if need & share)
+
+
+def operations(alike: Counter[int], share: int) -> int:
+    """Return how many operations a share takes, of so many for every set of columns that need the same."""
+    return sum(count for need, count in alike.items() if need & share)
+
+
+def bits(columns: Sequence[int]) -> int:
+    """Return columns as bits."""
+    return sum(1 << column for column in columns)
+
+
+def _in_common(alike: Counter[int], columns: Sequence[int]) -> list[int]:
+    """Return columns from the first one on, each of those left that has most in common with all before it."""
+    order, left = [columns[0]], list(columns[1:])
+    while left:
+        share = bits(order)
+        common = Counter({need: count for need, count in alike.items() if need & share})
+        order.append(max(left, key=lambda column: operations(common, 1 << column)))
+        left.remove(order[-1])
+    return order
+
+
+def _most(runs: Sequence[tuple[int, ...]], has_room: Callable[[tuple[int, ...]], bool]) -> int:
+    """Return how many of `runs` have room, each of which holds those before it, by doubling and halving."""
+    least, most, middle = 0, len(runs) + 1, 1
+    while most - least > 1:
+        least, most = (middle, most) if has_room(runs[middle - 1]) else (least, middle)
+        middle = min(2 * least, len(runs)) if most > len(runs) else (least + most) // 2
+    return least
+
 
 BLOCKS = (128, 64, 32)
 """Threads of a block that registers are shared out for, the first one that leaves enough memory: with 128 each may have

@@ -41,7 +41,7 @@ from symdyn.spatial import (
     sub,
     zero_vector,
 )
-from symdyn.teach.derivations.dalembert.tidy import order_of
+from symdyn.teach.derivations.dalembert.side_by_side import order_of
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
 from symdyn.teach.student.rows import keeps_points

@@ -12,7 +12,7 @@ from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
 from symdyn.scene.values import force_unit
 from symdyn.table import Table
-from symdyn.teach.derivations.lagrange.forms import is_rate, rate_of
+from symdyn.teach.derivations.lagrange.rotations import is_rate, rate_of
 from symdyn.teach.derivations.lagrange.velocities import MOST_TERMS, folded, length
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together

@@ -1,29 +1,329 @@
-"""The walkthrough of an open mechanism by Lagrange's equations, section by section."""
+"""The walkthrough of an open mechanism by Lagrange's equations, section by section.
+
+Steps: what is known and wanted; Lagrange's equations (5.21), (5.22), from which every later step is derived.
+
+The index i in them stands for any coordinate: these names have no value, and tests put each coordinate in their place.
+
+Steps: the scene in numbers at one state: values, each coefficient's share of each torque, the power balance.
+
+What the figure of a page shows while a step of Lagrange's lesson is read, by what the key of the step begins with.
+
+A step that is not listed shows what the one before it showed.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from symdyn.scene import Scene, without_hidden_zeros
-from symdyn.teach.coordinates import coordinate_step
+from symdyn.algebra import Form, Number, Symbol
+from symdyn.draw import Lettered, Wrench, picture
+from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
+from symdyn.emit.print import Printable
+from symdyn.graph import Expr, tangents
+from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
+from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards.afterwards import after_sections
+from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.kane import kane_steps
-from symdyn.teach.derivations.lagrange.energies import energy_steps
-from symdyn.teach.derivations.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
+from symdyn.teach.derivations.lagrange.equation_steps import (
+    coefficient_key,
+    coefficient_steps,
+    coefficient_unit,
+    equation_steps,
+    name_coefficients,
+    node_of,
+)
 from symdyn.teach.derivations.lagrange.meaning import meaning_steps
-from symdyn.teach.derivations.lagrange.numbers import number_steps, power_step, scene_picture, weights_picture
-from symdyn.teach.derivations.lagrange.principle import principle_steps, task_step
 from symdyn.teach.derivations.lagrange.rotations import rotation_steps
-from symdyn.teach.derivations.lagrange.shows import with_figures
-from symdyn.teach.derivations.lagrange.strut_lengths import length_steps
-from symdyn.teach.derivations.lagrange.velocities import position_steps, velocity_steps
-from symdyn.teach.document import Block, Document, Step
-from symdyn.teach.lesson import Lesson
-from symdyn.teach.notation import acting_steps, notation_step, scene_step
-from symdyn.teach.picture_letters import picture_letters
-from symdyn.teach.shown_state import choose_state
-from symdyn.teach.silent_loops import silent_steps
-from symdyn.teach.textbook import errata, numbers_for, with_appendix
+from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
+from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
+from symdyn.teach.lesson import Lesson, Mass, Prose, named, silent_steps, together
+from symdyn.teach.notation import (
+    acting_steps,
+    coordinate_step,
+    errata,
+    notation_step,
+    numbers_for,
+    scene_step,
+    with_appendix,
+)
+from symdyn.teach.shown_state import Chosen, choose_state, idle_velocities, picture_letters, rates_of, timed
+
+NONE = 1e-9
+"""A sum of so small a part of its terms' amounts is rounding."""
+
+
+def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
+    """Return the state, the coefficients' values, the torques with their shares, the power balance."""
+    steps = [state_step(lesson, chosen), _values(lesson, page, chosen)]
+    steps += [_torque(lesson, page, chosen, i) for i in range(len(page.rows))]
+    return steps
+
+
+def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
+    """Return the table of the chosen state."""
+    scene, symbol = lesson.scene, lesson.graph.symbol
+    symbols = [*(symbol(p.name) for p in scene.parameters), *lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
+    rates = SceneUnits(scene).velocities
+    told = SceneUnits(scene).inferred
+    units = [*(told[parameter.name] for parameter in scene.parameters), *SceneUnits(scene).coordinates]
+    units += [*(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
+    if timed(scene):
+        symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
+    pairs = zip(symbols, units, strict=True)
+    rows = [(named(x), lesson.written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
+    reason = lesson.say("state.reason.closed" if scene.is_closed else "state.reason")
+    blocks: tuple[Block, ...] = (lesson.table(("symbol", "value", "unit"), rows),)
+    if not scene.is_closed and idle_velocities(scene):
+        blocks = (*blocks, lesson.say("state.undriven"))
+    return Step("state", lesson.say("state"), blocks, reason)
+
+
+def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
+    rows, slides = [], [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
+    for c in page.written:
+        key = coefficient_key(c)
+        (value,) = chosen.of(node_of(lesson, key))
+        rows.append((Symbol(key), lesson.written(value), coefficient_unit(c.of, c.indices, slides)))
+    table = lesson.table(("coefficient", "value", "unit"), rows)
+    return Step("values", lesson.say("values"), (table,), level="full")
+
+
+def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
+    """Return the bar chart of one equation, solved for the drive: products of coefficient and rates, other forces."""
+    terms: list[tuple[Form, Expr]] = []
+    for c in page.rows[i]:
+        if not c.vanishes:
+            key = coefficient_key(c)
+            value = node_of(lesson, key) * c.rate.express(lesson.graph)
+            terms.append((Form.product((Symbol(key), c.rate)), value))
+    for force in _others(lesson, page, i):
+        node = page.lengths.written_out(force).express(lesson.graph)
+        terms.append((Form.product((Number.MINUS_ONE, force)), -node))
+    labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
+    whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
+    sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
+    bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
+    total, unit = _drive(lesson, i), lesson.scene.shown_unit(force_unit(SceneUnits(lesson.scene).velocities[i]))
+    caption = lesson.say("shares", total=total)
+    block = Shares(caption, total, sum_, unit, bars)
+    key = "torque" if lesson.scene.drives[i] else "torque.passive"
+    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum_)} {unit}".rstrip(), q=named(lesson.state.q[i]))
+    return Step(f"torque:{i + 1}", claim, (block,))
+
+
+def _drive(lesson: Lesson, i: int) -> Symbol:
+    """Return the drive of a velocity; for a passive one the name of what its motion would need."""
+    drive, node = lesson.scene.drives[i], lesson.drives[i]
+    if drive is None:
+        return lesson.name(f"needed:{i + 1}", "tau", str(i + 1), node=node)
+    lesson.names[drive] = Name(None, node)
+    return Symbol(drive)
+
+
+def _others(lesson: Lesson, page: Printable, i: int) -> list[Form]:
+    """Return what acts beside the drive: friction, damping, loads; terms of Q_i."""
+    drive = lesson.scene.drives[i]
+    return [term for term in page.right[i].terms if drive is None or term != Symbol(drive)]
+
+
+def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
+    """Return the check by energy: d/dt (K + P) = Σ (τ_i + Q_i) q̇_i, decided on the graph, and in numbers."""
+    state, n = lesson.state, range(lesson.state.n)
+    total = lesson.energy.K + lesson.energy.P
+    rate = tangents([total], state.acceleration)[0]
+    lesson.name("E:", "E", node=total)
+    symbol = lesson.rate("E:", rate)
+    forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
+    power = [Form.sum(forces[i]).signed_product(named(state.qd[i])) for i in n]
+    others = [page.lengths.written_out(Form.sum(some[1:])) for some in forces]
+    acting = [lesson.drives[i] + others[i].express(lesson.graph) for i in n]
+    nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
+    left, *parts = chosen.of(rate, *nodes)
+    parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
+    size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
+    assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
+    blocks: list[Block] = [
+        Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))),
+        Formula(symbol.name, Form.sum(power)),
+        lesson.say(
+            "power.numbers",
+            left=symbol,
+            value=lesson.equals(left),
+            parts=" + ".join(map(lesson.written, parts)).replace("+ −", "− "),
+        ),
+    ]
+    return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
+
+
+# Pictures
+
+
+def scene_picture(lesson: Prose, chosen: Chosen, letters: Sequence[Lettered] = ()) -> Picture:
+    """Return the mechanism with its frames, coordinates, and letters of masses and lengths."""
+    q, given, titles = chosen.q, chosen.parameters, lesson.titles
+    svg = picture(lesson.scene, q, given, frames=True, prefix="scene-", titles=titles, letters=letters)
+    caption = lesson.say("picture.caption", scene=lesson.scene.name)
+    return Picture(svg, caption, lesson.text("picture.caption", scene=lesson.scene.name), "scene")
+
+
+def weights_picture(lesson: Lesson, chosen: Chosen, result: list[Mass]) -> Picture | None:
+    """Return the mechanism with the weight of every mass; None without gravity."""
+    gravity = chosen.of(*vector(lesson.scene.gravity, lesson.graph))
+    if not any(gravity):
+        return None
+    wrenches, G = [], lesson.letters.latex("G")
+    for mass in result:
+        m, *at = chosen.of(mass.m, *mass.place)
+        if m > 0:
+            arm = [x / m for x in chosen.of(*mass.h)] if mass.h is not None else [0.0] * 3
+            centre = tuple(x + r for x, r in zip(at, arm, strict=True))
+            wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", centre, tuple(m * g for g in gravity)))
+    shown, labels, titles = chosen.parameters, ("coordinates",), lesson.titles
+    svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels, titles=titles)
+    return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")
+
+
+ANY = ("q:i", "q_dot:i", "Q:i", "QA:i")
+"""Keys of any coordinate, its rate, its generalized force, and the part of that which is not of P."""
+
+
+def task_step(lesson: Lesson) -> Step:
+    """Return what is known and what is wanted."""
+    scene = lesson.scene
+    moving = together([Symbol(q) for q in scene.coordinates])
+    given = together([Symbol(p.name) for p in scene.parameters])
+    driven = [Symbol(drive) for drive in scene.drives if drive]
+    ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
+    passive = [named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive is None]
+    known = lesson.say("task.known", parameters=given) if scene.parameters else lesson.say("task.known.numbers")
+    blocks: list[Block] = [known]
+    if driven:
+        blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=moving))
+    if passive:
+        blocks.append(lesson.say("task.passive", coordinates=together(passive)))
+    return Step("task", lesson.say("task"), tuple(blocks), lesson.say("task.reason") if driven else Words(()))
+
+
+def principle_steps(lesson: Lesson, page: Printable) -> list[Step]:
+    """Return (5.21) and (5.22), both with L, and the generalized force of every coordinate."""
+    q, qd, Q, QA = _general(lesson)
+    for letter, node in (("K", lesson.energy.K), ("P", lesson.energy.P), ("L", lesson.L)):
+        lesson.name(f"{letter}:", letter, node=node)
+    kinetic, potential = lesson.slope("K:", q.name, None), lesson.slope("P:", q.name, None)
+    momentum, slope = lesson.slope("L:", qd.name, None), lesson.slope("L:", q.name, None)
+    rate = lesson.rate(lesson.slope("K:", qd.name, None).name, None)
+    stated = [
+        Formula("", _less(rate, kinetic), "5.21", Q),
+        Formula("", Q, "5.22", _less(QA, potential)),
+    ]
+    both: list[Block] = [
+        Formula("L:", _less(Symbol("K:"), Symbol("P:")), lesson.number("L.definition")),
+        Formula("", _less(lesson.rate(momentum.name, None), slope), "", QA),
+        lesson.say("stated.way"),
+    ]
+    count = str(lesson.state.n)
+    every = together([named(x) for x in lesson.state.q])
+    claim = lesson.say("stated" if lesson.state.n > 1 else "stated.one", q=q, count=count, coordinates=every)
+    return [
+        Step("principle", claim, tuple(stated), lesson.say("stated.reason", q=q), "(5.21), (5.22)"),
+        Step("principle:L", lesson.say("stated.L"), tuple(both), lesson.say("stated.L.reason"), "(5.23)"),
+        _forces(lesson, page),
+    ]
+
+
+def _general(lesson: Lesson) -> tuple[Symbol, Symbol, Symbol, Symbol]:
+    """Name any coordinate q_i, its rate, Q_i and Q_i^A."""
+    keys = iter(ANY)
+    letter = lesson.letters["q"]
+    lesson.names[q := next(keys)] = Name(Letter(letter, ("i",)))
+    lesson.names[qd := next(keys)] = Name(Letter(letter, ("i",), dots=1))
+    force = lesson.called(next(keys), Letter("Q", ("i",)))
+    return Symbol(q), Symbol(qd), force, lesson.called(next(keys), Letter("Q", ("i",), above="A"))
+
+
+def _forces(lesson: Lesson, page: Printable) -> Step:
+    """Return Q_i^A of every coordinate: its drive, and what else acts."""
+    blocks: list[Block] = []
+    slides = [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
+    acting = generalized_forces(lesson.scene, lesson.graph)
+    for i, form in enumerate(page.right):
+        key = f"QA:{i + 1}"
+        node = acting[i] + (lesson.drives[i] if lesson.scene.drives[i] else lesson.graph.zero)
+        lesson.called(key, Letter("Q", (str(i + 1),), above="A"), node)
+        blocks += [_said(lesson, i, slides[i]), Formula(key, form)]
+    return Step(
+        "principle:forces", lesson.say("generalized"), tuple(blocks), lesson.say("generalized.reason"), show=("forces",)
+    )
+
+
+def _said(lesson: Lesson, i: int, slides: bool) -> Words:
+    joint = next(one for one in lesson.scene.joints if lesson.scene.coordinates[i] in one.coordinates)
+    drive = lesson.scene.drives[i]
+    key = ("generalized.driven" if drive else "generalized.passive") + (".slide" if slides else "")
+    places = {"drive": Symbol(drive)} if drive else {}
+    return lesson.say(key, q=named(lesson.state.q[i]), joint=joint.name, **places)
+
+
+def _less(a: Form, b: Form) -> Form:
+    return Form.sum((a, Form.product((Number.MINUS_ONE, b))))
+
+
+SHOWS: Mapping[str, tuple[str, ...]] = {
+    "scene": ("frames",),
+    "coordinates": ("angles",),
+    "acting": ("forces",),
+    "lengths": ("forces",),
+    "principle:forces": ("forces",),
+    "rotation": ("frames", "angles"),
+    "position": ("places",),
+    "velocity": ("velocities",),
+    "turning": ("frames", "velocities"),
+    "square": ("velocities",),
+    "spin": ("velocities",),
+    "offset": ("velocities",),
+    "kinetic": ("velocities", "energies"),
+    "potential": ("places", "weights"),
+    "springs": ("forces", "energies"),
+    "energies": ("energies",),
+    "lagrangian": ("energies",),
+    "momentum": ("momenta",),
+    "rate": ("momenta", "accelerations"),
+    "slope": ("weights", "forces"),
+    "equation": ("inertia", "weights", "forces"),
+    "coefficients:k_z": ("accelerations", "inertia"),
+    "coefficients:k_C": ("coriolis",),
+    "coefficients:k_D": ("centrifugal",),
+    "coefficients:k_G": ("weights",),
+    "coefficients:k_E": ("forces",),
+    "meaning:k_z": ("accelerations", "inertia"),
+    "meaning:k_C": ("coriolis",),
+    "meaning:k_D": ("centrifugal",),
+    "meaning:k_G": ("weights",),
+    "state": ("angles", "velocities", "accelerations"),
+    "torque": ("inertia", "weights", "forces"),
+    "power": ("energies", "plots"),
+}
+"""Words of `symdyn.teach.interactive.numbered`; of two beginnings the longer one counts."""
+
+OF_A_MASS = ("position", "velocity", "turning", "square", "spin", "offset", "kinetic", "potential")
+"""Steps whose key ends with the index of a mass: the figure points at its body."""
+
+
+def with_figures(section: Section, result: list[Mass]) -> Section:
+    """Return a section whose steps say what the figure shows, those that say it themselves as they are."""
+    bodies = {mass.tag: mass.body.name for mass in result}
+    return replace(section, steps=tuple(step if step.show else _shown(step, bodies) for step in section.steps))
+
+
+def _shown(step: Step, bodies: Mapping[str, str]) -> Step:
+    kind, _, of = step.key.partition(":")
+    known = [key for key in SHOWS if step.key == key or step.key.startswith((f"{key}:", f"{key},"))]
+    words = SHOWS[max(known, key=len)] if known else ()
+    pointed = (f"body:{bodies[of]}",) if kind in OF_A_MASS and of in bodies else ()
+    return replace(step, show=(*words, *pointed))
+
 
 UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
 """The parts that it may end with."""

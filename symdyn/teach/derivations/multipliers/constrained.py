@@ -27,8 +27,7 @@ from symdyn.spatial import Vec, sub
 from symdyn.teach.derivations.multipliers.condition import Condition
 from symdyn.teach.derivations.multipliers.written_conditions import Writer
 from symdyn.teach.document import Block, Letter
-from symdyn.teach.lesson import Lesson, is_tied, refuse_quaternions
-from symdyn.teach.masses import AXES
+from symdyn.teach.lesson import AXES, Lesson, is_tied, refuse_quaternions
 from symdyn.unlocked import cached_property
 
 NEAR = 0.3

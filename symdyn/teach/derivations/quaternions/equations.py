@@ -11,14 +11,12 @@ from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene.values import Joint
 from symdyn.spatial import cross, dot
-from symdyn.teach.derivations.lagrange.energies import HALF, kinetic_form
 from symdyn.teach.derivations.lagrange.equation_steps import supplied
-from symdyn.teach.derivations.lagrange.velocities import MOST_TERMS, folded, length
+from symdyn.teach.derivations.lagrange.velocities import HALF, MOST_TERMS, folded, kinetic_form, length
 from symdyn.teach.derivations.multipliers.balance import valued
 from symdyn.teach.derivations.quaternions.turning import Turning
 from symdyn.teach.document import Block, Brace, Braced, Formula, Letter, Name, Rate, Step, Words
-from symdyn.teach.lesson import named, together
-from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.lesson import AXES, Mass, named, together
 
 WIDEST = 110
 """Characters of a coefficient that stands over a brace."""

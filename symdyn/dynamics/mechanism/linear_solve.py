@@ -1,0 +1,372 @@
+"""Linear equations with many right sides, solved in rows: what code may go over in a loop of vectors, column by column.
+
+    x_t := s x_t - Σ_k f_k x_k
+
+Right sides stand side by side, so that a step takes one number from the left and does the same to all columns. Steps
+run in order, and so do the terms of each, as lines would have them; a row that is not given starts at zero.
+
+Solving M q̈ = b by M = Lᵀ D L, without square roots and without fill-in between branches.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
+
+Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No
+pivot is zero everywhere: that is looked at over a finite field, where x - x in disguise is zero too.
+
+What entries cost at run time, in multiplications: the table by which formulations and passes are compared.
+
+A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum.
+
+Whether a function is zero everywhere, by its values over a finite field.
+
+A value that is not zero proves that the function is not: where it vanishes at random points of a field of more than
+2^126 elements, it vanishes identically, but for a chance of about degree / 2^126 a point (see
+`symdyn.algebra.finite_field`). So a pivot that is x - x in disguise is told from one that only looks complicated, which
+neither its shape nor doubles can do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from random import Random
+
+from symdyn.algebra import FiniteField, Needs, Redraw
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.scene import Scene
+
+
+@dataclass(frozen=True)
+class RowStep:
+    """One row after another one.
+
+    Attributes:
+        row: t, which row becomes another one.
+        scale: s, by what it is multiplied before.
+        terms: (f_k, k), what is taken away, in order.
+    """
+
+    row: int
+    scale: Expr
+    terms: tuple[tuple[Expr, int], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RowSolve:
+    """A matrix whose rows begin with rows of a solution.
+
+    Attributes:
+        scene: whose parameters its entries hold.
+        sides: right sides and the row that each is before the first step, all of one width; other rows start at zero.
+        rows: how many rows there are: those of the result, then more.
+        steps: in order.
+        beside: entries of the result, row by row, that are no part of the solution; None for those that are.
+    """
+
+    scene: Scene
+    sides: tuple[tuple[int, tuple[Expr, ...]], ...]
+    rows: int
+    steps: tuple[RowStep, ...]
+    beside: tuple[tuple[Expr | None, ...], ...]
+
+    @property
+    def width(self) -> int:
+        """Columns that are solved for."""
+        return len(self.sides[0][1])
+
+    @property
+    def products(self) -> int:
+        """How many products of factors and entries of rows all steps take."""
+        return self.width * sum(len(step.terms) for step in self.steps)
+
+    @property
+    def factors(self) -> tuple[Expr, ...]:
+        """What rows are multiplied by, each once, in the order in which it is first taken."""
+        all_of_it = (one for step in self.steps for one in (step.scale, *(factor for factor, _ in step.terms)))
+        return tuple(dict.fromkeys(all_of_it))
+
+    @staticmethod
+    def stepped(x: Expr, scale: Expr, taken: Iterable[tuple[Expr, Expr]]) -> Expr:
+        """Return s x - Σ f y of one column, in order; zeros are not taken away, and nothing is multiplied by one."""
+        if not (scale == scale.graph.one or x.is_zero):
+            x = scale * x
+        for factor, y in taken:
+            if not (factor.is_zero or y.is_zero):
+                x = -(factor * y) if x.is_zero else x - factor * y
+        return x
+
+
+POINTS = 2
+"""Points at which a function that is zero everywhere is seen to be."""
+
+DRAWS = 40
+"""Points that are tried until every root under the function exists in the field."""
+
+_TOPIC = "zero everywhere"
+
+
+def vanishes(node: Expr) -> bool:
+    """Tell whether a node is zero for all values of its symbols, wherever it has one.
+
+    What has no value at any point that is tried (a root that exists nowhere in the field) is not called zero.
+    """
+    if node.is_zero or node.op in (Op.CONSTANT, Op.PI, Op.SYMBOL):
+        return node.is_zero
+    known = node.graph.found.setdefault(_TOPIC, {})
+    if node not in known:
+        values = _points(node.graph).values(node)
+        known[node] = next(values, 1) == 0 and next(values, 1) == 0
+    return bool(known[node])
+
+
+def _points(graph: Graph) -> _Points:
+    """Return the points of a graph, which keep the values that are known there."""
+    kept: dict[Expr, _Points] = graph.found.setdefault("points of a field", {})
+    if graph.zero not in kept:
+        kept[graph.zero] = _Points()
+    return kept[graph.zero]
+
+
+class _Points:
+    """Points of one field, with the values of nodes there; begun anew where nodes need more of the field."""
+
+    def __init__(self) -> None:
+        """Start without values."""
+        self._needs = Needs.of(())
+        self._begin()
+
+    def _begin(self) -> None:
+        self._prime = self._needs.prime(1)
+        self._at: list[tuple[FiniteField, dict[Expr, int]]] = []
+
+    def values(self, node: Expr) -> Iterator[int]:
+        """Yield the values of a node at up to POINTS points where it has one."""
+        self._meet(node)
+        seen = 0
+        for k in range(DRAWS):
+            if k == len(self._at):
+                self._at.append((FiniteField(self._prime, k, self._needs), {}))
+            try:
+                yield self._value(node, *self._at[k])
+            except Redraw:
+                continue
+            seen += 1
+            if seen == POINTS:
+                return
+
+    def _meet(self, node: Expr) -> None:
+        """Take a field that offers what the node needs."""
+        known = self._at[0][1] if self._at else {}
+        if not _offers(self._needs, Needs.of(reachable([node], known))):
+            self._needs = Needs.of(reachable([node, *known]))
+            self._begin()
+
+    @staticmethod
+    def _value(node: Expr, field: FiniteField, known: dict[Expr, int]) -> int:
+        rng, order = Random(), reachable([node], known)
+        for one in order:
+            if one.op is Op.SYMBOL and one not in known:
+                rng.seed(f"{field.seed}:{one.value}")
+                known[one] = rng.randrange(field.p)
+        return field.evaluate([node], known, order)[0]
+
+
+def _offers(have: Needs, want: Needs) -> bool:
+    """Tell whether a field for some needs will do for others."""
+    divides = have.turn % want.turn == 0 and have.radian % want.radian == 0 and have.atom % want.atom == 0
+    return divides and set(want.radicands) <= set(have.radicands)
+
+
+def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
+    """Return M⁻¹ b, shape (n,), of a symmetric M, shape (n, n); Singular where a pivot is zero everywhere.
+
+    Of the moving bodies 1..n parent[i] < i, entry 0 unused: M[i-1][j-1] is zero unless one of i, j is an ancestor of
+    the other. A chain (0, 0, 1, 2, …) promises nothing.
+    """
+    n = len(b)
+    H = [list(row) for row in M]
+    for k in range(n, 0, -1):
+        pivot = H[k - 1][k - 1]
+        if vanishes(pivot):
+            raise Singular(k - 1)
+        for i in _path(parent, parent[k]):
+            if H[k - 1][i - 1].is_zero:
+                continue
+            a = H[k - 1][i - 1] / pivot
+            for j in _path(parent, i):
+                H[i - 1][j - 1] = H[i - 1][j - 1] - a * H[k - 1][j - 1]
+            H[k - 1][i - 1] = a
+    x = list(b)
+    for i in range(n, 0, -1):  # Lᵀ y = b
+        for j in _path(parent, parent[i]):
+            x[j - 1] = x[j - 1] - H[i - 1][j - 1] * x[i - 1]
+    x = [x[i] / H[i][i] for i in range(n)]  # D z = y
+    for i in range(1, n + 1):  # L x = z
+        for j in _path(parent, parent[i]):
+            x[i - 1] = x[i - 1] - H[i - 1][j - 1] * x[j - 1]
+    return x
+
+
+@dataclass(frozen=True)
+class Factored:
+    """M = Lᵀ D L, for many right sides: one reciprocal a pivot in place of a division an entry.
+
+    Attributes:
+        graph: where the entries live.
+        parent: as for `solve`.
+        L: entries below the diagonal, row by row; what stands on it and above is no part.
+        reciprocal: 1/D.
+    """
+
+    graph: Graph
+    parent: Sequence[int]
+    L: list[list[Expr]]
+    reciprocal: list[Expr]
+
+    def solve(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+        """Return M⁻¹ times rows, shape (n, m), all columns in step."""
+        x = [list(row) for row in rows]
+        for i in range(len(x), 0, -1):  # Lᵀ Y = B
+            for j in _path(self.parent, self.parent[i]):
+                x[j - 1] = self._less(x[j - 1], i, j, x[i - 1])
+        x = [[entry * d for entry in row] for row, d in zip(x, self.reciprocal, strict=True)]  # D Z = Y
+        for i in range(1, len(x) + 1):  # L X = Z
+            for j in _path(self.parent, self.parent[i]):
+                x[i - 1] = self._less(x[i - 1], i, j, x[j - 1])
+        return x
+
+    def steps(self) -> tuple[RowStep, ...]:
+        """Return the steps of `solve`, each row with all that is taken from it, what was found last at the end.
+
+        So the sum of a row need not wait for it from the start.
+        """
+        n, one = range(1, len(self.reciprocal) + 1), self.graph.one
+        up = {j: [(i, j) for i in reversed(n) if j in _path(self.parent, self.parent[i])] for j in n}
+        down = {i: [(i, j) for j in reversed(_path(self.parent, self.parent[i]))] for i in n}
+        above = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
+        below = (RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)
+        return (*(step for step in above if step.terms), *below)
+
+    def _terms(self, pairs: Sequence[tuple[int, int]], other: int) -> tuple[tuple[Expr, int], ...]:
+        """Return the factors at pairs of places, and which row each multiplies."""
+        factors = ((self.L[pair[0] - 1][pair[1] - 1], pair[other] - 1) for pair in pairs)
+        return tuple((factor, row) for factor, row in factors if not factor.is_zero)
+
+    def _less(self, row: list[Expr], i: int, j: int, other: list[Expr]) -> list[Expr]:
+        factor = self.L[i - 1][j - 1]
+        return row if factor.is_zero else [a - factor * b for a, b in zip(row, other, strict=True)]
+
+    def inverse(self) -> list[list[Expr]]:
+        """Return M⁻¹ = L⁻¹ D⁻¹ L⁻ᵀ, one node for each pair of entries that are equal."""
+        n = range(len(self.reciprocal))
+        Y = [[self.graph.one if i == j else self.graph.zero for j in n] for i in n]
+        for i in n:  # Y = L⁻¹
+            for j in _path(self.parent, self.parent[i + 1]):
+                Y[i] = self._less(Y[i], i + 1, j, Y[j - 1])
+        Z = [[entry * d for entry, d in zip(row, self.reciprocal, strict=True)] for row in Y]
+        lower = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n[: i + 1]] for i in n]
+        return [[lower[max(i, j)][min(i, j)] for j in n] for i in n]
+
+
+def factored(graph: Graph, parent: Sequence[int], M: list[list[Expr]]) -> Factored:
+    """Return the factors of a matrix as `solve` takes it; Singular where a pivot is zero everywhere."""
+    L, reciprocal = [list(row) for row in M], []
+    for k in range(len(M), 0, -1):
+        if vanishes(L[k - 1][k - 1]):
+            raise Singular(k - 1)
+        reciprocal.append(1 / L[k - 1][k - 1])
+        for i in _path(parent, parent[k]):
+            if L[k - 1][i - 1].is_zero:
+                continue
+            a = L[k - 1][i - 1] * reciprocal[-1]
+            for j in _path(parent, i):
+                L[i - 1][j - 1] = L[i - 1][j - 1] - a * L[k - 1][j - 1]
+            L[k - 1][i - 1] = a
+    return Factored(graph, parent, L, reciprocal[::-1])
+
+
+def _path(parent: Sequence[int], i: int) -> list[int]:
+    """Return i and its ancestors, down to the last moving body."""
+    bodies = []
+    while i > 0:
+        bodies.append(i)
+        i = parent[i]
+    return bodies
+
+
+class Singular(DerivationError):  # noqa: N818  what the matrix is
+    """A mass matrix that is singular.
+
+    Attributes:
+        velocity: index of the row where elimination ends; of a tree's mass matrix, a velocity that moves no mass.
+    """
+
+    def __init__(self, velocity: int) -> None:
+        """Store the velocity; `moves_no_mass` says it in words of the scene."""
+        self.velocity = velocity
+        super().__init__(
+            "forward dynamics does not exist: the mass matrix is singular; give every body that ends a branch a mass "
+            "or an inertia"
+        )
+
+
+def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
+    """Return the message for a singular mass matrix `of` something: which joint and body to look at."""
+    joint = next(joint for joint in scene.joints if scene.velocities[velocity] in joint.rates)
+    return (
+        f"{scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
+        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass or an "
+        "inertia, or fix the joint"
+    )
+
+
+FREE = ""
+
+CATEGORY: dict[Op, str] = {
+    Op.CONSTANT: FREE,
+    Op.PI: FREE,
+    Op.SYMBOL: FREE,
+    Op.ADD: "additions",
+    Op.SUB: "additions",
+    Op.MUL: "multiplications",
+    Op.DIV: "divisions",
+    Op.NEG: FREE,
+    Op.SIN: "sincos",
+    Op.COS: "sincos",
+    Op.SQRT: "others",
+    Op.EXP: "others",
+    Op.LOG: "others",
+    Op.TANH: "others",
+    Op.ABS: "others",
+    Op.SIGN: "others",
+    Op.ATAN2: "others",
+}
+
+
+# By latency, which is what scalar code waits for: a product or a sum takes 4 cycles, a division about 15, a pair of
+# sines about 80. At 8 a division, nearer to what vector units take, all examples and counted robots choose alike.
+WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
+"""Cost of an operation in multiplications."""
+
+
+def cost(entries: Iterable[Expr], state: Collection[Expr]) -> int:
+    """Return the price of `entries`; what depends on parameters alone is free."""
+    return sum(WEIGHTS[category] for category in operations(entries, state))
+
+
+def operations(entries: Iterable[Expr], state: Collection[Expr]) -> Iterator[str]:
+    """Yield the category of every operation that depends on the state; twice a number is an addition."""
+    varying, angles = set(state), set[Expr]()
+    for node in reachable(entries):
+        if node in varying or varying.isdisjoint(node.args):
+            continue
+        varying.add(node)
+        category = CATEGORY[node.op]
+        if category == "sincos":
+            if node.args[0] in angles:
+                continue
+            angles.add(node.args[0])
+        elif node.op is Op.MUL and node.args[0].value == 2:
+            category = "additions"
+        if category:
+            yield category

@@ -1,0 +1,274 @@
+"""What the template of a loop over a table is given: its sweeps at a joint of each kind, printed from expressions.
+
+The rows of a table of joints as C, and how much room loops over it take: what all loops have in common.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra import constants
+from symdyn.dynamics import Sweep, TableLoop
+from symdyn.emit.code.operators import Printer
+from symdyn.graph import Op, reachable
+from symdyn.scene import Scene
+
+LINE = 64
+"""Bytes of the states side by side: one vector of the widest kind. Two and four ran no faster from 256 joints on."""
+
+STACK = 576 * 1024
+"""Bytes of work space that states side by side may take: those of 1,024 joints. More joints halve the states."""
+
+GROUP = 8
+"""Sines are taken of a multiple of so many angles."""
+
+TILE = 32
+"""Rows of work space of entries of states that lie apart."""
+
+NUMBERS = 9
+"""Numbers of a row before those of its body: two of a turn, three of a shift, two of a turn, rise and rotor."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The tables of a loop.
+
+    Attributes:
+        joints, matrices: rows of the tables as C, and of fixed turns that are not about x.
+        ground: acceleration of the ground, as C.
+        turned: whether a joint stands turned at zero.
+        places: how many places there are for what waits for others.
+    """
+
+    joints: tuple[str, ...]
+    matrices: tuple[str, ...]
+    ground: str
+    turned: bool
+    places: int
+
+
+@dataclass(frozen=True)
+class Room:
+    """Work space, in numbers.
+
+    Attributes:
+        one: of one state.
+        lanes: states side by side; 0 where they would not fit on the stack.
+        lockstep: of these, all at once.
+    """
+
+    one: int
+    lanes: int
+    lockstep: int
+
+
+def rows_of(
+    loop: TableLoop, scene: Scene, printer: Printer, kinds: Sequence[int], more: Sequence[Sequence[int]] = ()
+) -> Rows:
+    """Return the rows of the table of a loop; `kinds` are their kinds by number, `more` what else is told of them."""
+    table = loop.table
+    literals = map(printer.literal, table.in_order(scene))
+    ground = braces([next(literals) for _ in table.ground])
+    rows, matrices = [], 0
+    places, most = _places([row.parent for row in table.rows])
+    for i, (row, (come, go)) in enumerate(zip(table.rows, places, strict=True)):
+        whole = (row.parent, come, go, kinds[i], matrices, int(not row.at_zero), *(more[i] if more else ()))
+        matrices += len(row.fixed) > 2
+        numbers = [next(literals) for _ in range(NUMBERS)]
+        rows.append(braces([*map(str, whole), *numbers, braces([next(literals) for _ in range(table.MOMENTS)])]))
+    turns = tuple(braces([next(literals) for _ in range(9)]) for _ in range(matrices))
+    return Rows(tuple(rows), turns, ground, any(not row.at_zero for row in table.rows), most)
+
+
+def room(joints: int, width: int, rows: int) -> Room:
+    """Return the work space of sines and cosines of all joints and of so many rows; a number takes `width` bytes."""
+
+    def work(lanes: int) -> int:
+        return 2 * (-(-joints * lanes // GROUP) * GROUP) + (rows + TILE * (lanes > 1)) * lanes
+
+    lanes = LINE // width
+    while lanes and work(lanes) * width > STACK:
+        lanes //= 2
+    lanes = lanes if lanes > 1 else 0
+    return Room(work(1), lanes, work(lanes))
+
+
+def braces(texts: Sequence[str]) -> str:
+    """Return a list of C."""
+    return f"{{{', '.join(texts)}}}"
+
+
+def _places(parents: Sequence[int]) -> tuple[list[tuple[int, int]], int]:
+    """Return where each joint finds what its parent left and leaves its own, and how many places there are.
+
+    A place is used again when the last joint that is carried from there has read it. The ground has the first. On the
+    way back the same places do for what joints hand to their parents.
+    """
+    last = {parent: i for i, parent in enumerate(parents, 1)}
+    place, free, most = {0: 0}, list[int](), 1
+    found = []
+    for i, parent in enumerate(parents, 1):
+        if not free:
+            free.append(most)
+            most += 1
+        place[i] = free.pop()
+        found.append((place[parent], place[i]))
+        if last[parent] == i and parent:
+            free.append(place[parent])
+        if i not in last:
+            free.append(place[i])
+    return found, most
+
+
+ROW = ("joint", "matrix")
+"""How numbers begin that are the same for all states."""
+
+
+FEW = 24
+"""Rows handed on up to which registers hold them and what a step works with, in the order in which it is written."""
+
+
+@dataclass(frozen=True)
+class StepText:
+    """A step at a joint as C: lines that give names their values, and places with what is written there.
+
+    A line is a name, what it stands for, and whether that is one number for all states.
+    """
+
+    lines: tuple[tuple[str, str, bool], ...]
+    written: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class SweepText:
+    """One sweep.
+
+    Attributes:
+        name: of the sweep.
+        inward: whether it goes from the tips to the ground.
+        steps: at a joint of every kind.
+        rows: how many rows are handed on.
+        ground: where it starts with the acceleration of the ground, rows and entries of that.
+        reads: arguments that it reads.
+        finds: whether it writes entries of the result.
+    """
+
+    name: str
+    inward: bool
+    steps: tuple[StepText, ...]
+    rows: int
+    ground: tuple[tuple[int, int], ...]
+    reads: tuple[str, ...]
+    finds: bool
+
+
+@dataclass(frozen=True)
+class LoopText:
+    """A loop over a table.
+
+    Attributes:
+        rows, room: the tables and the work space.
+        given: names of the arguments.
+        sweeps: in order.
+        turns: how many kinds are turns, which come first.
+        kinds: how many kinds of joints there are.
+        width: bytes of a number.
+        place: rows of work space of a place, where what is handed on waits for others.
+        own: rows that a joint keeps from sweep to sweep.
+        sincos, parts: as of functions in stages: it takes sines by a routine of our own, and is not in parts.
+    """
+
+    rows: Rows
+    room: Room
+    given: tuple[str, ...]
+    sweeps: tuple[SweepText, ...]
+    turns: int
+    kinds: int
+    width: int
+    place: int
+    own: int
+    sincos: bool = True
+    parts: tuple[()] = ()
+
+    def lanes(self, line: int) -> int:
+        """Return how many states a vector of so many bytes holds, as far as there is room."""
+        return min(self.room.lanes, line // self.width)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether steps keep more numbers than registers hold unless they come in the right order."""
+        return self.place > FEW
+
+    @property
+    def slides(self) -> bool:
+        """Whether a joint slides."""
+        return self.turns < self.kinds
+
+
+def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Printer, width: int) -> LoopText:
+    """Return what the template needs of a loop over a table of a scene; a number takes `width` bytes."""
+    table, kinds = loop.table, loop.kinds
+    known = sorted(set(kinds))
+    last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
+    more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
+    rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
+    steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
+    at = {
+        **{name: f"*{name}" for name in ("cosine", "sine", *given)},
+        **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "rise", "rotor")},
+        **{f"b{k}": f"joint->b[{k}]" for k in range(table.MOMENTS)},
+        **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
+        **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
+    }
+    sweeps = tuple(_sweep(given, ways, printer, at) for ways in steps)
+    place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
+    space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1))
+    turns = sum(not one.slides for one in known)
+    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own)
+
+
+def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Mapping[str, str]) -> SweepText:
+    """Return a sweep; of what might be handed on only what a joint of any kind reads is."""
+    first = ways[0]
+    reads = set[str]().union(*(one.reads for one in ways))
+    handed = [k for k in range(len(first.handed)) if f"{first.takes}{k}" in reads]
+    here = {**at, **{f"{first.takes}{k}": _row("now", place) for place, k in enumerate(handed)}}
+    start = [] if first.ground is None else [(first.ground + k, k) for k in range(3)]
+    return SweepText(
+        first.name,
+        first.inward,
+        tuple(_step(one, handed, printer, here) for one in ways),
+        len(handed),
+        tuple((handed.index(row), k) for row, k in start if row in handed),
+        tuple(name for name in given if name in reads),
+        first.result is not None,
+    )
+
+
+def _row(of: str, place: int) -> str:
+    return f"{of}[{place}]"
+
+
+def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str, str]) -> StepText:
+    """Return a step: places, and what is written there."""
+    results = [(_row("now", place), sweep.handed[k]) for place, k in enumerate(handed)]
+    results += [(_row("kept", k), x) for k, x in enumerate(sweep.kept)]
+    results += [] if sweep.result is None else [("*result", sweep.result)]
+    nodes = reachable([entry for _, entry in results])
+    known = constants([node for node in nodes if node.op is Op.CONSTANT])
+    symbols = {node: str(node.value) for node in nodes if node.op is Op.SYMBOL}
+    work = [node for node in nodes if node.args and node.op is not Op.NEG]
+    names = {node: f"{name}1" if at[name].startswith("*") else name for node, name in symbols.items()}
+    names |= {node: f"x{k}" for k, node in enumerate(work, 1)}
+    whole = {node for node, name in symbols.items() if at[name].startswith(ROW)} | set(known)
+    for node in nodes:
+        if node.args and whole.issuperset(node.args):
+            whole.add(node)
+    lines = [(names[node], at[name], node in whole) for node, name in symbols.items()]
+    lines += [(names[node], printer.definition(node, names, known), node in whole) for node in work]
+    written = [
+        (place, "nothing" if x.is_zero else "nothing + " * (x in whole) + printer.code(x, names, known))
+        for place, x in results
+    ]
+    return StepText(tuple(lines), tuple(written))

@@ -1,0 +1,242 @@
+"""A scene in a notebook: its picture, its coordinates and its parameters.
+
+Functions in a notebook: what each takes and returns, and what it costs.
+
+Parameters that were found from measured motion, and scenes that have them, in a notebook.
+
+Derivatives of a motion in a notebook: a linear system with its modes, and how an end depends on its start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.algebra import Array
+from symdyn.draw import picture as drawn
+from symdyn.dynamics import Equations, Function
+from symdyn.emit.print import value_text
+from symdyn.errors import SymdynError
+from symdyn.identification import Identification, Identified, OutputFit
+from symdyn.linear import Linearization
+from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, picture, shown, table, together, verdict
+from symdyn.program import Program
+from symdyn.runtime import Loaded, NumericFunction
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import spell
+from symdyn.simulation import Sensitivity
+from symdyn.table import Table
+
+
+def scene(result: Scene) -> list[Markup]:
+    """Return picture and tables of a scene."""
+    return [head(result.name, _counts(result)), beside(_picture(result), together(*_tables(result)))]
+
+
+def _picture(result: Scene) -> Markup:
+    try:
+        return picture(drawn(result), "svg", f"picture of {result.name}")
+    except SymdynError as fault:  # a mechanism that cannot be assembled is still one that has a table
+        return note(f"no picture: {fault}")
+
+
+def _counts(result: Scene) -> str:
+    """Return how much there is of what, kinds that there are."""
+    counts = {
+        "body": len(result.bodies), "coordinate": len(result.coordinates), "loop": len(result.loops),
+        "contact": len(result.contacts), "spring or damper": len(result.struts), "load": len(result.loads),
+    }  # fmt: skip
+    plural = {"body": "bodies", "spring or damper": "springs and dampers"}
+    return ", ".join(f"{n} {word if n == 1 else plural.get(word, f'{word}s')}" for word, n in counts.items() if n)
+
+
+def _tables(result: Scene) -> list[Markup]:
+    units = dict(zip(result.coordinates, SceneUnits(result).coordinates, strict=True))
+    drives: dict[str, list[str]] = {}
+    for joint, drive, unit in SceneUnits(result).each_drive():
+        drives.setdefault(joint.name, []).append(", ".join(filter(None, (drive, result.shown_unit(unit)))))
+    rows = [
+        (
+            q,
+            result.shown_unit(units[q]),
+            joint.name,
+            joint.type.replace("_", " "),
+            "; ".join(drives.pop(joint.name, ())),
+        )
+        for joint in result.moving
+        for q in joint.coordinates
+    ]
+    told, looked = SceneUnits(result).inferred, SceneUnits(result).outputs
+    named: list[list[Cell]] = [
+        [one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text]
+        for one in result.parameters
+    ]
+    given = [(one.name, spell(one.value), told[one.name], one.text) for one in result.inputs]
+    seen = [(one.name, spell(one.formula), looked[one.name], one.text) for one in result.outputs]
+    gravity = ", ".join(map(spell, result.gravity))
+    return [
+        table(("coordinate", "unit", "joint", "type", "drive"), rows),
+        table(("parameter", "value", "unit", ""), named),
+        table(("input", "unless given", "unit", ""), given),
+        table(("output", "formula", "unit", ""), seen),
+        note(f"gravity [{gravity}] m/s²"),
+    ]
+
+
+def derived(equations: Equations) -> list[Markup]:
+    """Return the functions that were derived, and by which formulation."""
+    rows = [(_call(one), _shape(one.shape), one.units, one.formulation, one.text) for one in equations.functions]
+    return [
+        head(equations.scene.name, "functions on one expression graph"),
+        table(("function", "shape", "unit", "derived by", ""), rows),
+    ]
+
+
+def program(result: Program) -> list[Markup]:
+    """Return the routines, and how many operations each takes."""
+    rows = [
+        (_call(one.function), _shape(one.function.shape), one.counts.cost, len(one.steps), one.function.text)
+        for one in result.routines
+    ]
+    return [
+        head(result.scene.name, "straight-line program"),
+        table(("routine", "shape", "operations, weighted", "lines", ""), rows),
+    ]
+
+
+def loaded(result: Loaded) -> list[Markup]:
+    """Return how every function is called."""
+    kind = (
+        f"compiled functions for {result.backend}"
+        if result.compiled
+        else "functions of the NumPy module: there was no compiler"
+    )
+    return [
+        head(result.scene.name, kind),
+        table(("function", "lengths"), (text.split(": ", 1) for text in result.signatures.values())),
+        note("leading dimensions broadcast; parameters and inputs may be given by name"),
+    ]
+
+
+def numeric(function: NumericFunction) -> list[Markup]:
+    """Return how a function is called, and the entries of its arguments, which may be given by name."""
+    rows = [
+        (one.name, "number" if one.scalar else len(one.entries), ", ".join(one.entries)) for one in function.operands
+    ]
+    return [
+        head(function.name, function.description.partition(": ")[2]),
+        table(("argument", "length", "entries"), rows),
+        table(("fixed", "value"), function.fixed.items()),
+        note("leading dimensions broadcast; parameters and inputs may be given by name"),
+    ]
+
+
+def _call(one: Function) -> str:
+    return f"{one.name}({', '.join(argument.name for argument in one.arguments)})"
+
+
+def _shape(shape: tuple[int, ...]) -> str:
+    return " × ".join(map(str, shape)) if shape else "number"
+
+
+def output_fit(result: OutputFit) -> list[Markup]:
+    """Return what was found, before and after, and how far the run is from what was measured."""
+    scatter = ", ".join(f"{name} {size:.3g}" for name, size in zip(result.measured, result.noise, strict=True))
+    return [
+        head(result.scene.name, f"parameters by output error, {result.runs} runs"),
+        shown(result.table()),
+        note(f"residuals: {scatter}; condition number {result.condition:.3g}; {result.dof} degrees of freedom"),
+        *notes(result.notes),
+    ]
+
+
+def identification(result: Identification) -> list[Markup]:
+    """Return base parameters before and after, how well forces are predicted, and what could not be told."""
+    regression = result.regression
+    columns = zip(
+        result.names, result.units, result.before, result.after, result.errors, regression.identifiable, strict=True
+    )
+    rows = [(n, u, float(b), float(a), float(e) if told else "not told") for n, u, b, a, e, told in columns]
+    fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in result.fits]
+    count = len(result.model.names)
+    gains = [(one.drive, one.unit, one.value, one.error) for one in result.gains]
+    return [
+        head(result.scene.name, f"{int(regression.identifiable[:count].sum())} of {count} base parameters are told"),
+        table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
+        *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
+        table(("", "unit", "measured", "error", "error held back"), fits, "driving forces, root mean squares"),
+        note(
+            f"condition number {regression.condition:.3g}; band {result.band:.3g} Hz; "
+            f"{regression.dof} degrees of freedom"
+        ),
+        *notes(result.notes),
+    ]
+
+
+def identified(result: Identified) -> list[Markup]:
+    """Return bodies, or parameters with names, before and after."""
+    parts = [head(result.scene.name, "identified")]
+    if result.named is not None:
+        one = result.named
+        columns = zip(one.names, one.before, one.values, one.errors, strict=True)
+        rows = [(name, float(before), float(value), float(error)) for name, before, value, error in columns]
+        parts.append(table(("", "before", "after", "standard error"), rows, "parameters with names"))
+    if result.physical is not None:
+        known = result.physical.unknowns
+        both = (("before", known.inertias(known.values)), ("after", known.inertias(result.physical.values)))
+        bodies: list[list[str | int | float | Markup]] = [
+            [name, when, mass, *map(float, (*centre, *moments))]
+            for k, name in enumerate(known.bodies)
+            for when, each in both
+            for mass, centre, moments, _ in [each[k]]
+        ]
+        heads = ("", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3")
+        parts.append(table(heads, bodies, "masses, centres of mass, principal moments"))
+    return [*parts, *notes(result.notes)]
+
+
+WIDEST = 16
+"""Columns of a matrix that are shown."""
+
+
+def linearization(system: Linearization) -> list[Markup]:
+    """Return the matrices of a linear system, its modes, and whether it is stable."""
+    told = system.stability
+    states, inputs, outputs = system.states.names, system.inputs.names, system.outputs.names
+    axes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
+    matrices = [_matrix(letter, getattr(system, letter), *axes[letter]) for letter in axes]
+    return [
+        head(system.scene.name, f"linearised {system.manner}"),
+        verdict(told.verdict != "unstable", told.words),
+        note(system.place),
+        beside(*matrices),
+        shown(system.mode_table()),
+        *(note(line) for line in told.lines),
+        *notes(system.notes),
+    ]
+
+
+def latex_of_linearization(system: Linearization) -> str:
+    """Return the linear system in LaTeX."""
+    return system.latex()
+
+
+def sensitivity(result: Sensitivity) -> list[Markup]:
+    """Return the derivatives of the end of a run."""
+    matrix = _matrix("d end / d start", result.matrix, result.rows, result.columns)
+    text = f"{result.method}, {result.steps} steps, {result.by}"
+    return [
+        head(result.scene.name, f"how the end at t = {result.t:g} s depends on the start; {text}"),
+        matrix,
+        *notes(result.notes),
+    ]
+
+
+def _matrix(name: str, matrix: Array, rows: Sequence[str], columns: Sequence[str]) -> Markup:
+    """Return a matrix with names on its rows and columns; one that is zero or wide in a line."""
+    if not matrix.size:
+        return Markup("")
+    if not matrix.any():
+        return note(f"{name} = 0")
+    if len(columns) > WIDEST:
+        return note(f"{name}: {len(rows)} × {len(columns)} numbers")
+    return shown(Table.matrix(name, rows, columns, matrix.tolist()))

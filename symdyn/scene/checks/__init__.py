@@ -1,1 +1,0 @@
-"""Checks of a scene, one noun a file."""

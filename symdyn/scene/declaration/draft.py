@@ -1,0 +1,342 @@
+"""A scene that is not yet checked, and every quantity that it holds, with its place and with what it may name.
+
+Bodies that are welded together are one body to the equations: an inertia is judged when all of that body is there.
+
+    c, R    centre of mass of a part and its axes, in the frame of the body that all hang on
+    C       centre of mass of all           d = c - C
+    I       inertia of all about C = sum of R I_part Rᵀ + m (d·d 1 - d dᵀ)
+
+Robot files are full of links of no mass to speak of, whose numbers mean nothing and which a fixed joint holds to a link
+that has both. What is welded to the ground moves nowhere, and no equation holds its inertia.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from symdyn.graph import Op
+from symdyn.scene.forces.force_kind import ForcePart
+from symdyn.scene.forces.force_table import FORCES, place_of
+from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.values.body import Body, Pose, central_inertia, impossible, inertia_fault
+from symdyn.scene.values.dimension import force_unit
+from symdyn.scene.values.joint import Element, Joint, Strut
+from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import CLOCK, listed
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
+from symdyn.scene.values.turns import circular
+
+KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A scene in declared order, not yet checked; bodies and joints need not belong together.
+
+    Attributes:
+        scene: what was declared.
+        where: for each of `KINDS` the places of its entries, for messages.
+    """
+
+    scene: Scene
+    where: Mapping[str, tuple[str, ...]]
+
+
+def draft_of(scene: Scene) -> Draft:
+    """Return a scene that was checked before as a draft, its entries where their names say."""
+    places = {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
+    return Draft(scene, places | {"elements": tuple(map(place_of, scene.elements))})
+
+
+class Use(NamedTuple):
+    """A quantity of the scene, where it stands, what it may name beside parameters, and its unit of SI or "".
+
+    Of a number of a joint that both slides and turns there is an `other` unit: it acts along, in the one, and about, in
+    the other one.
+    """
+
+    where: str
+    key: str
+    quantity: Quantity
+    allowed: frozenset[str] = frozenset()
+    unit: str = ""
+    other: str = ""
+
+
+def uses(draft: Draft) -> Iterator[Use]:
+    """Return every quantity but parameter values and directions, in declared order."""
+    scene, where = draft.scene, draft.where
+    moving = frozenset((*scene.coordinates, *scene.velocities))
+    timed = moving | {CLOCK, *(one.name for one in scene.inputs)}
+    yield from _vector("", "gravity", scene.gravity, "m/s^2")
+    for place, body in zip(where["bodies"], scene.bodies, strict=True):
+        yield from _body(place, body)
+    followed = {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
+    led = {q: way for one in scene.joints if followed.intersection(one.coordinates) for q, way in _ways(one)}
+    for place, joint in zip(where["joints"], scene.joints, strict=True):
+        yield from _joint(place, joint, timed, led)
+    for place, joint in zip(where["loops"], scene.loops, strict=True):
+        yield from _joint(place, joint, timed)
+    for place, point in zip(where["points"], scene.points, strict=True):
+        yield from _steps(place, "at", point.at)
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed}
+    for place, one in zip(where["elements"], scene.elements, strict=True):
+        straight = slides(scene, one)
+        for part in FORCES[one.kind].parts:
+            for (key, quantity, names), unit in zip(part.numbers(one), _units(part, one, straight), strict=True):
+                yield Use(place, key, quantity, allowed[names], unit)
+    for place, output in zip(where["outputs"], scene.outputs, strict=True):
+        yield Use(place, "formula", output.formula, frozenset(scene.letters(output.formula.symbols)), output.unit)
+
+
+def slides(scene: Scene, one: Element) -> bool:
+    """Tell whether what an element pulls along is in m, as between two points or at a joint that slides."""
+    named = next((joint for joint in scene.joints if isinstance(one, Strut) and joint.name == one.joint), None)
+    return named is None or JOINTS[named.type].slides(named)
+
+
+def _units(part: ForcePart, one: Element, straight: bool) -> Iterator[str]:
+    """Return the units of the numbers of a part of an element; of one that is no key, those of places."""
+    for k, (key, _, _) in enumerate(part.numbers(one)):
+        yield part.unit_at(k, straight) if isinstance(part, Key) else "m" if "at[" in key else ""
+
+
+def _ways(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Return the unit of each coordinate of a joint."""
+    return zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=False)
+
+
+def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
+    """Return what a joint says in numbers and parameters beside its placement, by key."""
+    yield from ((use.key, use.quantity) for use in _numbers("", joint))
+
+
+def _numbers(where: str, joint: Joint, led: Mapping[str, str] = MappingProxyType({})) -> Iterator[Use]:
+    """Return what a joint says in numbers; `led` has the units of coordinates that others follow."""
+    kind = JOINTS[joint.type]
+    if set(kind.velocities(joint)) == {"m", "rad"}:
+        for one, other in zip(*(_numbers_of(where, joint, led, straight) for straight in (False, True)), strict=True):
+            yield one if one.unit == other.unit else one._replace(other=other.unit)
+    else:
+        yield from _numbers_of(where, joint, led, kind.slides(joint))
+
+
+def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool) -> Iterator[Use]:
+    """Return what a joint says in numbers, as of one that only slides or only turns."""
+    kind = JOINTS[joint.type]
+    places, speeds = kind.coordinates(joint), kind.velocities(joint)
+    way, inertia = ("m", "kg") if straight else ("rad", "kg m^2")
+    force = force_unit(way)
+    plain = frozenset[str]()
+    if joint.coupling is not None:
+        leading = led.get(joint.coupling.coordinate, "")
+        ratio = "1" if leading == way else f"{way}/{leading}" if leading else ""
+        yield Use(where, "mimic.ratio", joint.coupling.ratio, plain, ratio)
+        yield Use(where, "mimic.offset", joint.coupling.offset, plain, way)
+    yield Use(where, "armature", joint.armature, plain, inertia)
+    yield Use(where, "damping", joint.damping, plain, f"{force} s/{way}")
+    yield Use(where, "friction", joint.friction, plain, force)
+    dry = joint.dry
+    for part in FORCES[dry.kind].parts if dry else ():
+        assert dry is not None, "its kind was just asked for"
+        for (name, quantity, _), unit in zip(part.numbers(dry), _units(part, dry, straight), strict=True):
+            yield Use(where, f"friction.{name}", quantity, plain, unit)
+    for limit, unit in (("lower", way), ("upper", way), ("velocity", f"{way}/s"), ("effort", force)):
+        quantity = getattr(joint.limits, limit)
+        if quantity is not None:
+            yield Use(where, f"limits.{limit}", quantity, plain, unit)
+    for key in kind.keys:
+        yield from (
+            Use(where, name, x, plain, key.unit_at(k, straight)) for k, (name, x, _) in enumerate(key.numbers(joint))
+        )
+    for k, x in enumerate(joint.start):
+        yield Use(where, f"start[{k}]", x, plain, "".join(places[k : k + 1]))
+    for k, x in enumerate(joint.start_rates):
+        yield Use(where, f"start_rates[{k}]", x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
+
+
+def _body(where: str, body: Body) -> Iterator[Use]:
+    yield Use(where, "mass", body.mass, unit="kg")
+    for key, vector, unit in (
+        ("com", body.com, "m"),
+        ("first_moment", body.first_moment, "kg m"),
+        ("inertia", body.inertia, "kg m^2"),
+    ):
+        yield from _vector(where, key, vector or (), unit)
+    for k, particle in enumerate(body.particles):
+        yield Use(where, f"particles[{k}].mass", particle.mass, unit="kg")
+        yield from _vector(where, f"particles[{k}].at", particle.at, "m")
+    yield from (Use(where, f"shape.{name}", size, unit="m") for name, size in (body.shape.sizes if body.shape else ()))
+    yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or (), "")
+
+
+def _joint(
+    where: str, joint: Joint, timed: frozenset[str], led: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[Use]:
+    yield from _steps(where, "origin", joint.origin)
+    yield from _steps(where, "tip", joint.tip)
+    for key, value in JOINTS[joint.type].values(joint):
+        if isinstance(value, Pose):
+            yield from _steps(where, key.name, value, frozenset(joint.coordinates))
+    speeds = JOINTS[joint.type].velocities(joint)
+    for k, force in enumerate(joint.forces):
+        unit = "".join(map(force_unit, speeds[k : k + 1]))
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed, unit)
+    if joint.motion is not None:
+        yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))
+    yield from _numbers(where, joint, led)
+
+
+def _vector(where: str, key: str, entries: Sequence[Quantity], unit: str) -> Iterator[Use]:
+    yield from (Use(where, f"{key}[{i}]", x, unit=unit) for i, x in enumerate(entries))
+
+
+def _steps(where: str, key: str, pose: Pose, allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
+    for kind, amount in pose.steps:
+        yield Use(where, f"{key}.{kind}", amount, allowed, "m" if kind.startswith("T") else "rad")
+
+
+WELD = "fixed"
+"""The type of a joint that holds two bodies together."""
+
+
+class Judged(NamedTuple):
+    """A body whose inertia no body has: where it stands, why, what would mend it, and whether it is read as it is."""
+
+    where: str
+    name: str
+    why: str
+    advice: str
+    fine: bool
+
+
+Welds = Mapping[str, Sequence[tuple[str, Joint]]]
+"""The bodies that hang together, by body: each that a fixed joint ties to it, and that joint."""
+
+
+def judge(draft: Draft, values: Mapping[str, Value]) -> Iterator[Judged]:
+    """Yield the bodies whose inertia no body has, each judged with all that is welded to it."""
+    scene = draft.scene
+    alone = {body.name: inertia_fault(body, values) for body in scene.bodies if not body.allow_invalid_inertia}
+    if not any(alone.values()):
+        return
+    welds: dict[str, list[tuple[str, Joint]]] = {}
+    for joint in scene.joints:
+        if joint.type == WELD:
+            welds.setdefault(joint.parent, []).append((joint.child, joint))
+            welds.setdefault(joint.child, []).append((joint.parent, joint))
+    verdicts: dict[str, tuple[tuple[str, ...], str | None]] = {}
+    for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
+        fault = alone.get(body.name)
+        if fault is None:
+            continue
+        why, advice = fault
+        if body.name not in verdicts:
+            names = tuple(_welded(welds, body.name))
+            condition = None if Scene.GROUND in names else _together(scene, welds, names, values) if names[1:] else why
+            verdicts.update(dict.fromkeys(names, (names, condition)))
+        names, condition = verdicts[body.name]
+        others = listed((name for name in names if name != body.name), 4)
+        if Scene.GROUND in names:
+            why += "; it is welded to the ground, and enters no equation"
+        elif names[1:]:
+            why += f"; with {others}, to which it is welded, it makes "
+            why += "a body that can be" if condition is None else f"none either: {condition}"
+        yield Judged(where, body.name, why, advice, condition is None)
+
+
+def _welded(welds: Welds, name: str) -> dict[str, None]:
+    """Return the bodies that welds tie to one, itself the first; the ground may be among them."""
+    found = {name: None}
+    waiting = [name]
+    while waiting:
+        for other, _ in welds.get(waiting.pop(), ()):
+            if other not in found:
+                found[other] = None
+                waiting.append(other)
+    return found
+
+
+def _together(scene: Scene, welds: Welds, names: Collection[str], values: Mapping[str, Value]) -> str | None:
+    """Return the condition that bodies break which are welded together, None where they make one that can be."""
+    import numpy as np
+
+    try:
+        frames = _frames(welds, next(iter(names)), values)
+        parts = [
+            (mass, frame[:3, :3] @ centre + frame[:3, 3], frame[:3, :3] @ inertia @ frame[:3, :3].T)
+            for body in scene.bodies
+            if (frame := frames.get(body.name)) is not None
+            for mass, centre, inertia in _parts(body, values)
+        ]
+    except (FormulaError, ZeroDivisionError, OverflowError):
+        return "not all of its numbers have values"
+    with np.errstate(over="ignore", invalid="ignore"):  # `impossible` tells
+        total = sum(mass for mass, _, _ in parts)
+        middle = sum((mass * centre for mass, centre, _ in parts), start=np.zeros(3)) / (total or 1.0)
+        whole = np.zeros((3, 3))
+        for mass, centre, inertia in parts:
+            arm = centre - middle
+            whole = whole + inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        return impossible(((whole + whole.T) / 2).tolist())
+
+
+def _frames(welds: Welds, name: str, values: Mapping[str, Value]) -> dict[str, Any]:
+    """Return the placements, shape (4, 4), of all that is welded to a body, in its frame."""
+    import numpy as np
+
+    frames = {name: np.eye(4)}
+    waiting = [name]
+    while waiting:
+        one = waiting.pop()
+        for other, joint in welds.get(one, ()):
+            if other not in frames:
+                step = _placement(joint.origin, values) @ _placement(joint.tip, values)
+                frames[other] = frames[one] @ (step if one == joint.parent else np.linalg.inv(step))
+                waiting.append(other)
+    return frames
+
+
+def _placement(pose: Pose, values: Mapping[str, Value]) -> Any:
+    """Return a pose as a homogeneous matrix, shape (4, 4)."""
+    import numpy as np
+
+    placed = np.eye(4)
+    for kind, amount in pose.steps:
+        step, axis = np.eye(4), "xyz".index(kind[1])
+        if kind[0] == "T":
+            step[axis, 3] = _known(amount, values)
+        else:
+            c, s = (_known(circular(op, amount), values) for op in (Op.COS, Op.SIN))
+            j, k = (axis + 1) % 3, (axis + 2) % 3
+            step[j, j], step[j, k], step[k, j], step[k, k] = c, -s, s, c
+        placed = placed @ step
+    return placed
+
+
+def _parts(body: Body, values: Mapping[str, Value]) -> Iterator[tuple[float, Any, Any]]:
+    """Yield mass, centre of mass and inertia about it of the extended part of a body and of its particles."""
+    import numpy as np
+
+    matrix, mass = central_inertia(body, values), _known(body.mass, values)
+    place = body.com if body.first_moment is None else body.first_moment
+    if matrix is None or place is None:
+        raise FormulaError("is not known")
+    centre = np.array([_known(x, values) for x in place])
+    if body.first_moment is not None and mass:
+        centre = centre / mass
+    yield mass, centre, np.array(matrix, dtype=float)
+    for particle in body.particles:
+        at = np.array([_known(x, values) for x in particle.at])
+        yield _known(particle.mass, values), at, np.zeros((3, 3))
+
+
+def _known(quantity: Quantity, values: Mapping[str, Value]) -> float:
+    value = quantity.at(values)
+    if value is None:
+        raise FormulaError(f"depends on {', '.join(quantity.symbols)} without a value")
+    return float(value)

@@ -1,0 +1,368 @@
+"""Checks of a scene as a whole: names, tree, loops, symbols, values, physics. Every fault is reported.
+
+Names are printable and each stands for one thing; symbols stand where they may.
+
+Joints and what acts: directions, signs and starts, and what their rows know to be wrong.
+
+Joints hang every body on ground, each on one joint; what closes a loop connects two bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from symdyn.graph import Graph, Op
+from symdyn.scene.declaration.dimensions import check_dimensions
+from symdyn.scene.declaration.draft import KINDS, Draft, Use, joint_numbers, judge, uses
+from symdyn.scene.forces.force_table import FORCES
+from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.values.body import mass_faults
+from symdyn.scene.values.grammar import check_latex
+from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.key import Key, Stand
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, listed, nearest, suggestion
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
+from symdyn.scene.values.requested_units import fits, with_unit
+from symdyn.scene.values.signals import LETTERS
+from symdyn.scene.values.table import Faults, show, shown
+from symdyn.scene.values.unit import Unit, UnitError
+
+FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
+FAMILIES |= {"inputs": "symbol", "outputs": "symbol"}
+"""Names of one family differ; elements are a family a section."""
+
+
+def check_names(draft: Draft, faults: Faults) -> None:
+    """Report names that no target can print, and those that two things have."""
+    scene = draft.scene
+    fault = check_scene_name(scene.name)
+    if fault:
+        faults.add("", f"name = {show(scene.name)} {fault}")
+    taken: dict[str, dict[str, str]] = {}
+    for kind in KINDS:
+        for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            family = FAMILIES.get(kind) or FORCES[one.kind].section
+            _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
+            if family == "frame" and one.name == Scene.GROUND:
+                faults.add(where, "ground is the name of what does not move; choose another")
+    declared = [one.latex for one in scene.parameters] + [one.latex for one in scene.inputs]
+    for where, latex in zip((*draft.where["parameters"], *draft.where["inputs"]), declared, strict=True):
+        fault = check_latex(latex) if latex else None
+        if fault:
+            faults.add(where, f"latex = {show(latex)} {fault}")
+    for kind in ("inputs", "outputs"):
+        for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            if LETTERS.has_column(column.name):
+                faults.add(where, f"{show(column.name)} is called like a column of runs; choose another name")
+    symbols = taken.setdefault("symbol", {})
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        own = [("coordinate", name) for name in joint.coordinates]
+        own += [("velocity", name) for name in joint.velocities if not name.endswith("_dot")]
+        own += [("drive", name) for name in joint.drives if name]
+        for key, name in own:
+            _claim(faults, symbols, where, f"{key} = ", name, letter=True)
+
+
+def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str, letter: bool) -> None:
+    fault = check_name(name, letter)
+    if fault:
+        faults.add(where, f"{key}{show(name)} {fault}")
+    elif name in taken:
+        faults.add(where, f'{key}"{name}" is already the name of {taken[name]}; choose another name')
+    taken.setdefault(name, f"{where} ({key.removesuffix(' = ')})" if key else where)
+
+
+def check_symbols(draft: Draft, faults: Faults) -> None:
+    """Report symbols that are no parameters, where coordinates, velocities or the time may not stand."""
+    parameters = {parameter.name: None for parameter in draft.scene.parameters}
+    motion = dict.fromkeys(draft.scene.coordinates)
+    for velocity in draft.scene.velocities:
+        motion |= {velocity: None, acceleration_name(velocity): None}
+    for use in uses(draft):
+        for name in use.quantity.symbols:
+            if name not in parameters and name not in use.allowed:
+                why = _why(name, use, parameters, motion, {one.name: None for one in draft.scene.inputs})
+                faults.add(use.where, f"{use.key} = {shown(use.quantity)} {why}")
+
+
+def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None], inputs: dict[str, None]) -> str:
+    if name in inputs:
+        return f"uses {name}, an input; only forces, loads and outputs may depend on what is given over time"
+    if name == CLOCK:
+        return "uses t, the time; only forces, loads and prescribed motions may depend on it"
+    if name in motion:
+        return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
+    known = [*parameters, *(other for other in (*motion, *inputs) if other in use.allowed)]
+    near = nearest(name, sorted(use.allowed))
+    known += [near] if near and near not in known else []
+    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
+
+
+NOT_NEGATIVE = ("armature", "damping", "friction", "limits.velocity", "limits.effort")
+
+
+def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Report what is wrong with the joints, one by one."""
+    for section in ("joints", "loops"):
+        for where, joint in zip(draft.where[section], getattr(draft.scene, section), strict=True):
+            stand = Stand(where, draft.scene, values, faults)
+            _shape(joint, stand)
+            _signs(joint, stand)
+            _start(joint, stand)
+            if joint.motion is not None and not any(joint.drives):
+                what = f"motion = {shown(joint.motion)} prescribes what no drive can hold"
+                stand.fault(f"{what}: the joint is passive; leave out drive = false, or the motion")
+
+
+def _shape(joint: Joint, stand: Stand) -> None:
+    """Directions are directions, and what the keys of the type say fits together."""
+    kind = JOINTS[joint.type]
+    fine = [stand.direction(key.name, way) for key, way in kind.directions(joint)]
+    if all(fine) and (amiss := kind.fault(joint)):
+        stand.fault(amiss)
+    for key in kind.keys:
+        key.check(joint, stand)
+
+
+def _signs(joint: Joint, stand: Stand) -> None:
+    """What dissipates or stores energy is not negative, and limits leave room."""
+    numbers = dict(joint_numbers(joint))
+    known = {key: stand.value(quantity) for key, quantity in numbers.items()}
+    for key in NOT_NEGATIVE:
+        value = known.get(key)
+        if value is not None and value < 0:
+            stand.fault(f"{key} = {float(value):.6g} is negative; give zero or more")
+    if joint.dry and (check := FORCES[joint.dry.kind].check):
+        check(joint.dry, stand)
+    lower, upper = known.get("limits.lower"), known.get("limits.upper")
+    if lower is not None and upper is not None and lower > upper:
+        texts = [f"{key} = {shown(numbers[key])}" for key in ("limits.lower", "limits.upper")]
+        stand.fault(f"{texts[0]} is above {texts[1]}; swap them")
+
+
+def _start(joint: Joint, stand: Stand) -> None:
+    first = JOINTS[joint.type].quaternion(joint)
+    if first is None or not joint.start:
+        return
+    if all(stand.value(x) == 0 for x in joint.start[first : first + 4]):
+        shift = "" if len(joint.start) == 4 else f", entries {first + 1} to {first + 4},"
+        stand.fault(f"start: the quaternion (w, x, y, z){shift} has zero length; give one such as 1, 0, 0, 0")
+
+
+def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Report what is wrong with the elements, one by one: places before numbers, and then what their kind knows."""
+    for where, one in zip(draft.where["elements"], draft.scene.elements, strict=True):
+        kind, stand = FORCES[one.kind], Stand(where, draft.scene, values, faults)
+        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):
+            part.check(one, stand)
+        if kind.check is not None:
+            kind.check(one, stand)
+
+
+def check_tree(draft: Draft, faults: Faults) -> None:
+    """Report ends that are no bodies, bodies that hang on nothing or on themselves, and a scene that stands still."""
+    scene = draft.scene
+    bodies = {body.name: None for body in scene.bodies}
+    ends = {**bodies, Scene.GROUND: None}
+    carrier: dict[str, Joint] = {}
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        _ends(where, joint, bodies, ends, faults)
+        if joint.child == Scene.GROUND:
+            faults.add(where, f'child = "{Scene.GROUND}" cannot move; swap parent and child')
+        elif joint.child in carrier:
+            faults.add(where, f'child = "{joint.child}" already hangs on the joint {carrier[joint.child].name}')
+        elif joint.child:
+            carrier[joint.child] = joint
+    joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
+    for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
+        if body.name in carrier or body.name == Scene.GROUND:
+            continue
+        if body.name in joined:
+            lost = f"no joint leads from {Scene.GROUND} to the body{_company(scene, body.name)}"
+            faults.add(where, f'{lost}; add one with child = "{body.name}"')
+        else:
+            faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
+    for where, point in zip(draft.where["points"], scene.points, strict=True):
+        _named(where, "body", point.body, ends, faults)
+    _cycles(draft, carrier, faults)
+    if not any(joint.moves for joint in scene.joints):
+        faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
+
+
+def _ends(where: str, joint: Joint, bodies: Mapping[str, None], ends: Mapping[str, None], faults: Faults) -> None:
+    _named(where, "parent", joint.parent, ends, faults)
+    if joint.child != Scene.GROUND:  # reported by itself
+        _named(where, "child", joint.child, bodies, faults)
+
+
+def _named(where: str, key: str, name: str, bodies: Collection[str], faults: Faults) -> None:
+    faults.nameless(where, key, name)
+    if name and name not in bodies:
+        faults.add(where, f'{key} = "{name}" is not a body; {suggestion(name, bodies)}')
+
+
+def _company(scene: Scene, name: str) -> str:
+    """Return which bodies float together with one, and whether their joints form a ring, "" if there are none."""
+    joints = [joint for joint in (*scene.joints, *scene.loops) if joint.parent != joint.child]
+    group, stack = {name: None}, [name]
+    while stack:
+        here = stack.pop()
+        ends = [(joint.parent, joint.child) for joint in joints if here in (joint.parent, joint.child)]
+        stack += [x for pair in ends for x in pair if x not in group]
+        group.update(dict.fromkeys(stack))
+    others = [x for x in group if x != name]
+    if not others or Scene.GROUND in group:
+        return ""
+    ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
+    shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
+    return f" or to {listed(others)}, which {'hangs' if len(others) == 1 else 'hang'} together with it{shape}"
+
+
+def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
+    settled: set[str] = set()
+    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+        path: dict[str, None] = {}
+        name = joint.child
+        while name in carrier and name not in settled and name not in path:
+            path[name] = None
+            name = carrier[name].parent
+        if name in path:
+            ring = list(path)[list(path).index(name) :]
+            shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
+            faults.add(
+                where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {Scene.GROUND}"
+            )
+        settled.update(path)
+
+
+def check_loops(draft: Draft, faults: Faults) -> None:
+    """Report joints that close loops between bodies that are one, or that say what they forbid in no formula."""
+    scene = draft.scene
+    bodies = {body.name: None for body in scene.bodies}
+    ends, rigid = {**bodies, Scene.GROUND: None}, _rigid(scene.joints)
+    for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
+        _ends(where, joint, bodies, ends, faults)
+        if joint.parent == joint.child:
+            faults.add(where, f'joins "{joint.parent}" with itself; a loop is closed between two bodies')
+        elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):
+            both = f'"{joint.parent}" and "{joint.child}"'
+            faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")
+        kind = JOINTS[joint.type]
+        if kind.forbids is None:
+            advice = "since what it forbids has no formula; cut another joint"
+            faults.add(where, f"a {joint.type} joint closes no loop, {advice}")
+        elif not kind.class_t(joint):
+            faults.add(where, f"a {joint.type} joint forbids nothing and closes no loop; leave it out")
+
+
+def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
+    """Return for every body that hangs on fixed joints the one at their beginning; parents come first."""
+    root: dict[str, str] = {}
+    for joint in joints:
+        if not JOINTS[joint.type].velocities(joint):
+            root[joint.child] = root.get(joint.parent, joint.parent)
+    return root
+
+
+def check(
+    draft: Draft, faults: Faults, allow_invalid_inertia: bool = False, dimensions: bool = True
+) -> tuple[str, ...]:
+    """Report every fault of a draft, those of its `dimensions` where these are asked for.
+
+    Returns:
+        The bodies whose inertia is a note instead, if that is allowed.
+    """
+    values = _parameter_values(draft, faults)
+    check_names(draft, faults)
+    check_symbols(draft, faults)
+    check_tree(draft, faults)
+    check_loops(draft, faults)
+    check_joints(draft, values, faults)
+    check_elements(draft, values, faults)
+    _formulas(draft, values, faults)
+    _units(draft, faults, dimensions and not draft.scene.dimensionless)
+    return tuple(_masses(draft, values, faults, allow_invalid_inertia))
+
+
+def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+    for where, parameter in zip(draft.where["parameters"], draft.scene.parameters, strict=True):
+        value = None if parameter.value is None else _constant(where, parameter.value, faults)
+        if parameter.value is None or value is None:
+            continue
+        if parameter.positive and value <= 0:
+            faults.add(where, f"value = {shown(parameter.value)} is not positive; correct it or drop positive = true")
+        values[parameter.name] = value
+    for where, letter in zip(draft.where["inputs"], draft.scene.inputs, strict=True):
+        _constant(where, letter.value, faults)
+    return values
+
+
+def _constant(where: str, value: Quantity, faults: Faults) -> Value | None:
+    """Return what a value without symbols is, None after a fault."""
+    if value.symbols:
+        names = ", ".join(value.symbols)
+        faults.add(where, f"value = {shown(value)} uses {names}; a value may hold numbers and pi only")
+        return None
+    try:
+        value.express(Graph())  # sees that sin(pi) is zero, which a float does not
+        found = value.at({})
+    except (FormulaError, ZeroDivisionError) as error:
+        why = error if isinstance(error, FormulaError) else "divides by zero"
+        faults.add(where, f"value = {shown(value)} {why}; give a finite number")
+        return None
+    assert found is not None, "a formula without symbols has a value"
+    return found
+
+
+def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Every formula has a value: no division by what is zero, no root of what is negative."""
+    graph = Graph()
+    for use in uses(draft):
+        if use.quantity.op is Op.CONSTANT:
+            continue
+        try:
+            use.quantity.express(graph)
+            use.quantity.at(values)
+        except ZeroDivisionError:
+            faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")
+        except FormulaError as error:
+            faults.add(use.where, f"{use.key} = {shown(use.quantity)} {error}; check the values of its parameters")
+
+
+def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
+    """Every value that was written with a unit is in one that fits where it stands; and every formula fits there."""
+    formulas, parameters = [], {one.name for one in draft.scene.parameters}
+    for use in uses(draft):
+        if use.quantity.op is not Op.CONSTANT and use.quantity.symbols:
+            formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
+        elif use.quantity.unit and use.unit:
+            try:
+                if not (use.other and Unit.read(use.quantity.unit).misfit(Unit.read(use.other)) is None):
+                    fits(use.quantity, Unit.read(use.unit), parameters.union(use.allowed))
+            except UnitError as error:
+                asked = f"{use.unit} or {use.other}" if use.other else use.unit
+                why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")
+                faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {why}')
+    if formulas and dimensions:
+        check_dimensions(draft.scene, formulas, faults)
+
+
+def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
+    negative = set()
+    for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        for fault in mass_faults(body, values):
+            faults.add(where, fault)
+            negative.add(body.name)
+    about_frame = {body.name for body in draft.scene.bodies if body.about == "frame"}
+    for where, name, why, advice, fine in judge(draft, values):
+        if name in negative & about_frame:
+            continue
+        if fine:
+            faults.note(where, why)
+        elif allow:
+            faults.note(where, f"{why}; kept as it is")
+            yield name
+        else:
+            faults.add(where, f"{why}; {advice}, or {faults.excuse}")
