@@ -12,7 +12,7 @@ from harness import Timed
 from native import address, compiled, loops
 from peers.ours_c import flags, lengths, longs, padded
 
-from symdyn.emit import emit, entries
+from symdyn.emit import Entries, emit
 from tools.ours import MANY, many
 
 
@@ -23,7 +23,7 @@ def version() -> str:
 
 def timed(case: Case) -> list[Timed]:
     """Return inverse dynamics, one state a call and of many."""
-    made = entries(emit(case.programs["inverse_dynamics"], "cpp", option="batch"))
+    made = Entries.of(emit(case.programs["inverse_dynamics"], "cpp", option="batch"))
     header, calls = made.files.items()
     text = calls[1].replace(f'#include "{header[0]}"', header[1])
     library = CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++")))
