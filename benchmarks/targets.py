@@ -173,7 +173,8 @@ def main() -> None:
         for one in measure(timed, options.rounds, options.seconds)
     }
     about = machine.describe(before, list(versions.items()))
-    told = [f"{key}: {value}" for facts in about.values() for key, value in facts.items()]  # type: ignore[attr-defined]
+    facts = [about[group] for group in ("machine", "peers")]
+    told = [f"{key}: {value}" for group in facts for key, value in group.items()]  # type: ignore[attr-defined]
     text = markdown(found, once, [*told, *(f"left out: {note}" for note in notes)])
     print(text)
     if options.docs:
