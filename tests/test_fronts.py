@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from test_layers import ROOT, modules, offered
+from test_layers import ROOT, arrows, modules, offered
 
 from symdyn.simulation import Problem, Run
 
@@ -108,6 +108,21 @@ def test_fewer_names_cross_packages() -> None:
     names = {(source, name) for _, source, name in taken()}
 
     assert len(names) <= BUDGETS["crossing"], f"{len(names)} names"
+
+
+def test_files_are_few_and_of_one_idea() -> None:
+    paths = [path for path in ROOT.rglob("*.py") if path.name != "__init__.py"]
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in ROOT.rglob("*.py")}
+    users = Counter(target for targets in arrows().values() for target in targets)
+    small = [
+        path
+        for path in paths
+        if lines[path] < 120 and users[".".join(("symdyn", *path.relative_to(ROOT).with_suffix("").parts))] == 1
+    ]
+
+    assert len(lines) <= BUDGETS["files"]
+    assert max(lines.values()) <= BUDGETS["longest"]
+    assert len(small) <= BUDGETS["small"], small
 
 
 def test_no_package_grows_beyond_its_budget() -> None:
