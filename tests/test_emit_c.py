@@ -105,7 +105,7 @@ def test_the_sign_helper_is_there_only_when_it_is_called():
 
 @pytest.mark.runs("cc")
 def test_parts_that_hand_nothing_on_have_work_space_all_the_same(monkeypatch):
-    for where, least in (("cuts.LONGEST", 5), ("cuts.SPLIT", 0), ("stages.PIECE", 5)):
+    for where, least in (("cuts.LONGEST", 5), ("cuts.SPLIT", 0), ("plan.PIECE", 5)):
         monkeypatch.setattr(f"symdyn.emit.targets.c.{where}", least)
     program = lower(formulate(symdyn.example("free_body"), ("mass_matrix",)))
     state = [0.1, 0.2, 0.3, 0.5, 0.5, 0.5, 0.5]

@@ -400,13 +400,13 @@ class Rows:
 
 @pytest.mark.parametrize("turns", [0.0, 1e3, 1e4, 1e6])
 def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
-    from symdyn.program import tunable as states
+    from symdyn.program.tunable import RANGES
     from symdyn.verify import accuracy
 
     program = lower(derive(random_tree(1, 4), ("inverse_dynamics", "forward_dynamics", "mass_matrix")))
     built = build(program)
     if turns:
-        monkeypatch.setitem(states.RANGES, "q", turns)
+        monkeypatch.setitem(RANGES, "q", turns)
     for found in accuracy.measure(program, {"scalar": built, "rows": Rows(built)}, states=4):
         assert found.passed, found
 

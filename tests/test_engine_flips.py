@@ -17,10 +17,10 @@ from engine.trials.options import PAIRED
 ROOT = Path(__file__).resolve().parent.parent
 
 FLIPS = (  # file seen from dynamics/, what stands there, what is planted
-    ("recursive/link_motion.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
+    ("recursive/links.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
     ("recursive/rnea.py", "f[i] = (sub(f[i][0], moment),", "f[i] = (add(f[i][0], moment),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
-    ("recursive/articulated.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
+    ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
     ("lagrange/second_kind.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
     ("recursive/wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
     (

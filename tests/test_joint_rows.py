@@ -60,7 +60,7 @@ def check_gimbals() -> None:
     assert len(list(angles_of(one("rod", "length = 1\n")))) == 1
 
 
-def check_amiss() -> None:
+def check_fault() -> None:
     """Axes that are right one by one and parallel are refused."""
     with pytest.raises(SceneError, match=r"second_axis = .* is parallel to axis"):
         one("universal", "axis = [2, 0, 0]\n")
@@ -70,7 +70,7 @@ CHECKS: dict[str, tuple[tuple[str, ...], Callable[[], None]]] = {
     "turned": (("revolute", "universal"), check_turned),
     "held": (("revolute", "prismatic"), check_held),
     "gimbals": (("spherical", "point_on_line", "point_on_plane", "free", "rod"), check_gimbals),
-    "amiss": (("universal",), check_amiss),
+    "fault": (("universal",), check_fault),
 }
 """By field: the types that are looked at, and what they do by it."""
 

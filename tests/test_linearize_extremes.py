@@ -42,8 +42,8 @@ def asked(scene: Scene) -> list[dict[str, object]]:
     found: list[dict[str, object]] = []
     for x in (-LARGEST, 1e-320):
         found += [{"values": {one.name: x}} for one in scene.parameters]
-        found += [{"at": {name: repr(x)}} for name in scene.coordinates]
-        found += [{"rates": {name: repr(x)}} for name in scene.velocities]
+        found += [{"start": {name: repr(x)}} for name in scene.coordinates]
+        found += [{"start_rates": {name: repr(x)}} for name in scene.velocities]
     return found
 
 

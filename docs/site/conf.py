@@ -34,7 +34,7 @@ html_math_renderer = "mathml"
 default_role = "code"  # what docstrings put between backticks
 
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True
+autodoc_preserve_defaults = False  # it takes signatures for those in the source, which `**fields` have not
 autodoc_typehints = "signature"
 napoleon_use_rtype = False
 

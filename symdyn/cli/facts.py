@@ -164,7 +164,7 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
             for joint in scene.loops
         ],
-        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].fault(row)} for row in scene.rows],
+        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].law_words(row)} for row in scene.rows],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "on_request": wanted.on_request,
@@ -317,12 +317,14 @@ def acting(scene: Scene) -> list[dict[str, str]]:
 
     rows = []
     for strut in scene.struts:
-        rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].fault(strut)))
+        rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].law_words(strut)))
     for joint in scene.joints:
         if joint.dry is not None:
-            rows.append(row(joint.dry.kind, joint.name, at(joint.name, ()), FORCES[joint.dry.kind].fault(joint.dry)))
+            rows.append(
+                row(joint.dry.kind, joint.name, at(joint.name, ()), FORCES[joint.dry.kind].law_words(joint.dry))
+            )
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
     for load in scene.loads:
-        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].fault(load)))
+        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].law_words(load)))
     return rows

@@ -66,7 +66,7 @@ FORCES["gas_spring"] = ForceKind(
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",
     law=Pull(_force, _energy),
-    says=lambda spring: f"charge {spell(spring.charge)}, dead {spell(spring.dead)}",
+    law_words=lambda spring: f"charge {spell(spring.charge)}, dead {spell(spring.dead)}",
     words={"en": "gas spring", "sk": "plynová pružina"},
     lost="a gas spring, which acts in the equations",
     mark=Mark(

@@ -29,7 +29,7 @@ def _check(load: Load, stand: Stand) -> None:
         stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
 
 
-def _says(load: Load) -> str:
+def _law_words(load: Load) -> str:
     force, couple = (f"({', '.join(map(spell, vector))})" for vector in (load.force, load.couple))
     return f"force {force}, couple {couple}, axes of the {load.frame}"
 
@@ -56,7 +56,7 @@ LOAD = ForceKind(
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
     law=Push(_wrench),
-    fault=_says,
+    law_words=_law_words,
     words={"en": "load", "sk": "zaťaženie"},
     lost="a wrench, which acts in the equations",
     check=_check,

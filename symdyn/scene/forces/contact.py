@@ -21,7 +21,7 @@ from symdyn.graph import Expr
 from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
-from symdyn.scene.joints.rod import forces
+from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.joint import Contact, Plane
 from symdyn.scene.values.key import VECTOR, Key, always_given, choice_of, several
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
@@ -129,12 +129,12 @@ def _where(plane: Plane) -> str:
     return f"the plane of {plane.body} through {_three(plane.at)}, normal {_three(plane.normal)}"
 
 
-def _says_blade(row: Contact) -> str:
+def _law_of_blade(row: Contact) -> str:
     on = f" on {_where(row.plane)}" if row.plane.declared else ""
     return f"{row.place.body} does not slide along its {_three(row.axis or NULL)} at {_three(row.place.at)}{on}"
 
 
-def _says_rolling(row: Contact) -> str:
+def _law_of_rolling(row: Contact) -> str:
     kind = f"ball of radius {spell(row.radius)}"
     if row.axis is not None:
         kind = f"wheel of radius {spell(row.radius)} about its {_three(row.axis)}"
@@ -152,7 +152,7 @@ KNIFE_EDGE = ForceKind(
     needs=("axis",),
     missing="axis is missing; write axis = [0, 1, 0]",
     law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
-    fault=_says_blade,
+    law_words=_law_of_blade,
     words={"en": "knife edge", "sk": "čepeľ"},
     lost=LOST,
 )
@@ -187,7 +187,7 @@ ROLLING = ForceKind(
     needs=("radius",),
     missing="radius is missing; write radius = 0.1",
     law=Touch(_lean, _rolling, _height, lambda row: tuple(one == "normal" for one in row.components), _words),
-    fault=_says_rolling,
+    law_words=_law_of_rolling,
     words={"en": "rolling contact", "sk": "valenie"},
     lost=LOST,
     mark=Rim(),

@@ -70,7 +70,7 @@ DAMPER = ForceKind(
     needs=("damping",),
     missing="damping is missing; write damping = 10, or a list of coefficients of v, v**3, ...",
     law=Pull(_force),
-    fault=lambda damper: f"damping {', '.join(map(spell, damper.damping))}",
+    law_words=lambda damper: f"damping {', '.join(map(spell, damper.damping))}",
     words={"en": "damper", "sk": "tlmič"},
     lost="a damper, which acts in the equations",
     mark=Mark(

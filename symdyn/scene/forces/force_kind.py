@@ -227,7 +227,7 @@ class ForceKind:
         needs: keys of which one must be given.
         missing: what is said where none is.
         law: what it does.
-        fault: its law in words, for tables.
+        law_words: its law in words, for tables.
         words: its name by language.
         lost: what it is, said where a format does not hold it.
         mark: how it is drawn; None for what a picture draws alike for all, as the arrow of a load.
@@ -241,7 +241,7 @@ class ForceKind:
     needs: tuple[str, ...]
     missing: str
     law: Law
-    fault: Callable[[Any], str]
+    law_words: Callable[[Any], str]
     words: Mapping[str, str]
     lost: str
     mark: Mark | Rim | None = None

@@ -53,7 +53,7 @@ def _force(dry: Friction, rate: Expr) -> Expr:
     return size * graph.function(Op.TANH, rate / smoothing)
 
 
-def _says(dry: Friction) -> str:
+def _law_words(dry: Friction) -> str:
     law = [f"Coulomb {spell(dry.coulomb)}"]
     law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
     return ", ".join([*law, f"smoothing {spell(dry.smoothing)}" if dry.smoothing != Quantity.ZERO else "ideal sign"])
@@ -119,7 +119,7 @@ FRICTION = ForceKind(
     needs=("coulomb",),
     missing="coulomb is missing; write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
     law=Rub(_force, jumps=lambda dry: dry.smoothing == Quantity.ZERO),
-    fault=_says,
+    law_words=_law_words,
     words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},
     lost="friction that enters the equations",
     check=_check,

@@ -98,7 +98,7 @@ def _power(s: Expr, square: Expr, m: int) -> Expr:
     return result
 
 
-def _says(spring: Spring) -> str:
+def _law_words(spring: Spring) -> str:
     stiffness = ", ".join(map(spell, spring.stiffness))
     return f"stiffness {stiffness}, free {spell(spring.free)}, preload {spell(spring.preload)}"
 
@@ -143,7 +143,7 @@ SPRING = ForceKind(
     needs=("stiffness", "preload"),
     missing="stiffness is missing; write stiffness = 100, or a list of coefficients",
     law=Pull(_force, _energy, _over_distance, _stored_between),
-    fault=_says,
+    law_words=_law_words,
     words={"en": "spring", "sk": "pružina"},
     lost="a spring, which acts in the equations",
     mark=Mark(

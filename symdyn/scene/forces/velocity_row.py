@@ -129,7 +129,7 @@ FORMULA = ForceKind(
     needs=("formula",),
     missing='formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"',
     law=Forbid(lambda row: row.formula),
-    fault=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
+    law_words=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
     words={"en": "constraint", "sk": "väzba"},
     lost="a constraint on velocities",
     check=_check,

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import AXIS, Steps, about_opposite, held, screw
+from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
-from symdyn.scene.joints.rod import directions, forces, leaning, moments, offsets
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key

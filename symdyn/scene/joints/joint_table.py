@@ -31,6 +31,7 @@ from symdyn.scene.joints.blocks import (
     turn,
     turned_by,
 )
+from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.joint_kind import (
     SLIDE,
@@ -42,7 +43,7 @@ from symdyn.scene.joints.joint_kind import (
     MarkPart,
     PageSign,
 )
-from symdyn.scene.joints.rod import ROD, forbidding
+from symdyn.scene.joints.rod import ROD
 from symdyn.scene.joints.universal import UNIVERSAL
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint, velocity_name

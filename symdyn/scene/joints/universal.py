@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXIS, opposite, turn, unit
+from symdyn.scene.joints.forbidden import forces, moments
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
-from symdyn.scene.joints.rod import forces, moments
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
