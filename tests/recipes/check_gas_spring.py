@@ -155,7 +155,7 @@ def check_law() -> None:
     assert np.ptp(motion.q[:, 0]) > 0.1
 
 
-def check_says() -> None:
+def check_law_words() -> None:
     assert {"kind": NAME, "name": "stop", "where": "joint rail", "law": "charge 3, dead 0"} in acting(read_text(ARM))
 
 
@@ -185,13 +185,13 @@ def check_check() -> None:
 
 CHECKS = {
     "section": check_section, "noun": check_noun, "letter": check_letter, "parts": check_parts, "needs": check_needs,
-    "missing": check_missing, "law": check_law, "says": check_says, "words": check_words, "lost": check_lost,
+    "missing": check_missing, "law": check_law, "law_words": check_law_words, "words": check_words, "lost": check_lost,
     "mark": check_mark, "check": check_check,
 }  # fmt: skip
 
 GONE = {
     "section": "springs", "noun": Spring, "letter": "", "parts": (), "needs": (), "missing": "",
-    "law": Pull(FORCES[NAME].law.force), "says": lambda one: "", "words": {}, "lost": "", "mark": None, "check": None,
+    "law": Pull(FORCES[NAME].law.force), "law_words": lambda one: "", "words": {}, "lost": "", "mark": None, "check": None,
 }  # fmt: skip
 
 
