@@ -191,7 +191,8 @@ CHECKS = {
 
 GONE = {
     "section": "springs", "noun": Spring, "letter": "", "parts": (), "needs": (), "missing": "",
-    "law": Pull(FORCES[NAME].law.force), "law_words": lambda one: "", "words": {}, "lost": "", "mark": None, "check": None,
+    "law": Pull(FORCES[NAME].law.force), "law_words": lambda one: "", "words": {}, "lost": "",
+    "mark": None, "check": None,
 }  # fmt: skip
 
 
