@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from symdyn.dynamics.mechanism.linear_solve import operations
+from symdyn.dynamics.mechanism.cost import operations
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.count import BINDING
 from symdyn.dynamics.outputs.named_functions import Function

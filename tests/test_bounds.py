@@ -13,7 +13,7 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.dynamics import available
-from symdyn.emit.code.operators import stem
+from symdyn.emit.code.identifiers import stem
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.toml import read_text

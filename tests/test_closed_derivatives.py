@@ -22,7 +22,7 @@ from test_centre_of_mass import FLYER
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import LoopChoices, Workspace, derive_one, formulations_of
-from symdyn.dynamics.mechanism.linear_solve import operations
+from symdyn.dynamics.mechanism.cost import operations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.linear import linearize

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given, strategies as st
 
 from symdyn.algebra.numeric import Batches
-from symdyn.emit.code.operators import function_names, stem
+from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.real import REALS, SINGLE, digits, find_real, nearest
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.errors import EmitError

@@ -232,7 +232,7 @@ def test_a_function_that_c_would_call_as_its_own_gets_an_underscore() -> None:
 @pytest.mark.runs("gcc", "g++")
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_what_headers_of_this_machine_call_theirs_is_in_the_list(language: str) -> None:
-    from symdyn.emit.code.operators import names_of_c
+    from symdyn.emit.code.identifiers import names_of_c
 
     there = names_of(language)
     assert len(there) > 2000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from formulas import every_op, one
 
-from symdyn.dynamics.mechanism.linear_solve import cost
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

@@ -16,7 +16,7 @@ from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import SLOPES, BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.draw.ground import PARTS
-from symdyn.dynamics.mechanism.linear_solve import CATEGORY
+from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.emit import TARGETS
 from symdyn.emit.code.operators import Spelling
 from symdyn.emit.code.real import REALS

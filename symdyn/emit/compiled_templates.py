@@ -18,7 +18,7 @@ import jinja2
 from jinja2 import BytecodeCache, Environment
 from jinja2.bccache import Bucket
 
-from symdyn.emit.escape import write
+from symdyn.emit.writing import write
 from symdyn.errors import EmitError
 
 OPTIONS = (

@@ -1,5 +1,6 @@
 """Names that `symdyn.scene` offers; each is imported when it is first used."""
 
+from .binding import bind as bind, without_hidden_zeros as without_hidden_zeros
 from .build import (
     body as body,
     custom as custom,
@@ -34,14 +35,12 @@ from .forces.velocity_row import row as row
 from .scene_files import (
     SceneLike as SceneLike,
     Starter as Starter,
-    bind as bind,
     example as example,
     examples as examples,
     format_to_write as format_to_write,
     read as read,
     read_noting as read_noting,
     scene_of as scene_of,
-    without_hidden_zeros as without_hidden_zeros,
     write_text as write_text,
 )
 from .schema import schema as schema

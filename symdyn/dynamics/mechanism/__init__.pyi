@@ -1,7 +1,8 @@
 """Names that `symdyn.dynamics.mechanism` offers; each is imported when it is first used."""
 
 from .angles import angles_of as angles_of
-from .linear_solve import RowSolve as RowSolve, cost as cost, solve as solve
+from .cost import cost as cost
+from .linear_solve import RowSolve as RowSolve, solve as solve
 from .state import (
     TIME as TIME,
     State as State,

@@ -12,10 +12,6 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tab
 Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No
 pivot is zero everywhere: that is looked at over a finite field, where x - x in disguise is zero too.
 
-What entries cost at run time, in multiplications: the table by which formulations and passes are compared.
-
-A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum.
-
 Whether a function is zero everywhere, by its values over a finite field.
 
 A value that is not zero proves that the function is not: where it vanishes at random points of a field of more than
@@ -26,7 +22,7 @@ neither its shape nor doubles can do.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -320,53 +316,5 @@ def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
     )
 
 
-FREE = ""
-
-CATEGORY: dict[Op, str] = {
-    Op.CONSTANT: FREE,
-    Op.PI: FREE,
-    Op.SYMBOL: FREE,
-    Op.ADD: "additions",
-    Op.SUB: "additions",
-    Op.MUL: "multiplications",
-    Op.DIV: "divisions",
-    Op.NEG: FREE,
-    Op.SIN: "sincos",
-    Op.COS: "sincos",
-    Op.SQRT: "others",
-    Op.EXP: "others",
-    Op.LOG: "others",
-    Op.TANH: "others",
-    Op.ABS: "others",
-    Op.SIGN: "others",
-    Op.ATAN2: "others",
-}
-
-
 # By latency, which is what scalar code waits for: a product or a sum takes 4 cycles, a division about 15, a pair of
 # sines about 80. At 8 a division, nearer to what vector units take, all examples and counted robots choose alike.
-WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
-"""Cost of an operation in multiplications."""
-
-
-def cost(entries: Iterable[Expr], state: Collection[Expr]) -> int:
-    """Return the price of `entries`; what depends on parameters alone is free."""
-    return sum(WEIGHTS[category] for category in operations(entries, state))
-
-
-def operations(entries: Iterable[Expr], state: Collection[Expr]) -> Iterator[str]:
-    """Yield the category of every operation that depends on the state; twice a number is an addition."""
-    varying, angles = set(state), set[Expr]()
-    for node in reachable(entries):
-        if node in varying or varying.isdisjoint(node.args):
-            continue
-        varying.add(node)
-        category = CATEGORY[node.op]
-        if category == "sincos":
-            if node.args[0] in angles:
-                continue
-            angles.add(node.args[0])
-        elif node.op is Op.MUL and node.args[0].value == 2:
-            category = "additions"
-        if category:
-            yield category

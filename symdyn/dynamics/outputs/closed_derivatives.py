@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from symdyn.dynamics.loops.manifold import Manifold
-from symdyn.dynamics.mechanism.linear_solve import cost
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.outputs import closed_outputs as closed, implicit, parameter_outputs as parameters
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, derivatives, jacobian_row, kinks, parameter_row
 from symdyn.dynamics.outputs.directional_formulations import along_one, pulled_back

@@ -1,6 +1,6 @@
 """Operation counts, the currency in which formulations are compared.
 
-Categories and weights are those of `symdyn.dynamics.mechanism.linear_solve`. What has no symbol below it is a constant
+Categories and weights are those of `symdyn.dynamics.mechanism.cost`. What has no symbol below it is a constant
 and costs nothing at run time.
 
 Binding time says when the arguments of an operation are known: work on parameters alone is done once for a mechanism,
@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.dynamics.mechanism.linear_solve import CATEGORY, FREE, WEIGHTS
+from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS
 from symdyn.dynamics.outputs.named_functions import Function
 from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
 from symdyn.graph import Expr, Op, reachable

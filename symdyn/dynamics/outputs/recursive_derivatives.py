@@ -29,7 +29,8 @@ from dataclasses import dataclass
 from itertools import chain
 from operator import mul
 
-from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, cost, factored
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, halves_by_rate, rnea_derivatives

@@ -29,8 +29,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import check_place
-from symdyn.dynamics.mechanism.linear_solve import cost
 from symdyn.dynamics.mechanism.state import INPUTS, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.closed_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED

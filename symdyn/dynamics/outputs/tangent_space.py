@@ -21,7 +21,7 @@ from typing import ClassVar
 
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.mechanism.linear_solve import cost
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.state import INPUTS, TIME, inputs_of
 from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.named_functions import (

@@ -17,7 +17,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
-from symdyn.dynamics.mechanism.linear_solve import cost, solve
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.linear_solve import solve
 from symdyn.dynamics.mechanism.state import accelerations
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.aba import aba

@@ -9,8 +9,8 @@ from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.centroidal import mass
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import Christoffel, Directions, centre_of_mass, directions
-from symdyn.dynamics.mechanism.linear_solve import cost
 from symdyn.dynamics.mechanism.state import Prescribed, State, generalized_forces, inputs_of, prescribed
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba, crba_in_runs

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from symdyn.dynamics import Argument, TableLoop
 from symdyn.dynamics.outputs import Counts
-from symdyn.emit.code.operators import Printer, function_names, stem
+from symdyn.emit.code.identifiers import function_names, stem
+from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
 from symdyn.program import Program, Routine
 

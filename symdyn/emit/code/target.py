@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from symdyn.emit.code.operators import Printer, stem
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real, ShortSines
 from symdyn.emit.code.source_text import Page, compose
 from symdyn.emit.render import render

@@ -18,7 +18,8 @@ from itertools import accumulate
 from math import prod
 
 from symdyn.dynamics import Argument, Function
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, function_names, names_of_c
+from symdyn.emit.code.identifiers import function_names, names_of_c
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import Draft, Target, alone

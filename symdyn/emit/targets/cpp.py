@@ -18,7 +18,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, names_of_c, stem
+from symdyn.emit.code.identifiers import names_of_c, stem
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import BATCH, Draft, Sources, Target

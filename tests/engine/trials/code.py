@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.dynamics import OUTPUTS, Equations, LoopChoices, Workspace, derive_one, expected, formulations_of, of_place
 from symdyn.emit import emit
-from symdyn.emit.code.operators import function_names
+from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import DerivationError
 from symdyn.program import lower, prepare
 from symdyn.program.formulation import Candidates

@@ -22,7 +22,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, stem
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.code.worked_example import example_text

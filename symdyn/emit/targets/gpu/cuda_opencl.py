@@ -29,7 +29,8 @@ from fractions import Fraction
 from functools import partial
 from weakref import finalize
 
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, operands, standing, stem
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, operands, standing
 from symdyn.emit.code.real import SINGLE, Real, digits, find_real
 from symdyn.emit.code.source_text import FunctionText, compose
 from symdyn.emit.code.target import Draft, Sources, Target

@@ -1,0 +1,113 @@
+"""The one place that puts files on disk, for all that write any: all of a file or nothing of it.
+
+Each is filled aside, in its own folder, and renamed, so that a reader sees the old contents or the new ones and never
+half of them, a full disk leaves nothing, and a link that stands where the file goes is replaced, not followed.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from errno import EILSEQ, EISDIR, ENAMETOOLONG, ENOSPC
+from pathlib import Path, PurePosixPath
+from typing import IO
+
+from symdyn.errors import EmitError, quoted
+
+ELSEWHERE = "give a folder that you may write to"
+
+
+SPELLED = "give names of characters that UTF-8 has"
+
+
+WAYS_OUT: Mapping[int | None, str] = {
+    EILSEQ: SPELLED,
+    EISDIR: "give another name",
+    ENAMETOOLONG: "give a shorter name",
+    ENOSPC: "make room, or give a folder on another disk",
+}
+"""What helps against what a system says, where it is not another folder."""
+
+
+Contents = str | bytes | Callable[[IO[bytes]], None]
+
+
+def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]:
+    """Write files into a folder and return the paths; all are filled before the first is renamed.
+
+    Args:
+        files: contents by name, with a folder or several before a stroke: text, which becomes UTF-8, bytes, or what
+            fills an open file.
+        folder: where they go; it is made if it is missing, as are the folders in it.
+
+    Raises:
+        EmitError: the folder cannot be made or written to; two names are one where capital letters do not count.
+    """
+    place = Path(folder)
+    if "\0" in "".join(map(str, (place, *files))):
+        raise EmitError(f"{place / next(iter(files), '')}: no system allows this name; give another folder")
+    folded: dict[str, str] = {}
+    for name in files:
+        other = folded.setdefault(name.casefold(), name)
+        if other != name:
+            raise EmitError(
+                f"{other} and {name} differ in capital letters alone, and are one file on many systems; rename one"
+            )
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as left_over:
+            aside = []
+            for name, contents in files.items():
+                inside = PurePosixPath(name)
+                assert str(inside) == name, "a name has one form"
+                assert not {"..", inside.anchor} & {*inside.parts}, "files lie in the folder, nowhere else"
+                (place / inside.parent).mkdir(parents=True, exist_ok=True)
+                _check_place(place / name)
+                aside.append(temporary := _aside((place / name).parent))
+                left_over.callback(temporary.unlink, missing_ok=True)
+                _fill(temporary, contents)
+            for temporary, name in zip(aside, files, strict=True):
+                os.replace(temporary, place / name)
+    except (OSError, ValueError) as fault:  # a name that no system can spell
+        reason = getattr(fault, "strerror", None) or str(fault)
+        advice = WAYS_OUT.get(fault.errno, ELSEWHERE) if isinstance(fault, OSError) else SPELLED
+        raise EmitError(f"{place}: cannot write {', '.join(files)} there ({reason}); {advice}") from fault
+    return tuple(place / name for name in files)
+
+
+def write_file(file: str | Path, contents: Contents) -> Path:
+    """Write one file, as `write` does.
+
+    Raises:
+        EmitError: it cannot be written, or has no name.
+    """
+    path = Path(file)
+    if path.name in ("", ".."):
+        raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
+    return write({path.name: contents}, path.parent)[0]
+
+
+def _check_place(path: Path) -> None:
+    """Raise OSError for what no file can replace, before another file is renamed."""
+    if path.is_dir() and not path.is_symlink():
+        raise IsADirectoryError(EISDIR, "a folder of that name stands there")
+
+
+def _aside(place: Path) -> Path:
+    """Return a new empty file in a folder, with the permissions of any other file there."""
+    handle, name = tempfile.mkstemp(prefix=".symdyn-", dir=place)
+    os.close(handle)
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(name, 0o666 & ~mask)
+    return Path(name)
+
+
+def _fill(path: Path, contents: Contents) -> None:
+    with path.open("wb") as file:
+        if callable(contents):
+            contents(file)
+        else:
+            file.write(contents.encode() if isinstance(contents, str) else contents)
