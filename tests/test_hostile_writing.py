@@ -107,7 +107,7 @@ def test_files_lie_in_their_folder_and_nowhere_else(tmp_path: Path) -> None:
 
 WRITES = {"write_bytes", "replace", "rename", "mkstemp", "NamedTemporaryFile", "TemporaryDirectory", "savetxt"}
 OWN = {  # beside the cache of compiled code, in runtime/
-    "emit/escape.py": "the one place",
+    "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
     "draw/films.py": "a folder of its own, for ffmpeg",
     "study/opened_store.py": "a folder of its own, in which Zarr makes a store; it is renamed when it is whole",

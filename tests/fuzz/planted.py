@@ -64,7 +64,7 @@ PLANTS = (
         "simulation/prescribed/formulas_in_time.py",
         "        except ValueError:",
         "        except NotImplementedError:",
-        r"ValueError: simulation/numbers_in_time\.py",
+        r"ValueError: simulation/formulas_in_time\.py",
     ),
     Plant(
         "the reader of homework does not get past **",
@@ -89,7 +89,7 @@ PLANTS = (
     ),
     Plant(
         "a file that is written leaves another one behind",
-        "emit/escape.py",
+        "emit/writing.py",
         "                aside.append(temporary := _aside((place / name).parent))\n",
         "                aside.append(temporary := _aside((place / name).parent))\n                _aside(place)\n",
         r"a file left behind",
