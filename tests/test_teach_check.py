@@ -12,18 +12,18 @@ import pytest
 from calls import counted
 from hypothesis import given, settings, strategies as st
 
-from symdyn.algebra.form import Form, Function, Number, Symbol
+from symdyn.algebra.form import Form, Function, Number, Sum, Symbol
 from symdyn.cli import main
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex, text_of
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.errors import TeachError
+from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene, read, read_text
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
-from symdyn.teach.student.differences import KINDS
+from symdyn.teach.student.differences import KINDS, split_terms
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -468,3 +468,12 @@ def test_exit_status_tells_right_from_different_from_unreadable(
 
 def test_a_target_is_found_by_any_spelling(two_link: Scene) -> None:
     assert find_target("k_{C,1,12}", two_link) == find_target("k_C1", two_link) == find_target("kC112", two_link)
+
+
+def test_a_part_that_stands_in_many_places_is_looked_at_once() -> None:
+    form: Form = Symbol("m1")
+    for _ in range(200):  # 2^200 places
+        form = Sum((form, form))
+
+    with pytest.raises(DerivationError, match="too many terms"):
+        split_terms(form, read(EXAMPLES / "pendulum.toml"))

@@ -92,21 +92,31 @@ def split_terms(form: Form, scene: Scene) -> list[Form]:
     return _Comparison(form, form, scene).parts()
 
 
-def _expanded(form: Form) -> tuple[int, int]:
-    """Return upper bounds for the number of terms, and for the degree, of a form that is multiplied out."""
+def _expanded(form: Form, known: dict[int, tuple[int, int]] | None = None) -> tuple[int, int]:
+    """Return upper bounds for the number of terms, and for the degree, of a form that is multiplied out.
+
+    Parts that a form has in several places are looked at once: `known` holds what is found of each, by its id.
+    """
+    known = {} if known is None else known
+    if id(form) not in known:
+        known[id(form)] = _bounds(form, known)
+    return known[id(form)]
+
+
+def _bounds(form: Form, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
     if isinstance(form, Sum):
-        found = [_expanded(term) for term in form.terms]
+        found = [_expanded(term, known) for term in form.terms]
         return sum(n for n, _ in found), max((d for _, d in found), default=0)
     if isinstance(form, Product):
         terms, degree = 1, 0
-        for n, d in map(_expanded, form.factors):
+        for n, d in (_expanded(factor, known) for factor in form.factors):
             terms, degree = min(terms * n, MOST_TERMS + 1), degree + d
         return terms, degree
     if isinstance(form, Power):
-        (terms, degree), exponent = _expanded(form.base), abs(form.exponent)
+        (terms, degree), exponent = _expanded(form.base, known), abs(form.exponent)
         return min(comb(terms + exponent - 1, exponent), MOST_TERMS + 1), degree * exponent
     if isinstance(form, Function):  # the cosine of a sum is a sum of products
-        inner = max((_expanded(x)[0] for x in form.args), default=1)
+        inner = max((_expanded(x, known)[0] for x in form.args), default=1)
         return 2 ** min(inner - 1, 20), inner
     return 1, 0 if isinstance(form, Number) else 1
 
