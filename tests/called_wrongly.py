@@ -26,7 +26,7 @@ from symdyn.emit.print.sympy_page import SympyEquations
 from symdyn.errors import SymdynError
 from symdyn.identification import Identification
 from symdyn.linear.linearization import Linearization
-from symdyn.program.prepare import Program
+from symdyn.program.routine import Program
 from symdyn.resources import folder
 from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.numeric_function import NumericFunction

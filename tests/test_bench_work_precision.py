@@ -17,7 +17,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.extended import FINEST, truth
-from symdyn.simulation.tracked import TimedRuns
+from symdyn.simulation.timed_runs import TimedRuns
 
 pytestmark = pytest.mark.runs()
 

@@ -13,7 +13,7 @@ import pytest
 import symdyn
 from symdyn.cli import doctor, main
 from symdyn.extras import EXTRAS
-from symdyn.runtime.library import PROGRAMS
+from symdyn.runtime.machine import PROGRAMS
 
 pytestmark = pytest.mark.runs("cc")
 

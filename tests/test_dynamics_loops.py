@@ -47,7 +47,7 @@ from symdyn.scene.forces.spring import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
-from symdyn.scene.values.joint import Contact, Place
+from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict

@@ -23,10 +23,10 @@ from symdyn.dynamics import OUTPUTS, Formulation, LoopChoices, Output, Workspace
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
-from symdyn.dynamics.outputs.closed_outputs import REGRESSORS
-from symdyn.dynamics.outputs.named_functions import PASSIVITY
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
+from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
+from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable

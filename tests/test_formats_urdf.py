@@ -14,7 +14,7 @@ from symdyn.runtime import lambdify
 from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
-from symdyn.scene.formats.inertias import printable_names
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.scene_files import read_noting

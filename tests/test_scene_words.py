@@ -29,7 +29,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.velocity_row import linear_parts
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.joint_table import start_of
+from symdyn.scene.joints.start import start_of
 from symdyn.scene.values import Place
 
 WIDE = everything()

@@ -17,9 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
+from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
 from symdyn.cli.talk import Waiting, give, print_table, print_text, say, wrote
-from symdyn.cli.trajectory_options import EXCITING, add_exciting, pairs, run_exciting
+from symdyn.cli.trajectory_options import pairs
 from symdyn.emit import write
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification, Outcome, Payload, identify

@@ -1,7 +1,5 @@
 """What the verbs that end in a trajectory share: its options, and where it goes.
 
-`symdyn identify SCENE --excite`: its options, and where the exciting motion goes.
-
 Times on a command line: seconds, or a number with a unit of time.
 """
 
@@ -13,13 +11,10 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from symdyn.cli.scene_options import read_scene, say_values_alone
-from symdyn.cli.talk import Bar, give, print_paths, print_text, say, wrote
+from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel, film
-from symdyn.errors import IdentifyError, SimulateError, UnknownNameError
-from symdyn.identification import Excitation, excite
+from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Faults, FormulaError, Unit, fits, split_commas
 from symdyn.simulation import CHECKS, Trajectory, axes_of
@@ -227,96 +222,3 @@ def _names_something(text: str) -> bool:
 def flattened(entries: Sequence[Sequence[str]] | None) -> list[str]:
     """Return the words of an option that may be given several times."""
     return [word for words in entries or () for word in words]
-
-
-USUAL: dict[str, Any] = {
-    "period": 10.0, "family": "fourier", "terms": 5, "criterion": "condition", "starts": 4, "seed": 0, "every": 0.01,
-}  # fmt: skip
-
-EXCITING = (*USUAL, "box", "noise", "plot")
-"""Options that are of exciting motions alone."""
-
-
-def add_exciting(verb: argparse.ArgumentParser) -> None:
-    """Add what an exciting motion takes."""
-    group = verb.add_argument_group("exciting motions")
-    group.add_argument(
-        "--excite",
-        action="store_true",
-        help="find a periodic motion that tells the base parameters well, within the limits of joints: to -o "
-        "FILE.csv or .npz, else CSV on stdout",
-    )
-    group.add_argument(
-        "--box",
-        nargs="+",
-        action="append",
-        metavar="B",
-        help="more limits, name=low..high, either end may be left out: q1=-1..1, q1_dot=-2..2, tau1=-40..40, "
-        "tool.z=0.1..",
-    )
-    group.add_argument("--period", type=seconds, metavar="T", help="s (default: 10)")
-    families, criteria = " or ".join(Excitation.families), ", ".join(Excitation.criteria)
-    group.add_argument("--family", metavar="F", help=f"{families} (default: {USUAL['family']})")
-    group.add_argument("--terms", type=int, metavar="N", help="rounds a period of the fastest term (default: 5)")
-    group.add_argument("--criterion", metavar="C", help=f"{criteria} (default: {USUAL['criterion']})")
-    group.add_argument("--noise", metavar="LIST", help="standard deviations of the drives' forces, e.g. tau1=0.5")
-    group.add_argument(
-        "--starts", type=int, metavar="N", help="of many drawn motions, how many to improve (default: 4)"
-    )
-    group.add_argument("--seed", type=int, metavar="N", help="of what is drawn (default: 0)")
-    group.add_argument("--every", type=seconds, metavar="DT", help="s between rows (default: 0.01)")
-    group.add_argument("--plot", metavar="FILE", help="a plot of the motion: .svg, .pdf, .png or .html")
-
-
-def run_exciting(options: argparse.Namespace) -> int:
-    """Find the motion, tell of it, write it."""
-    if options.data:
-        raise IdentifyError(f"--excite finds a motion to be measured; {options.data[0]} would be the log of one")
-    try:
-        for name in options.output:
-            CHECKS["table"](Path(name))
-        if options.plot:
-            CHECKS["plot"](Path(options.plot))
-    except SimulateError as fault:
-        raise IdentifyError(fault.faults) from None
-    scene = read_scene(options)
-    say_values_alone(options, scene, "--excite")
-    chosen = {name: usual if (given := getattr(options, name)) is None else given for name, usual in USUAL.items()}
-    with Bar(f"exciting {scene.name}") as progress:
-        found = excite(
-            scene,
-            **chosen,
-            box=flattened(options.box),
-            noise=_noise(options.noise),
-            progress=progress,
-            say=lambda line: say(f"symdyn: {line}"),
-        )
-    for name in options.output:
-        found.run.save(name)
-        wrote(name)
-    if options.plot:
-        found.run.save_plot(options.plot)
-        wrote(options.plot)
-    if options.json:
-        columns = dict(zip(found.names, found.run.table()[1].T.tolist(), strict=True))
-        give(found.as_json() | ({} if options.output else {"columns": columns}))
-    elif options.output:
-        print_text("\n".join(found.lines()))
-    else:
-        for line in found.lines():
-            say(line)
-        sys.stdout.write(found.to_csv())
-    return 0
-
-
-def _noise(text: str | None) -> dict[str, float]:
-    """Return the standard deviations of `tau1=0.5,tau2=0.2`."""
-    found, faults = {}, []
-    for name, number in pairs(text, "--noise").items():
-        try:
-            found[name] = float(number)
-        except ValueError:
-            faults.append(f"--noise: {name}={number} is no number; give N m or N, such as tau1=0.5")
-    if faults:
-        raise IdentifyError(faults)
-    return found

@@ -16,7 +16,6 @@ from .closed_forms.frames_and_parameters import (
 from .lagrange.second_kind import Energies as Energies, rotor_energy as rotor_energy
 from .loops.closed_positions import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
-from .outputs.closed_outputs import linear_parameters as linear_parameters
 from .outputs.derive import (
     Requested as Requested,
     available as available,
@@ -28,6 +27,7 @@ from .outputs.derive import (
 from .outputs.named_functions import Argument as Argument, Equations as Equations, Function as Function
 from .outputs.output import Formulation as Formulation, Output as Output
 from .outputs.output_table import OUTPUTS as OUTPUTS
+from .outputs.regressor_outputs import linear_parameters as linear_parameters
 from .outputs.requests import (
     expected as expected,
     formulations_lacking as formulations_lacking,

@@ -1,6 +1,6 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
-from .bode import Bode as Bode, System as System, bode as bode
+from .bode import Bode as Bode, bode as bode
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .linearization import (
     Linearization as Linearization,
@@ -20,5 +20,7 @@ from .over_values import locus_over as locus_over, systems as systems
 from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
 from .record import SystemsFile as SystemsFile
 from .regulator import Axis as Axis, Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
+from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
-from .transfer import Sampled as Sampled, sampled as sampled, transfers as transfers
+from .system import System as System
+from .transfer import transfers as transfers

@@ -9,14 +9,12 @@ from .in_lines import in_lines as in_lines
 from .lower import count_derived as count_derived, lower as lower
 from .prepare import (
     ANGULAR as ANGULAR,
-    Program as Program,
-    Routine as Routine,
-    RoutineStep as RoutineStep,
     assemble as assemble,
     identifier as identifier,
     prepare as prepare,
     shared as shared,
 )
+from .routine import Program as Program, Routine as Routine, RoutineStep as RoutineStep
 from .row_loop import RowLoop as RowLoop
 from .skipped import skipped as skipped
 from .tunable import Sampling as Sampling, quaternion_places as quaternion_places, tunable as tunable

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from symdyn.program.formulation import formulate
 from symdyn.program.lower import lower
-from symdyn.program.prepare import Program
+from symdyn.program.routine import Program
 
 
 def in_lines(program: Program) -> Program:

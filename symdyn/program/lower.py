@@ -15,7 +15,8 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.program.prepare import Program, assemble
+from symdyn.program.prepare import assemble
+from symdyn.program.routine import Program
 
 Functions = tuple[Function, ...]
 

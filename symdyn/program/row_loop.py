@@ -20,7 +20,7 @@ from symdyn.dynamics import Equations, Function
 from symdyn.dynamics.mechanism import RowSolve
 from symdyn.graph import Expr
 from symdyn.program.lower import lower
-from symdyn.program.prepare import Program
+from symdyn.program.routine import Program
 
 LANES_AT_ONCE = 8
 """Columns of a vector, to whole ones of which rows are filled up with zeros."""

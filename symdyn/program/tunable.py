@@ -20,7 +20,7 @@ from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
 from symdyn.program.formulation import formulate
 from symdyn.program.lower import lower
-from symdyn.program.prepare import Program
+from symdyn.program.routine import Program
 from symdyn.scene import Scene
 
 

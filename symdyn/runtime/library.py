@@ -6,8 +6,6 @@ once both end with a whole one. What is in the cache is loaded only if it is wha
 (`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`).
 
 The ufunc target compiled against this Python and this NumPy, and imported from the cache.
-
-What this machine has to compile, run and show what is generated, and what one does without where it is missing.
 """
 
 from __future__ import annotations
@@ -26,7 +24,6 @@ from errno import ENOSPC
 from functools import partial
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
-from os import W_OK, access
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,12 +31,10 @@ from typing import Any
 import numpy as np
 
 from symdyn.emit import Sources
-from symdyn.errors import BuildError, MissingCompiler, printable
+from symdyn.errors import BuildError, MissingCompiler
 from symdyn.runtime.cache import (
     Damaged,
-    cache_folder,
     check_target,
-    distrust,
     folder_aside,
     instead,
     load_entry,
@@ -48,20 +43,16 @@ from symdyn.runtime.cache import (
     trusted_folder,
     warn,
 )
-from symdyn.runtime.commands import NODE_COMMANDS, threads
+from symdyn.runtime.commands import threads
 from symdyn.runtime.compiler import (
-    CPLUSPLUS,
     NOTHING,
     PATIENCE,
-    RUSTC,
     Compiler,
     CompilerFault,
     compile_library,
     find_compiler,
-    try_compiler,
 )
 from symdyn.runtime.dialects import Needs
-from symdyn.runtime.run_octave import OCTAVE_COMMANDS
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
@@ -307,73 +298,3 @@ def imported(name: str, path: str) -> ModuleType:
     module = module_from_spec(spec)
     loader.exec_module(module)
     return module
-
-
-PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
-    "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
-    "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
-    "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
-    "Node.js": (NODE_COMMANDS, "verify runs no JavaScript, which is written all the same"),
-    "Octave": (OCTAVE_COMMANDS, "verify measures no MATLAB, which is written all the same"),
-    "Chromium": (
-        ("chromium", "chromium-browser", "google-chrome", "chrome"),
-        "nothing: only tests of pages run it, and any browser shows them",
-    ),
-}
-"""Programs by title: their commands, and what one does without."""
-
-NO_COMPILER = "load, lambdify and simulate run the NumPy module: the same results, slower; verify measures no C"
-NO_HEADERS = "load runs the NumPy module: the same results, slower"
-
-
-def here() -> dict[str, Any]:
-    """Return the compiler of C, Python's headers, the cache and programs as plain values; nothing is made."""
-    programs = [_program(title, *row) for title, row in PROGRAMS.items()]
-    return {"compiler": _compiler(), "headers": _headers(), "cache": _cache(), "programs": programs}
-
-
-def _program(title: str, commands: tuple[str, ...], without: str) -> dict[str, Any]:
-    """Return where a program is, or what one does without."""
-    path = next((found for command in commands if (found := shutil.which(command))), None)
-    return {"name": title, "path": path, "without": None if path else without}
-
-
-def _compiler() -> dict[str, Any]:
-    """Return the compiler, whether it compiles, and what one does without one that does."""
-    facts: dict[str, Any] = {"command": None, "version": None, "works": False, "why": None, "without": NO_COMPILER}
-    try:
-        compiler = find_compiler()
-        facts |= {
-            "command": " ".join(compiler.command),
-            "version": printable(next(iter(compiler.version.splitlines()), "")),
-        }
-        try_compiler(compiler)
-    except (BuildError, OSError) as fault:
-        return facts | {"why": str(fault).splitlines()[0]}
-    return facts | {"works": True, "without": None}
-
-
-def _headers() -> dict[str, Any]:
-    """Return whether Python's headers are there."""
-    try:
-        return {"folder": python_headers(), "why": None, "without": None}
-    except BuildError as fault:
-        return {"folder": None, "why": str(fault), "without": NO_HEADERS}
-
-
-def _cache() -> dict[str, Any]:
-    """Return the folder of compiled code, whether it is safe, and how much is there; nothing is made or changed."""
-    folder = cache_folder()
-    facts: dict[str, Any] = {"folder": str(folder), "safe": True, "why": None, "entries": 0, "bytes": 0}
-    try:
-        if not folder.exists():
-            above = next(one for one in folder.parents if one.exists())
-            if not above.is_dir() or not access(above, W_OK):
-                return facts | {"safe": False, "why": f"it is not there, and you may not write to {above}"}
-            return facts | {"why": "is made when something is compiled"}
-        reason = distrust(folder.stat()) or ("" if access(folder, W_OK) else "you may not write there")
-        reason = reason if folder.is_dir() else "it is no folder"
-        sizes = [path.lstat().st_size for path in folder.iterdir()] if folder.is_dir() else []
-    except OSError as fault:
-        return facts | {"safe": False, "why": fault.strerror or str(fault)}
-    return facts | {"safe": not reason, "why": reason or None, "entries": len(sizes), "bytes": sum(sizes)}

@@ -40,9 +40,9 @@ from symdyn.errors import BuildError, MissingProgram
 from symdyn.extras import install
 from symdyn.runtime.c_module import Array, CFunction, build, run_cpp, run_rust
 from symdyn.runtime.cache import check_target, warn_once
-from symdyn.runtime.commands import run_js
 from symdyn.runtime.compiler import COMPILER_VARIABLE, CompilerFault
 from symdyn.runtime.library import build_extension
+from symdyn.runtime.run_node import run_js
 from symdyn.runtime.run_octave import run_matlab
 
 

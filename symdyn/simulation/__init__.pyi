@@ -26,5 +26,5 @@ from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
 from .record import CHECKS as CHECKS
 from .run_columns import axes_of as axes_of
-from .tracked import TimedRuns as TimedRuns
+from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory

@@ -3,8 +3,9 @@
 from .design import DESIGNS as DESIGNS
 from .distributions import FORMS as FORMS
 from .first_order import beside as beside, uncertainty as uncertainty
+from .indices import Indices as Indices
 from .job_of_runs import ensemble as ensemble
-from .plots import PLOTS as PLOTS, Indices as Indices, check_study_plot as check_study_plot
+from .plots import PLOTS as PLOTS, check_study_plot as check_study_plot
 from .run_sweep import open as open, sweep as sweep
 from .runs import Runs as Runs
 from .store import SUFFIX as SUFFIX

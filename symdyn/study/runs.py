@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
-    from symdyn.study.plots import Indices
+    from symdyn.study.indices import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -257,7 +257,7 @@ class Runs(Shown):
             UnknownNameError: there is no such measure.
         """
         check_arguments(Runs.indices, locals(), SimulateError)
-        from symdyn.study.plots import indices
+        from symdyn.study.indices import indices
 
         return indices(self, measure, level, resamples, seed)
 

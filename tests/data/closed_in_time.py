@@ -20,7 +20,7 @@ import numpy as np
 
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Expr, evaluate
-from symdyn.program.prepare import Program
+from symdyn.program.routine import Program
 from symdyn.scene import Scene, read
 from symdyn.simulation import read_forces
 from symdyn.simulation.equations.system import StateEquations

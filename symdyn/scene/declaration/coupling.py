@@ -21,11 +21,13 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
-from symdyn.scene.joints.joint_table import JOINTS, resting
+from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.element import Strut
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
+from symdyn.scene.values.joint import Coupling, Joint, acceleration_name, velocity_name
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion

@@ -23,7 +23,8 @@ from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose, central_inertia, impossible, inertia_fault
 from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.joint import Element, Joint, Strut
+from symdyn.scene.values.element import Element, Strut
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import CLOCK, listed

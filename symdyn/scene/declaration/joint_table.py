@@ -14,9 +14,10 @@ from typing import Any, TypeGuard
 from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
 from symdyn.scene.forces.force_table import read_rubbing
 from symdyn.scene.joints.joint_table import JOINTS, own_keys
+from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Element, Joint, Limits, velocity_name
+from symdyn.scene.values.joint import Joint, Limits, velocity_name
 from symdyn.scene.values.names import choice
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.requested_units import fits_place

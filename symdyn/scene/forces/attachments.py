@@ -7,12 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
-from symdyn.scene.values.joint import Contact, Place, Plane, Strut
+from symdyn.scene.values.element import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import (
     NAMED,
     PARAMETERS,
     VECTOR,
-    Names,
     Shape,
     Stand,
     along,
@@ -21,6 +20,7 @@ from symdyn.scene.values.key import (
     not_both,
     table_shape,
 )
+from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell

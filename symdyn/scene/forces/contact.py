@@ -22,7 +22,7 @@ from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.values.joint import Contact, Plane
+from symdyn.scene.values.element import Contact, Plane
 from symdyn.scene.values.key import VECTOR, Key, always_given, choice_of, several
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from symdyn.graph import Expr, Graph
+from symdyn.scene.values.element import Contact, Element, Row
 from symdyn.scene.values.folding import neg
-from symdyn.scene.values.joint import Contact, Element, Row
-from symdyn.scene.values.key import Names, Shape, Stand
+from symdyn.scene.values.key import Shape, Stand
+from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell

@@ -11,7 +11,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
-from symdyn.scene.values.joint import Element, Strut
+from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.joint import Element
+from symdyn.scene.values.element import Element
 from symdyn.scene.values.key import NUMBER, Key, Stand, always_given
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.table import Table

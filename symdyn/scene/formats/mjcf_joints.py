@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from symdyn.scene.formats.inertias import printable_names
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import Doubles
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding

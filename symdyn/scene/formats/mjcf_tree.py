@@ -19,8 +19,9 @@ from typing import Any
 
 from symdyn.scene.declaration.declare import Declaration
 from symdyn.scene.declaration.reading import ReadOptions
-from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_principal, printable_names
+from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import Doubles
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Scene

@@ -24,7 +24,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded
-from symdyn.scene.formats.inertias import printable_names
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_sheet import (
     SCALAR_KEYS,
     WRENCH,

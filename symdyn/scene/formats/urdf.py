@@ -26,7 +26,8 @@ from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
-from symdyn.scene.formats.inertias import Entries, free_base, printable_names, turned
+from symdyn.scene.formats.inertias import Entries, free_base, turned
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import snap_angle
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS

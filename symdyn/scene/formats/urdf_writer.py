@@ -14,7 +14,8 @@ from xml.sax.saxutils import quoteattr
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import Written, lost_words
-from symdyn.scene.formats.inertias import possible, printable_names
+from symdyn.scene.formats.inertias import possible
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION

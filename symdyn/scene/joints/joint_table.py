@@ -2,8 +2,6 @@
 
 Joint types that are parts put together and forbid by words: lower pairs, points on lines and planes, no contact.
 
-Where a scene starts: position and velocities, zeros where it does not say, no rotation for a quaternion.
-
 Custom joint: elementary motions whose amounts are formulas in its own coordinates. Class t = 6 - coordinates.
 
 A cam, a screw with a varying pitch, a knee: the motion subspace is what the formulas' derivatives make it. It carries a
@@ -11,8 +9,6 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 from symdyn.graph import Graph
 from symdyn.scene.joints.blocks import (
@@ -48,8 +44,6 @@ from symdyn.scene.joints.universal import UNIVERSAL
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import PLACEMENT, Key, choice_of, several
-from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Table, as_list, plain, show
 
 
@@ -239,32 +233,3 @@ def joint_motion(joint: Joint, graph: Graph) -> JointMotion:
         return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
     q = tuple(graph.symbol(name) for name in joint.coordinates)
     return JOINTS[joint.type].motion(joint, graph, q, tuple(graph.symbol(name) for name in joint.rates))
-
-
-class Start(NamedTuple):
-    """A state at the start.
-
-    Attributes:
-        position: shape (nq,), a guess of it where loops close; rad, m or 1.
-        velocity: shape (nv,); rad/s or m/s.
-    """
-
-    position: tuple[Quantity, ...]
-    velocity: tuple[Quantity, ...]
-
-
-def start_of(scene: Scene) -> Start:
-    """Return the state at the start."""
-    return Start(
-        tuple(x for joint in scene.joints for x in joint.start or resting(joint)),
-        tuple(x for joint in scene.joints for x in joint.start_rates or (Quantity.ZERO,) * len(joint.rates)),
-    )
-
-
-def resting(joint: Joint) -> tuple[Quantity, ...]:
-    """Return the coordinates of a joint that does not say where it starts: zeros, and (1, 0, 0, 0) for a quaternion."""
-    values = [Quantity.ZERO] * len(joint.coordinates)
-    first = JOINTS[joint.type].quaternion(joint)
-    if first is not None:
-        values[first] = Quantity.ONE
-    return tuple(values)

@@ -4,21 +4,13 @@ from .body import Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
 )
+from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
     LatexSymbol as LatexSymbol,
 )
-from .joint import (
-    Contact as Contact,
-    Element as Element,
-    Joint as Joint,
-    Load as Load,
-    Place as Place,
-    Strut as Strut,
-    acceleration_name as acceleration_name,
-    velocity_name as velocity_name,
-)
+from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
 from .mapping import substituted as substituted
 from .model import Letter as Letter, Parameter as Parameter, Point as Point

@@ -4,8 +4,6 @@ Shapes of raw values as JSON Schema, for editors: what a reader of the same word
 
 number      a number, a formula, a number and a unit, or a table of both       vector   three of them
 placement   {xyz, rpy}, [x, y, z], or elementary steps such as ["Tz", 0.1]
-
-Parameters that are made up to stand for numbers, no two of one name.
 """
 
 from __future__ import annotations
@@ -18,49 +16,15 @@ from typing import Any, Generic, TypeVar
 from symdyn.graph import Graph
 from symdyn.scene.values.body import ELEMENTARY
 from symdyn.scene.values.dimension import product
-from symdyn.scene.values.folding import neg
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import LONGEST_WORDS
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import C_KEYWORDS, CLOCK, FORMULA_NAMES, LONGEST, listed
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector
 from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.unit import Unit
-
-
-class Names:
-    """Parameters as they are made up."""
-
-    def __init__(self, suffix: str) -> None:
-        self.suffix = suffix
-        self.added: list[Parameter] = []
-
-    def of(self, quantity: Quantity, name: str, unit: str, text: str, positive: bool = False) -> Quantity:
-        """Return a symbol for a number, and what is zero or a formula in symbols as it is.
-
-        Args:
-            quantity: what may be a number.
-            name: of the parameter; another one of that name is called <name>_2.
-            unit: of the parameter.
-            text: of the parameter.
-            positive: let the parameter be the magnitude of the number, and the sign stand in front of it.
-        """
-        if quantity.symbols:
-            return quantity
-        if quantity.express(Graph()).is_zero:
-            return Quantity.ZERO
-        value = quantity.at({})
-        negative = positive and value is not None and value < 0
-        quantity = neg(quantity) if negative else quantity
-        taken = {parameter.name for parameter in self.added}
-        unique, k = f"{name}{self.suffix}", 1
-        while unique in taken:
-            k += 1
-            unique = f"{name}_{k}{self.suffix}"
-        self.added.append(Parameter(unique, quantity, positive, unit, None, text))
-        return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)
-
 
 Shape = Mapping[str, Any]
 

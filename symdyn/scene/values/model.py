@@ -20,7 +20,8 @@ from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
-from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
+from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
+from symdyn.scene.values.joint import Joint, JointOrder, acceleration_name, order_of
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.quantity import Quantity, Vector
