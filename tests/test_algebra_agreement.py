@@ -15,7 +15,7 @@ from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.graph.ops import FUNCTIONS
-from symdyn.verify.degree import bound
+from symdyn.verify.points import bound
 
 
 def rational_outputs(graph, x, y, z):

@@ -11,7 +11,7 @@ from symdyn.algebra.balls import Midpoints, RealBalls
 from symdyn.algebra.big import BigFloats, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.verify.degree import Bounds, FirstPoints, bound
+from symdyn.verify.points import Bounds, FirstPoints, bound
 
 SEEDS = [[11, 12], [21, 22]]
 

@@ -95,7 +95,7 @@ def test_no_claim_about_equations_holds_where_no_point_is_real(kind: str, monkey
     def unreal(self: Any, outputs: Any, draw: int) -> None:
         raise ValueError
 
-    monkeypatch.setattr("symdyn.verify.degree.NumberPoints.values", unreal)
+    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
     name, outputs = KINDS[kind]
     found = certify(symdyn.example(name), outputs, prepare=kind == "prepared")
     proofs = [one for one in found.findings if "in numbers" not in one.claim and "definite" not in one.claim]
@@ -332,7 +332,7 @@ def test_files_whose_equations_are_real_nowhere_are_not_passed(
     def unreal(self: Any, outputs: Any, draw: int) -> None:
         raise ValueError
 
-    monkeypatch.setattr("symdyn.verify.degree.NumberPoints.values", unreal)
+    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
     assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
     assert "Not shown: mass_matrix: program = equations: no point" in capsys.readouterr().out
 

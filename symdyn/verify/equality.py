@@ -1,6 +1,6 @@
 """Proving that two graphs are the same function: random points over random 127-bit primes (Schwartz-Zippel).
 
-Roots of something variable are formal values there; see `symdyn.verify.degree`. What the field cannot decide (which
+Roots of something variable are formal values there; see `symdyn.verify.points`. What the field cannot decide (which
 root of a square is meant, an identity of an uninterpreted function) is compared at random points in 50 digits instead
 and reported as agreeing in numbers, never as proved. Points are of either sign, except for symbols that are declared
 positive, and lie where every root and logarithm is real.
@@ -22,7 +22,7 @@ from symdyn.algebra import FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
 from symdyn.graph import Algebra, Expr, Op, reachable
 from symdyn.verdict import Verdict
-from symdyn.verify.degree import (
+from symdyn.verify.points import (
     MAX_DRAWS,
     Bound,
     Bounds,
