@@ -168,7 +168,12 @@ def test_any_number_of_runs(count: int) -> None:
     assert runs.samples.shape == (count, 201, 2)
     np.testing.assert_array_equal(runs.samples[:, 0, 0], first)
     np.testing.assert_allclose(runs["max(q1)"], runs.samples[:, :, 0].max(axis=1))
-    assert "runs" in repr(runs)
+    assert repr(runs) == f"<Runs of pendulum: {count} runs over q1; max(q1), when_min(q1)>"
+
+
+def test_runs_without_measures_say_what_they_are_over() -> None:
+    runs = symdyn.ensemble(bound("pendulum"), until=0.1, start={"q1": [0.1, 0.2]})
+    assert repr(runs) == "<Runs of pendulum: 2 runs over q1>"
 
 
 def test_the_same_bytes_on_any_number_of_threads() -> None:

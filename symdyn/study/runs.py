@@ -91,7 +91,8 @@ class Runs(Shown):
         otherwise = ", ".join(f"{count} {how}" for how, count in counts.items() if count)
         several = f"{len(self)} runs" + (f" ({otherwise})" if otherwise else "")
         over = f" over {listed(self.names)}" if self.names else ""
-        return f"<Runs of {self.scene}: {several}{over}{'; ' if self.measures else ''}{listed(self.measures)}>"
+        measured = f"; {listed(self.measures)}" if self.measures else ""
+        return f"<Runs of {self.scene}: {several}{over}{measured}>"
 
     def __len__(self) -> int:
         return len(self.values)
