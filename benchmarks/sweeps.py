@@ -114,7 +114,7 @@ def two(where: str = "processes") -> Iterator[Cluster]:
 def parts(job: Job) -> None:
     """Say what a set costs on one core, by blocks and part by part."""
     values = job.design.values(0, 1000)
-    call = job_of_places.called(job.scene, "inverse_dynamics", tuple(job.asked["varied"]["values"]))
+    call = job_of_places.called(job.scene, "inverse_dynamics", tuple(job.requested["varied"]["values"]))
     prepared = call.loaded.prepare(values)
     q, qd, qdd = np.random.default_rng(1).uniform(-1, 1, (3, 6))
     each = {

@@ -57,7 +57,7 @@ def test_a_measure_is_that_of_the_rows_of_a_run() -> None:
             np.trapezoid(one["q1_ddot"], one.t) / span,
         ]
         np.testing.assert_allclose([runs[text][k] for text in texts], expected, atol=1e-7)
-    assert not runs.told
+    assert not runs.reasons
     assert runs.codes.tolist() == [ENDED] * 3
 
 
@@ -191,7 +191,7 @@ def test_a_run_that_stops_stops_alone_and_says_why() -> None:
     first = np.array([0.1, 1.0, 0.2, 2.0])
     runs = symdyn.ensemble(scene, until=2.0, start={"q1": first}, stops="q1 + 0.5", measures="min(q1)")
     assert runs.codes.tolist() == [ENDED, STOPPED, ENDED, STOPPED]
-    assert runs.told == {1: "q1 + 0.5", 3: "q1 + 0.5"}
+    assert runs.reasons == {1: "q1 + 0.5", 3: "q1 + 0.5"}
     for k in (1, 3):
         one = symdyn.simulate(scene, until=2.0, start={"q1": float(first[k])}, stops="q1 + 0.5", rtol=1e-9)
         assert runs.t[k] == one.t[-1]
@@ -209,7 +209,7 @@ def test_a_run_that_leaves_what_doubles_hold_does_not_end_the_others() -> None:
         runs = symdyn.ensemble(scene, forces=f"{drive}=1/(2-q1)", until=3.0, start={"q1": [0.1, 2.5, 0.2]})
     assert ENDED in runs.codes
     assert np.isfinite(runs.q[runs.codes == ENDED]).all()
-    assert all(runs.told[k] for k in np.flatnonzero(runs.codes != ENDED).tolist())
+    assert all(runs.reasons[k] for k in np.flatnonzero(runs.codes != ENDED).tolist())
     one = symdyn.simulate(scene, forces=f"{drive}=1/(2-q1)", until=3.0, start={"q1": 0.1}, rtol=1e-9, say=str)
     np.testing.assert_allclose(runs.q[0], one.q[-1], atol=1e-6)
 
@@ -258,7 +258,7 @@ def hear(share):
 runs = symdyn.ensemble(scene, until=20.0, start={"q1": first}, measures="max(q1)", workers=2, progress=hear, **kept)
 done = runs.codes == 1
 assert 0 < done.sum() < len(done), done.sum()
-assert (runs.left, runs.told) == ((~done).sum(), {}), runs
+assert (runs.left, runs.reasons) == ((~done).sum(), {}), runs
 assert np.isfinite(runs.q[done]).all() and np.isfinite(runs["max(q1)"][done]).all()
 assert np.isnan(runs["max(q1)"][~done]).all()
 print("kept")

@@ -33,7 +33,7 @@ def swept(store: Path) -> Runs:
 def hashed(study: Runs) -> str:
     """Return a hash of all numbers and words of a study."""
     numbers = [study.values, study.codes, *(study[name] for name in study)]
-    parts = [np.ascontiguousarray(one).tobytes() for one in numbers] + [repr(sorted(study.told.items())).encode()]
+    parts = [np.ascontiguousarray(one).tobytes() for one in numbers] + [repr(sorted(study.reasons.items())).encode()]
     return sha256(b"".join(parts)).hexdigest()
 
 

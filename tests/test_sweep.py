@@ -221,7 +221,9 @@ def test_a_run_of_a_sweep_is_a_run_of_simulate() -> None:
 
 def same(one: symdyn.study.Runs, other: symdyn.study.Runs) -> bool:
     columns = all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
-    return columns and list(one) == list(other) and np.array_equal(one.codes, other.codes) and one.told == other.told
+    return (
+        columns and list(one) == list(other) and np.array_equal(one.codes, other.codes) and one.reasons == other.reasons
+    )
 
 
 @pytest.mark.long
@@ -240,8 +242,8 @@ def test_runs_that_cannot_be_fail_alone_and_are_told() -> None:
     assert 0 < wrong.sum() == study.failed < 60
     assert np.array_equal(np.isnan(study["end(q1)"]), wrong)
     assert np.array_equal(study.codes == FAILED, wrong)
-    assert list(study.told) == np.flatnonzero(wrong)[: len(study.told)].tolist()
-    assert all(words.endswith("it must be positive") for words in study.told.values())
+    assert list(study.reasons) == np.flatnonzero(wrong)[: len(study.reasons)].tolist()
+    assert all(words.endswith("it must be positive") for words in study.reasons.values())
     assert np.isfinite(study.mean("end(q1)"))
     assert np.all(np.isfinite(study.quantiles("end(q1)")))
 
@@ -257,8 +259,8 @@ def test_runs_that_a_limit_stops_keep_what_they_measured(tmp_path: Path) -> None
     study = symdyn.sweep(scene, "q1_dot=[0.1, 9]", "end(t)", until=1, start={"q1": 0})
     assert study.codes.tolist() == [ENDED, STOPPED]
     assert study["end(t)"][0] == 1 > study["end(t)"][1] > 0
-    assert list(study.told) == [1]
-    assert "limit" in study.told[1]
+    assert list(study.reasons) == [1]
+    assert "limit" in study.reasons[1]
 
 
 @pytest.mark.long

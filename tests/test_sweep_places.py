@@ -92,7 +92,7 @@ def test_sets_that_are_none_fail_alone() -> None:
     study = swept("M1", over={"m1": [1, -1, 2]}, design=None, count=None, at="q2=0.3", values={**FIXED, "m2": 1})
 
     assert np.isfinite(study["M1"]).tolist() == [True, False, True]
-    assert study.told == {1: "m1 = -1; it must be positive"}
+    assert study.reasons == {1: "m1 = -1; it must be positive"}
 
 
 def test_nothing_varied_but_places_is_computed_without_prepare() -> None:

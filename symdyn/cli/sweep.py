@@ -48,7 +48,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "NAME=FORMULA names it",
     )
     verb.add_argument("--until", type=seconds, metavar="T", help="time of the end of every run, s (default: 10)")
-    designs = "; ".join(f"{name}: {plan.says}" for name, plan in DESIGNS.items())
+    designs = "; ".join(f"{name}: {plan.description}" for name, plan in DESIGNS.items())
     verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
     verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
     verb.add_argument("--seed", type=int, default=0, metavar="N", help="of what is drawn (default: 0)")
@@ -133,7 +133,7 @@ def run(options: argparse.Namespace) -> int:
     nothing = not any(runs.known(name).size for name in runs.measures) and runs.complete
     report(runs, options, lambda: {} if nothing or runs.left else report_outcome(runs, problem, Run(**run), options))
     if nothing:
-        why = runs.told.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
+        why = runs.reasons.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
         fail(f"no run has measures; run 0: {why}")
         return 1
     return 0 if runs.complete else CTRL_C
@@ -159,7 +159,7 @@ def summary(runs: Runs) -> dict[str, Any]:
         }  # fmt: skip
     return {
         "runs": len(runs), "failed": runs.failed, "stopped": runs.stopped, "left": runs.left, **runs.about,
-        "measures": measures, "told": {str(number): words for number, words in runs.told.items()},
+        "measures": measures, "told": {str(number): words for number, words in runs.reasons.items()},
     }  # fmt: skip
 
 
@@ -185,7 +185,7 @@ def report(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[s
         ended = len(runs) - runs.left - runs.failed
         if count := ended - runs.known(name).size:
             say(f"{name} is no finite number in {count} of {ended} runs that ended, which are left out of the summary")
-    for number, words in list(runs.told.items())[:FAILED]:
+    for number, words in list(runs.reasons.items())[:FAILED]:
         values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(runs.names, runs.values[number], strict=True))
         say(f"run {number} ({values}): {words}")
     more = outcome()

@@ -18,7 +18,7 @@ DIGITS = 4
 
 def add_outcome(verb: argparse.ArgumentParser) -> None:
     """Add the options."""
-    kinds = "; ".join(f"{name}: {row.says}" for name, row in PLOTS.items())
+    kinds = "; ".join(f"{name}: {row.description}" for name, row in PLOTS.items())
     group = verb.add_argument_group("what comes of it")
     group.add_argument("--plot", metavar="FILE", help="a picture: .svg, .pdf, .png or .html")
     group.add_argument("--plot-kind", metavar="NAME", help=f"{kinds} (default: what fits)")

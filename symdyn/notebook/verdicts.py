@@ -113,8 +113,8 @@ def runs(result: Runs) -> list[Markup]:
     failed = [verdict(False, f"{result.failed} of {len(result)} runs failed")] if result.failed else []
     left = [verdict(False, f"{result.left} of {len(result)} runs are not made")] if result.left else []
     names = ", ".join(result.names)
-    whole = len(result.told) == result.failed + result.stopped  # of a sweep the first few are told
-    ended = list(Counter(result.told.values()).items()) if whole else []
+    whole = len(result.reasons) == result.failed + result.stopped  # of a sweep the first few are told
+    ended = list(Counter(result.reasons.values()).items()) if whole else []
     return [
         head(result.scene, f"{len(result)} runs over {names}, design {result.about.get('design', '')}"),
         *failed,

@@ -111,7 +111,7 @@ def _walked(equations: PathEquations, t: float, guess: Array) -> Array | None:
             if not numbers.is_closed(q):
                 return None
         ways = []
-        for path, asked in equations.asked(t):
+        for path, asked in equations.requested(t):
             T = equations.functions(f"pose:{path.name}", q, still)
             ways.append(Approach(path.name, path.rows, asked, T[:, :3], T[:, 3]))
         rest = Following(following.tied, following.given, lambda s: _resting(wanted, len(s)), {})
@@ -226,7 +226,7 @@ def _reach(equations: PathEquations) -> str:
 def _misses(equations: PathEquations, t: float, q: Array) -> str:
     """Return how far points and frames are from their paths at a position."""
     found, still, scene = [], equations.following.still, equations.following.scene
-    for path, asked in equations.asked(t):
+    for path, asked in equations.requested(t):
         T = equations.functions(f"pose:{path.name}", q, still)
         off = asked.residual(T[:, :3], T[:, 3])
         held = np.isfinite(asked.origin)
@@ -249,7 +249,7 @@ def _singular(equations: PathEquations, t: float, q: Array) -> str:
     k = equations.rank - 1
     y, way = U[:, k] / equations.row_sizes, Vt[k]
     first, found = len(A) - sum(path.rows for path in equations.paths), []
-    for path, asked in equations.asked(t):
+    for path, asked in equations.requested(t):
         wrench = asked.S.T @ y[first : first + path.rows]
         first += path.rows
         force, moment = wrench[:3] * equations.length, wrench[3:]  # what it can do does no work on them

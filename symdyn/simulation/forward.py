@@ -143,7 +143,7 @@ def simulate(
     if choice.otherwise is not None and made.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {made.stopped}")
         made, asked, others = attempt(choice)
-    found = outside.told(trajectory_of(system, made, formulas, flags, reactions), given, system.loop)
+    found = outside.reported(trajectory_of(system, made, formulas, flags, reactions), given, system.loop)
     seen = (*found.notes, *on_the_way(system, made.t, made.x, made.hits, limits))
     seen += (*overlooked(asked.unsure, formulas),)
     for note in seen:
@@ -229,7 +229,7 @@ class Control:
         found.start(initial.q, initial.u)
         return found
 
-    def told(self, trajectory: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
+    def reported(self, trajectory: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
         """Return a run with what is told of the controller: what it held, when it was cut."""
         if self.controller is None or loops is None:
             return trajectory

@@ -59,7 +59,7 @@ class PathEquations:
 
     # Equations
 
-    def asked(self, t: float) -> list[tuple[PointPath | Approach, PathRequest]]:
+    def requested(self, t: float) -> list[tuple[PointPath | Approach, PathRequest]]:
         """Return what every path asks for at a time."""
         if self._asked[0] != t:
             self._asked = t, [(path, path.at(t)) for path in self.paths]
@@ -71,13 +71,15 @@ class PathEquations:
         if holding and len(self.following.holding):
             own = own[np.concatenate([np.ones(len(own) - len(self.following.holding), bool), self.following.holding])]
         still = self.following.still
-        return np.vstack([own, *(one.S @ self.functions(f"jacobian:{p.name}", q, still) for p, one in self.asked(t))])
+        return np.vstack(
+            [own, *(one.S @ self.functions(f"jacobian:{p.name}", q, still) for p, one in self.requested(t))]
+        )
 
     def missed(self, t: float, q: Array) -> Array:
         """Return the residuals of loops and paths."""
         still = self.following.still
         found = [self.functions("constraint_residual", q, still)]
-        for path, asked in self.asked(t):
+        for path, asked in self.requested(t):
             T = self.functions(f"pose:{path.name}", q, still)
             known = np.isfinite(T).all()
             found.append(asked.residual(T[:, :3], T[:, 3]) if known else np.full(path.rows, np.nan))
@@ -111,12 +113,12 @@ class PathEquations:
 
     def first(self, t: float) -> Array:
         """Return b."""
-        return np.concatenate([self.following.first(t), *(one.b for _, one in self.asked(t))])
+        return np.concatenate([self.following.first(t), *(one.b for _, one in self.requested(t))])
 
     def second(self, t: float, q: Array, u: Array) -> Array:
         """Return c."""
         found = [self.following.second(t, q, u)]
-        for path, asked in self.asked(t):
+        for path, asked in self.requested(t):
             twist = self.functions(f"jacobian:{path.name}", q, u) @ u
             bias = self.functions(f"jdot_qdot:{path.name}", q, u)
             found.append(asked.rate_of_b - asked.rate_of_S @ twist - asked.S @ bias)
@@ -128,7 +130,7 @@ class PathEquations:
         following = self.following
         found = [rates["kinematics"][[following.places[k] for k in following.moving]]]
         found += [np.zeros((len(following.quasi), len(u))), rates["constraint_jacobian"]]
-        for path, asked in self.asked(t):
+        for path, asked in self.requested(t):
             J = self.functions(f"jacobian:{path.name}", q, u)
             found.append(asked.rate_of_S @ J + asked.S @ rates[f"jacobian:{path.name}"])
         return np.vstack(found)

@@ -49,7 +49,7 @@ class Executor(Protocol):
         """How many blocks it computes at the same time."""
 
     @property
-    def told(self) -> str:
+    def place(self) -> str:
         """Where that is, for messages."""
 
     def results(self, block: Block, job: Any, numbers: Iterable[int]) -> Iterator[tuple[int, Any]]:
@@ -69,7 +69,7 @@ class Here:
     """This process, one block after the other."""
 
     workers: int = 1
-    told: str = "this process"
+    place: str = "this process"
 
     def results(self, block: Block, job: Any, numbers: Iterable[int]) -> Iterator[tuple[int, Any]]:
         """Yield number and result of every block, in their order."""
@@ -121,7 +121,7 @@ class Cluster:
     """The workers of a scheduler; see `Executor`."""
 
     client: distributed.Client
-    told: str
+    place: str
     say: Say
 
     @property
@@ -179,14 +179,14 @@ class Cluster:
         try:
             found = self.workers
         except (OSError, RuntimeError) as fault:
-            raise StudyError(_gone(self.told)) from fault
+            raise StudyError(_gone(self.place)) from fault
         if not found:
-            self.say(f"{self.told}: there is no worker; it goes on when one comes, and Ctrl-C keeps what is done")
+            self.say(f"{self.place}: there is no worker; it goes on when one comes, and Ctrl-C keeps what is done")
         return found
 
     def _still_there(self) -> None:
         if self.client.status != "running":
-            raise StudyError(_gone(self.told))
+            raise StudyError(_gone(self.place))
 
     def _gathered(self, tasks: list[Task], numbers: list[int]) -> list[Any]:
         """Return what tasks returned, all fetched at once."""
@@ -211,9 +211,9 @@ class Cluster:
         except NoValidWorkerError as fault:
             raise StudyError(f"block {number}: no worker may compute it ({fault})") from fault
         except ModuleNotFoundError as fault:
-            raise StudyError(_missing(self.told, fault)) from fault
+            raise StudyError(_missing(self.place, fault)) from fault
         except (CancelledError, OSError) as fault:
-            raise StudyError(_gone(self.told)) from fault
+            raise StudyError(_gone(self.place)) from fault
 
 
 def _all_that_ended(ended: queue.SimpleQueue[Task]) -> list[Task]:

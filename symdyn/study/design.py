@@ -36,7 +36,7 @@ class Plan:
     """A row of `DESIGNS`.
 
     Attributes:
-        says: what it is, one line.
+        description: what it is, one line.
         points: of the unit cube, from how many there are of each name (lists alone) or 0, how many in all, the seed,
             the first that is wanted and the one behind the last; shape (n, names).
         lists: whether it takes lists alone, and their lengths say how many points there are.
@@ -44,7 +44,7 @@ class Plan:
         counted: how many runs a count asks for, of so many names.
     """
 
-    says: str
+    description: str
     points: Callable[[Sequence[int], int, int, int, int], Array]
     lists: bool = False
     fault: Callable[[int, int], str] = lambda count, names: ""

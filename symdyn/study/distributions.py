@@ -51,7 +51,7 @@ class DistributionKind:
 
     Attributes:
         keys: of its arguments, in their order; those with `defaults` may be left out.
-        says: what it is, with its arguments, one line.
+        description: what it is, with its arguments, one line.
         values: the values of a list, from its arguments; None of a distribution.
         quantile: of a distribution, from probabilities and its arguments; None of a list.
         fault: what is wrong with arguments, "" for nothing.
@@ -60,7 +60,7 @@ class DistributionKind:
     """
 
     keys: tuple[str, ...]
-    says: str
+    description: str
     values: Callable[[Arguments], Array] | None = None
     quantile: Callable[[Array, Arguments], Array] | None = None
     fault: Callable[[Arguments], str] = lambda _: ""
@@ -399,7 +399,7 @@ def _arguments(
 ) -> dict[str, float] | None:
     """Return arguments by key, in the order of the kind; None after a fault."""
     kind, texts, before = DISTRIBUTIONS[called], dict[str, str](), len(faults.lines)
-    form = f"{called}({', '.join(kind.keys)}): {kind.says}"
+    form = f"{called}({', '.join(kind.keys)}): {kind.description}"
     for place, part in enumerate(parts):
         named = _NAMED.match(part)
         key = named["key"] if named else kind.keys[place] if place < len(kind.keys) else ""

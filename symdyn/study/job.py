@@ -55,13 +55,13 @@ class BlockResult:
     Attributes:
         measures: shape (n, measures).
         codes: how each run ended, shape (n,), of bytes.
-        told: in words what ended the first few of those that did not reach their end, by number of the run.
+        reasons: in words what ended the first few of those that did not reach their end, by number of the run.
         notes: what a user should know, such as the method.
     """
 
     measures: Array
     codes: Any
-    told: Mapping[int, str]
+    reasons: Mapping[int, str]
     notes: tuple[str, ...] = ()
 
 
@@ -76,8 +76,8 @@ class Job:
         scene: the mechanism; what is varied has some value in it.
         design: which values are tried together.
         measures: what is kept of every run.
-        asked: options of the kind, by name, each picklable.
-        said: the same as text, for the fingerprint; in order.
+        requested: options of the kind, by name, each picklable.
+        specified: the same as text, for the fingerprint; in order.
         block: runs of one block; the last one may have fewer.
         threads: that a block may use; None for one a core. It changes no number.
     """
@@ -87,8 +87,8 @@ class Job:
     scene: Scene
     design: Design
     measures: tuple[Measured, ...]
-    asked: dict[str, Any] = field(default_factory=dict, hash=False)
-    said: tuple[tuple[str, str], ...] = ()
+    requested: dict[str, Any] = field(default_factory=dict, hash=False)
+    specified: tuple[tuple[str, str], ...] = ()
     block: int = 1024
     threads: int | None = 1
 
@@ -112,7 +112,7 @@ class Job:
         return write_text(self.scene.in_si(), "toml").text
 
     @property
-    def told(self) -> dict[str, Any]:
+    def identity(self) -> dict[str, Any]:
         """What decides the numbers, for JSON; equal for jobs whose numbers are equal."""
         return {
             "kind": self.kind,
@@ -123,7 +123,7 @@ class Job:
             "names": list(self.design.names),
             "over": {one.name: one.text for one in self.design.over},
             "measures": {one.name: one.formula for one in self.measures},
-            "asked": dict(self.said),
+            "asked": dict(self.specified),
         }
 
 

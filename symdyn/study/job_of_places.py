@@ -280,10 +280,10 @@ def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], f
 
 def block(job: Job, first: int, last: int) -> BlockResult:
     """Return measures over places, of parameter sets from `first` on; those that are none of the scene fail alone."""
-    free = tuple(job.asked["varied"]["values"])
-    call = called(job.scene, job.asked["function"], free)
+    free = tuple(job.requested["varied"]["values"])
+    call = called(job.scene, job.requested["function"], free)
     read = reading(job.scene, tuple(one.formula for one in job.measures), call.letters, free)
-    at: dict[str, Array] = job.asked["at"]
+    at: dict[str, Array] = job.requested["at"]
     fixed = [np.stack([at[name] for name in one.entries], axis=-1)[None] for one in call.operands]
     names, rows = job.design.names, max(1, ROWS // len(at[TIME]))
     found = np.empty((last - first, len(job.measures)))

@@ -268,7 +268,7 @@ def _possible(job: Job, values: Array, rows: NDArray[np.int64], reported: dict[i
 
 def _together(job: Job, values: Array) -> tuple[RunBlock, dict[str, Array]]:
     """Return runs at these values in lanes, as `ensemble` makes them, and their measures."""
-    asked, columns = job.asked, dict(zip(job.design.names, values.T, strict=True))
+    asked, columns = job.requested, dict(zip(job.design.names, values.T, strict=True))
     parts = {
         part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
     }

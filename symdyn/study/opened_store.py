@@ -76,7 +76,7 @@ def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
     if not path.exists():
         _make(job, path)
     store = OnDisk(path, *_opened(path, "r+"))
-    there, here = _flat(store.about["job"]), _flat(job.told)
+    there, here = _flat(store.about["job"]), _flat(job.identity)
     if there != here:
         keys = [key for key in here | there if here.get(key) != there.get(key)]
         told = "; ".join(f"{key} is {_shown(there.get(key))} there, {_shown(here.get(key))} here" for key in keys[:5])
@@ -109,7 +109,7 @@ def _make(job: Job, path: Path) -> None:
             "names": list(job.design.names),
             "measures": [one.name for one in job.measures],
             "units": job.units,
-            "job": json.loads(json.dumps(job.told)),
+            "job": json.loads(json.dumps(job.identity)),
             "told": {},
         }
         group.attrs.update(about | {SEAL: seal(about, {name: group[name] for name in KINDS})})

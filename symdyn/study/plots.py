@@ -46,13 +46,13 @@ class Plot:
     """A kind of plot.
 
     Attributes:
-        says: what it shows, one line.
+        description: what it shows, one line.
         draw: on an axis, from the runs and the name of a measure.
         fault: why runs have no such plot; "" where they have.
         height: of one panel, inches, from how many names are varied.
     """
 
-    says: str
+    description: str
     draw: Callable[[Any, Runs, str], None]
     fault: Callable[[Runs], str] = lambda runs: ""
     height: Callable[[int], float] = lambda names: 2.6

@@ -67,7 +67,7 @@ class Runs(Shown):
         values: what each run was made with, shape (N, k).
         measures: what came of it by name, each of shape (N,); NaN where a run failed or was not made.
         codes: how each run ended, shape (N,): a key of `WORDS`.
-        told: in words what ended those that did not reach their end, by number of the run; of a sweep the first few.
+        reasons: in words what ended those that did not reach their end, by number of the run; of a sweep the first few.
         about: how they were made: design, seed, hash of the scene, method, ...
         notes: what a user should know.
         wall: seconds that the runs of this call took.
@@ -80,7 +80,7 @@ class Runs(Shown):
     values: Array
     measures: Mapping[str, Array]
     codes: NDArray[np.uint8]
-    told: Mapping[int, str] = field(default_factory=dict)
+    reasons: Mapping[int, str] = field(default_factory=dict)
     about: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     wall: float = 0.0
@@ -315,5 +315,5 @@ class Runs(Shown):
             ) from None
         found = pandas.DataFrame({name: self[name] for name in self.columns})
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
-        found.attrs |= {"units": dict(self.units), "scene": self.scene, "told": dict(self.told), **self.about}
+        found.attrs |= {"units": dict(self.units), "scene": self.scene, "told": dict(self.reasons), **self.about}
         return found

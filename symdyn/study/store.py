@@ -214,7 +214,7 @@ class InMemory:
         self.job, self.block = job, job.block
         self.measures = np.full((job.design.count, len(job.measures)), np.nan)
         self.codes = np.zeros(job.design.count, dtype=np.uint8)
-        self.told: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
 
     def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are not there."""
@@ -224,14 +224,14 @@ class InMemory:
         """Take what came of block k."""
         where = slice(*job.span(k))
         self.measures[where], self.codes[where] = block_result.measures, block_result.codes
-        self.told = first_of(self.told, block_result.told)
+        self.reasons = first_of(self.reasons, block_result.reasons)
 
     def runs(self, notes: tuple[str, ...] = (), wall: float = 0.0) -> Runs:
         """Return what is there."""
         columns = {one.name: self.measures[:, k] for k, one in enumerate(self.job.measures)}
         return Runs(
             self.job.scene.name, self.job.design.names, self.job.units, self.job.design.values(), columns,
-            self.codes, self.told, self.job.told | {"symdyn": version()}, notes, wall,
+            self.codes, self.reasons, self.job.identity | {"symdyn": version()}, notes, wall,
         )  # fmt: skip
 
 
@@ -249,7 +249,7 @@ class OnDisk:
             for k, name in enumerate(HASHED)
         )
         self.block = int(self.codes.array.chunks[0])
-        self.told = {int(number): words for number, words in self.about["told"].items()}
+        self.reasons = {int(number): words for number, words in self.about["told"].items()}
 
     def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was.
@@ -284,9 +284,9 @@ class OnDisk:
             self.values.put(k, rows[0])
             self.measures.put(k, rows[1])
             self.hashes.put(k, np.concatenate(marks)[None])
-            if block_result.told:
-                self.told = first_of(self.told, block_result.told)
-                about = dict(self.about) | {"told": {str(number): words for number, words in self.told.items()}}
+            if block_result.reasons:
+                self.reasons = first_of(self.reasons, block_result.reasons)
+                about = dict(self.about) | {"told": {str(number): words for number, words in self.reasons.items()}}
                 self.group.attrs.update(about | {SEAL: seal(about, self.arrays)})
             self.codes.put(k, rows[2])
         except OSError as fault:
@@ -302,7 +302,7 @@ class OnDisk:
             StudyError: of a block that was made a part is missing, or cannot be read.
         """
         about = dict(self.about["job"]) | {"symdyn": self.about["symdyn"]}
-        told = dict(sorted(self.told.items()))
+        told = dict(sorted(self.reasons.items()))
         codes = self.codes[:]
         made = np.flatnonzero(np.maximum.reduceat(codes, np.arange(0, len(codes), self.block)) != NOT_MADE)
         for one in (self.values, self.measures, self.hashes):

@@ -84,7 +84,7 @@ def read(text: Text) -> TextReading:
     """Return what the functions of a C file compute."""
     file = CFile(text, definitions(text.root), grammar=GRAMMAR)
     functions: list[Read] = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         if wanted.loop:
             functions += [_table(file, wanted)] if f"{text.stem}_{wanted.name}" in file.functions else []
             continue
@@ -97,7 +97,7 @@ def read(text: Text) -> TextReading:
 def read_columns(text: Text) -> TextReading:
     """Return what the functions of a C file compute whose results are written column by column."""
     found = read(text)
-    shapes = {wanted.name: wanted.shape for wanted in text.wanted}
+    shapes = {wanted.name: wanted.shape for wanted in text.expected}
     return replace(found, functions=tuple(one.by_rows(shapes[one.function]) for one in found.functions))
 
 
@@ -244,13 +244,13 @@ class CStatements(CReader):
             self._copy(node, given)
         elif name == CLEAR:
             self._clear(node, given)
-        elif name == own(f"{self.wanted.name}_solved") and name in self.file.functions:
+        elif name == own(f"{self.expected.name}_solved") and name in self.file.functions:
             self._solved(node, given)
         elif name == own(SINES) and name in self.file.functions:
             self._sines(node, given)
         elif name == own(ROWS) and name in self.file.functions:
             self._rows_of_sines(node, given)
-        elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", within(name)):
+        elif name in self.file.functions and re.fullmatch(rf"{self.expected.name}_(part|pass)[0-9]+", within(name)):
             self.piece(node, name)
         else:
             super().perform(node)
@@ -286,7 +286,7 @@ class CStatements(CReader):
 
     def _solved(self, node: Node, arguments: list[Node]) -> None:
         """Run the steps of a table over the rows of a local array."""
-        table = _places(self.file, f"{self.wanted.name}_steps")
+        table = _places(self.file, f"{self.expected.name}_steps")
         r = self.value(arguments[0]) if len(arguments) == 1 else None
         if table is None or not (isinstance(r, Pointer) and isinstance(r.memory, Work) and r.index == Index(0)):
             raise unread(node, "is no loop over rows")

@@ -178,7 +178,7 @@ class CReader(Reader):
         if len(inner) != len(given) or len(set(inner)) != len(inner):
             raise unread(node, f"does not give {name} what it takes")
         values = {one: self.value(argument) for one, argument in zip(inner, given, strict=True)}
-        piece = type(self)(self.file, self.wanted, values, lanes=self.lanes)
+        piece = type(self)(self.file, self.expected, values, lanes=self.lanes)
         piece.body(name)
         self.lanes = piece.lanes
 

@@ -53,7 +53,7 @@ def read(text: Text) -> TextReading:
         raise Unread(line_of(bound[MATH][0]), "something of this file is called Math")
     file = File(text, {})
     functions = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         places = bound.get(wanted.name, [])
         if len(places) > 1:
             raise unread(places[-1], f"is one of several called {wanted.name}")
@@ -94,12 +94,12 @@ class JavaScriptReader(Reader):
         _, declared, _ = SYNTAX.shaped(node, why, "const", "variable_declarator", ";")
         _, _, function = SYNTAX.shaped(declared, why, "identifier", "=", "arrow_function")
         parameters, _, body = SYNTAX.shaped(function, why, "formal_parameters", "=>", "statement_block")
-        taken = [*self.wanted.arguments]
-        if self.wanted.shape:
-            taken.append(f"{RESULT} = new Float64Array({self.wanted.size})")
+        taken = [*self.expected.arguments]
+        if self.expected.shape:
+            taken.append(f"{RESULT} = new Float64Array({self.expected.size})")
         takes(parameters, [text_of(one) for one in SYNTAX.listed(parameters, why)], taken)
         result = self.open()
-        if not self.wanted.shape:
+        if not self.expected.shape:
             del self.names[RESULT]
         lines = SYNTAX.meant(body)[1:-1]
         first = next((k for k, one in enumerate(lines) if not self._checks(one)), len(lines))
@@ -110,12 +110,12 @@ class JavaScriptReader(Reader):
         if kinds(returned)[::2] != ["return", ";"]:
             raise unread(lines[-1], "does not return a result")
         value = returned[1]
-        if not self.wanted.shape:
+        if not self.expected.shape:
             result.store(Index(0), self.real(value), line_of(value))
         elif text_of(value) != RESULT:
             raise unread(lines[-1], f"does not return {RESULT}")
-        self.file.cut(self.wanted.name, lines[first], lines[-1])
-        return self.finished(self.wanted.name, lines[-1], result)
+        self.file.cut(self.expected.name, lines[first], lines[-1])
+        return self.finished(self.expected.name, lines[-1], result)
 
     def _checks(self, node: Node) -> bool:
         """Tell whether a statement does nothing but check an argument."""

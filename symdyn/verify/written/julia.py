@@ -65,7 +65,7 @@ def read(text: Text) -> TextReading:
         raise unread(strange or text.root, "is no file of one module")
     file = File(text, _definitions(modules[0]))
     functions = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         name = f"{wanted.name}!" if wanted.shape else wanted.name
         if name in file.functions:
             functions.append(JuliaReader(file, wanted).read(name))
@@ -133,7 +133,7 @@ class JuliaReader(Reader):
 
     def read(self, name: str) -> Read:
         """Return what the function computes."""
-        node, wanted = self.file.functions[name], self.wanted
+        node, wanted = self.file.functions[name], self.expected
         takes(node, _parameters(node), [*(["out"] if wanted.shape else []), *wanted.arguments])
         body = _body(node)
         begun = self._checked(body)
@@ -155,11 +155,11 @@ class JuliaReader(Reader):
         return self.finished(name, node, result)
 
     def _spelled(self, place: int) -> str:
-        return ", ".join(str(1 + one) for one in np.unravel_index(place, self.wanted.shape or (1,)))
+        return ", ".join(str(1 + one) for one in np.unravel_index(place, self.expected.shape or (1,)))
 
     def _checked(self, body: Sequence[Node]) -> int:
         """Return how many statements look at lengths and set T; each must say what it has to, in this order."""
-        wanted = self.wanted
+        wanted = self.expected
         arrays = [one for one in wanted.arguments if one not in wanted.scalars]
         checks = [f"length({one}) == {len(wanted.arguments[one])} || throw(" for one in arrays]
         if wanted.shape:
@@ -221,7 +221,9 @@ class JuliaReader(Reader):
         name, listed = SYNTAX.shaped(node, "is no entry of an array", "identifier", "vector_expression")
         base, places = self.value(name), SYNTAX.listed(listed, "is no entry of an array")
         index = [self.index(one).units - 1 for one in places]
-        shape = self.wanted.shape if text_of(name) == "out" else (len(self.wanted.arguments.get(text_of(name), ())),)
+        shape = (
+            self.expected.shape if text_of(name) == "out" else (len(self.expected.arguments.get(text_of(name), ())),)
+        )
         if len(index) != len(shape) or any(not 0 <= k < length for k, length in zip(index, shape, strict=True)):
             raise unread(node, f"is no entry of an array of shape {shape}")
         return base, Index(int(np.ravel_multi_index(index, shape)))
@@ -247,8 +249,8 @@ class JuliaReader(Reader):
 
     def _given(self, node: Node) -> Value:
         """Read what `float(…)` takes: an entry of an argument, or an argument that is one number."""
-        if node.type == SYNTAX.name and text_of(node) in self.wanted.scalars:
-            return self.wanted.arguments[text_of(node)][0]
+        if node.type == SYNTAX.name and text_of(node) in self.expected.scalars:
+            return self.expected.arguments[text_of(node)][0]
         return super().entry(self._unchecked(node) if node.type == "macrocall_expression" else node)
 
 

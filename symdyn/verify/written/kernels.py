@@ -61,7 +61,7 @@ def read(text: Text, grammar: str) -> TextReading:
     """Return what the kernels of a file compute."""
     file = CFile(text, definitions(text.root), grammar=grammar)
     functions = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         name = f"{text.stem}_{wanted.name}"
         if name in file.functions:
             node, reader = file.functions[name], KernelStatements(file, wanted)

@@ -56,7 +56,7 @@ def read(text: Text) -> TextReading:
     functions = {_name(node): node for node in tops}
     if len(functions) != len(tops):
         raise unread(tops[0], "is followed by two functions of one name")
-    wanted = next((one for one in text.wanted if one.name == _name(tops[0])), None)
+    wanted = next((one for one in text.expected if one.name == _name(tops[0])), None)
     if wanted is None:
         raise unread(tops[0], "is none of the functions that are wanted")
     return MatlabReader(File(text, functions), wanted).read(tops[0])
@@ -107,10 +107,10 @@ class MatlabReader(Reader):
             first = parts.pop()[0] if going else statement.start_byte
             parts.append((first, ended.end_byte))
             going = True
-        cuts = (Cut(*part, f"{self.wanted.name} {number}") for number, part in enumerate(parts, 1))
-        found = self.finished(self.wanted.name, node, result).by_rows(self.wanted.shape)
-        if not self.made or (len(self.wanted.shape) > 1 and not self.shaped):
-            raise Unread(line_of(node), f"{self.wanted.name} returns no result of shape {self.wanted.shape}")
+        cuts = (Cut(*part, f"{self.expected.name} {number}") for number, part in enumerate(parts, 1))
+        found = self.finished(self.expected.name, node, result).by_rows(self.expected.shape)
+        if not self.made or (len(self.expected.shape) > 1 and not self.shaped):
+            raise Unread(line_of(node), f"{self.expected.name} returns no result of shape {self.expected.shape}")
         return TextReading((found,), tuple(cuts))
 
     def _head(self, node: Node) -> None:
@@ -120,7 +120,7 @@ class MatlabReader(Reader):
         if len(outputs) != 1 or [text_of(one) for one in SYNTAX.meant(outputs[0])] != ["out", "="]:
             raise unread(node, "does not return out")
         listed = [text_of(one) for one in SYNTAX.listed(given[0], "is no plain function")] if given else []
-        takes(node, listed, [*self.wanted.arguments])
+        takes(node, listed, [*self.expected.arguments])
 
     def _counts(self, node: Node) -> bool:
         """Tell whether a statement is one of those that count states, which are fixed text."""
@@ -145,11 +145,11 @@ class MatlabReader(Reader):
             return False
         callee, given = self.call(right) if right.type == SYNTAX.called else (right, [])
         called, words = text_of(callee), [text_of(one) for one in given]
-        if called == "zeros" and not self.made and words[:2] == [str(self.wanted.size), STATES]:
+        if called == "zeros" and not self.made and words[:2] == [str(self.expected.size), STATES]:
             self.made = True
-        elif called == "reshape" and self.made and not self.shaped and len(self.wanted.shape) > 1:
-            if words != ["out", *map(str, self.wanted.shape), STATES]:
-                raise unread(right, f"is not of shape {self.wanted.shape}")
+        elif called == "reshape" and self.made and not self.shaped and len(self.expected.shape) > 1:
+            if words != ["out", *map(str, self.expected.shape), STATES]:
+                raise unread(right, f"is not of shape {self.expected.shape}")
             self.shaped = True
         else:
             raise unread(node, "is no result that is read here")
@@ -197,7 +197,7 @@ class MatlabReader(Reader):
         if given[1].type != "spread_operator":
             raise unread(node, "is no whole row")
         row = self.index(given[0]).units
-        size = self.wanted.size if text_of(name) == "out" else len(self.wanted.arguments.get(text_of(name), ()))
+        size = self.expected.size if text_of(name) == "out" else len(self.expected.arguments.get(text_of(name), ()))
         if not 1 <= row <= size:
             raise unread(node, f"is row {row} of {text_of(name)}, which has {size}")
         return self.value(name), Index(row - 1)

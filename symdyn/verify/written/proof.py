@@ -145,7 +145,7 @@ class Printed:
     places: Everywhere
     computed: tuple[tuple[Computed, ...], ...]
 
-    def wanted(self, names: Sequence[str]) -> tuple[ExpectedFunction, ...]:
+    def expected(self, names: Sequence[str]) -> tuple[ExpectedFunction, ...]:
         """Return the functions that files must hold, called `names`; entries of arguments are symbols of the graph."""
         graph, found = self.graph, []
         for name, routine in zip(names, self.program.routines, strict=True):
@@ -278,7 +278,7 @@ def read_text(
         return TextReading((), ()), source
     letters(source)
     root = parse(language.grammar, language.plain(source))
-    text = Text(root, source, files.stem, program.real, program.wanted(files.functions), program.graph)
+    text = Text(root, source, files.stem, program.real, program.expected(files.functions), program.graph)
     try:
         reading = language.read(text)
     except RecursionError:

@@ -84,7 +84,7 @@ def read(dialect: Dialect, text: Text) -> TextReading:
         raise Unread(1, f"{dialect.package} is not imported, or something else has its name")
     file = File(text, {name: places[-1] for name, places in bound.items()})
     functions = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         name = f"_{wanted.name}"
         if name in bound:
             if kinds(bound[name]) != ["function_definition"]:
@@ -130,7 +130,7 @@ class PythonReader(Reader):
     def read(self, name: str) -> Read:
         """Return what the function computes."""
         node, handed = self.file.functions[name], self.dialect.handed
-        taken = [*([handed] if handed else []), *self.wanted.arguments]
+        taken = [*([handed] if handed else []), *self.expected.arguments]
         listed = node.child_by_field_name("parameters")
         takes(node, [text_of(one) for one in listed.children[1:-1:2]] if listed is not None else [], taken)
         SYNTAX.shaped(node, "is no plain function", "def", "identifier", "parameters", ":", "block")
@@ -169,9 +169,9 @@ class PythonReader(Reader):
         if node.type != "return_statement" or kinds(node.children) != ["return", "tuple"]:
             raise unread(node, "does not return a tuple")
         listed = SYNTAX.listed(node.children[1], "is no tuple that is read here")
-        if len(listed) != self.wanted.size:
-            raise unread(node, f"has {len(listed)} entries, not {self.wanted.size}")
-        return Read(self.wanted.name, name, tuple(map(self.real, listed)), tuple(map(line_of, listed)))
+        if len(listed) != self.expected.size:
+            raise unread(node, f"has {len(listed)} entries, not {self.expected.size}")
+        return Read(self.expected.name, name, tuple(map(self.real, listed)), tuple(map(line_of, listed)))
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""

@@ -51,7 +51,7 @@ def read(text: Text) -> TextReading:
     """Return what the functions of a C++ header compute."""
     file = CFile(text, _definitions(text.root), grammar=GRAMMAR)
     functions = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         name = f"raw::{wanted.name}"
         if name in file.functions:
             node, reader = file.functions[name], CppStatements(file, wanted)
@@ -151,7 +151,7 @@ class CppStatements(CReader):
             if len(sizes) != 1 or not {text_of(one) for one in given} <= self.arrays.keys():
                 raise unread(node, "does not take three arrays of one length")
             self.sines(node, values, [Index(place) for place in range(int(row[1]))])
-        elif name in self.file.functions and re.fullmatch(rf"own::{self.wanted.name}_part[0-9]+", name):
+        elif name in self.file.functions and re.fullmatch(rf"own::{self.expected.name}_part[0-9]+", name):
             self.piece(node, name)
         else:
             super().perform(node)

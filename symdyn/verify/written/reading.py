@@ -99,7 +99,7 @@ class Text:
         source: its bytes.
         stem: how names of files begin, and of functions where a language has no modules.
         real: "double" or "float".
-        wanted: the functions of the program, in order.
+        expected: the functions of the program, in order.
         graph: where expressions are made.
     """
 
@@ -107,7 +107,7 @@ class Text:
     source: bytes
     stem: str
     real: str
-    wanted: tuple[ExpectedFunction, ...]
+    expected: tuple[ExpectedFunction, ...]
     graph: Graph
 
     def number(self, decimal: str, line: int) -> Expr:

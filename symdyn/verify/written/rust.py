@@ -79,7 +79,7 @@ def read(text: Text) -> TextReading:
             functions[text_of(named)] = node
     file = File(text, functions)
     found = []
-    for wanted in text.wanted:
+    for wanted in text.expected:
         for name, laned in ((wanted.name, False), (f"{wanted.name}_block", True)):
             if name in functions:
                 found.append(_read(file, wanted, name, laned))
@@ -179,7 +179,7 @@ class RustReader(Reader):
         name = text_of(node)
         if node.type != SYNTAX.name or name in ("out", STATE) or name in self.file.functions or "#" in name:
             raise unread(node, "is no name that is given here")
-        if name in self.wanted.arguments and name in self.names:
+        if name in self.expected.arguments and name in self.names:
             raise unread(node, "is an argument")
         return name
 
@@ -246,7 +246,7 @@ class RustReader(Reader):
             if value is None or kind != self.kind(value):
                 raise unread(one, f"is no {kind}")
             names[name] = value
-        RustReader(self.file, self.wanted, names).run(SYNTAX.meant(body)[1:-1])
+        RustReader(self.file, self.expected, names).run(SYNTAX.meant(body)[1:-1])
 
     def kind(self, value: Value, scalar: bool = False) -> str:
         """Return the type that a number or an array is handed on as, "" for what is not; `scalar` is one a state."""

@@ -123,13 +123,13 @@ class Reader:
     Attributes:
         syntax: of the language.
         file: where it stands.
-        wanted: which of the program's functions it is, or a part of.
+        expected: which of the program's functions it is, or a part of.
         names: arguments and what was set.
     """
 
     syntax: ClassVar[Syntax]
     file: File
-    wanted: ExpectedFunction
+    expected: ExpectedFunction
     names: dict[str, Value] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -161,7 +161,7 @@ class Reader:
             numbers: whether arguments that are one number are given as such, and not as arrays.
             spelled: how the language counts entries of the result.
         """
-        wanted, common = self.wanted, common_of(self.wanted) if columns else ""
+        wanted, common = self.expected, common_of(self.expected) if columns else ""
         given = {one: MemoryInputs(one, wanted.arguments[one], columns and one != common) for one in wanted.arguments}
         result = Result(wanted.size, columns, () if apart else tuple(given.values()), reaching, spelled)
         by_value = wanted.scalars if numbers and not columns else ()
@@ -180,7 +180,7 @@ class Reader:
             entries, lines = result.whole()
         except Fault as fault:
             raise Unread(line_of(node), f"{name} {fault}") from None
-        return Read(self.wanted.name, name, entries, lines)
+        return Read(self.expected.name, name, entries, lines)
 
     def run(self, statements: Iterable[Node]) -> None:
         """Read statements, one after the other."""
