@@ -40,8 +40,13 @@ def test_the_caller_does_what_no_thread_can_be_started_for(started: int, monkeyp
 def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    first, waited, on, ended = (threading.Event() for _ in range(4))
+    first, waited, interrupted, on, ended = (threading.Event() for _ in range(5))
     join = threading.Thread.join
+
+    def interrupt(*_: object) -> None:
+        if not interrupted.is_set():
+            interrupted.set()
+            raise KeyboardInterrupt
 
     def waiting(thread: threading.Thread, timeout: float | None = None) -> None:
         waited.set()
@@ -53,17 +58,23 @@ def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for(
             raise KeyboardInterrupt
         assert first.wait(HANG)
         assert waited.wait(HANG)  # the caller is about to wait for this thread, or does
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        while not interrupted.wait(0.05):  # Python overlooks a signal that comes just before it waits for a lock
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
         on.wait(HANG)
         ended.set()
 
     monkeypatch.setattr(threading.Thread, "join", waiting)
     array = np.zeros(128)
     there = weakref.ref(array)
-    with suppress(KeyboardInterrupt):
-        run_rows(call, [0], [1], PARTS[:2], held=array)
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with suppress(KeyboardInterrupt):
+            run_rows(call, [0], [1], PARTS[:2], held=array)
+    finally:
+        signal.signal(signal.SIGINT, before)
     del array
     try:
+        assert interrupted.is_set()
         assert there() is not None, "the thread still writes to it"
     finally:
         on.set()
