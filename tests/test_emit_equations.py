@@ -16,7 +16,7 @@ from patience import HANG
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import Energies
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.breaking import BREAK, LINE, break_lines, latex_width
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.emit.print.formula_text import Latex, significant, text_of

@@ -13,7 +13,7 @@ from latex_reader import LatexReader, displays
 from symdyn.algebra.form import Form, Function, Number, Power, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import Energies
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols

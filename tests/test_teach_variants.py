@@ -13,8 +13,8 @@ import symdyn
 from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text, write_text

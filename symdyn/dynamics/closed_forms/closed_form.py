@@ -1,6 +1,6 @@
 """Closed forms of Lagrange's coefficients: every k_z, k_C, k_D, k_G as a trigonometric polynomial in normal form.
 
-Positions are differentiated, as in second_kind.py, but over the ring and one coordinate at a time. K does not depend on
+Positions are differentiated, as in lagrange.py, but over the ring and one coordinate at a time. K does not depend on
 the frame in which a body's velocity is written, so it is written in the body, where the inertia is constant:
 
     T = (R, p)   placement of body B in a frame that stands before joint i

@@ -26,7 +26,6 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
-from symdyn.dynamics.loops.loop_words import unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
@@ -36,6 +35,7 @@ from symdyn.dynamics.loops.newton import (
     rank_of,
     reversed_loop,
     spectrum,
+    unbound,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError, NoValueError
