@@ -76,7 +76,6 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
         "interactive": ["derivations", "", "languages"],
         "render": ["interactive", "practice", "derivations", "", "languages"],
     },
-    "program": {"passes": [], "": ["passes"]},
     "verify": {"written": [], "": ["written"]},
 }
 

@@ -12,8 +12,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
-from symdyn.program.passes import PASSES, optimise
-from symdyn.program.passes.factor import factor
+from symdyn.program.passes import PASSES, factor, optimise
 from symdyn.scene import read
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove

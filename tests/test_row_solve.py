@@ -18,7 +18,7 @@ from symdyn.bench.reference import reference
 from symdyn.dynamics.loops import partition as dense, reduction as reduced_rows
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
-from symdyn.program.row_loop import RowLoop
+from symdyn.program.lower import RowLoop
 from symdyn.program.tunable import quaternion_places
 from symdyn.runtime.c_module import build
 from symdyn.scene import Scene, read_text

@@ -13,7 +13,7 @@ from flint import arb, fmpq
 from formulas import one
 from test_emit_c_batch import FLAGS_PROGRAM, GCC, LINT, near_multiples, sine_and_cosine
 
-from symdyn.algebra.balls import Balls
+from symdyn.algebra.big import Balls
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import SHORT_SINES, ShortSines

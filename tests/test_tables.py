@@ -12,8 +12,7 @@ from mechanisms import jointed
 
 import symdyn
 from symdyn import scene
-from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
-from symdyn.algebra.big import SLOPES, BigFloats
+from symdyn.algebra.big import FUNCTIONS_OF_BALLS, SLOPES, BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.draw.ground import PARTS
 from symdyn.dynamics.mechanism.cost import CATEGORY

@@ -15,8 +15,7 @@ import pytest
 from flint import arb
 from mechanisms import random_tree
 
-from symdyn.algebra.balls import Balls
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra.big import Balls, BigFloats
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.errors import VerifyError

@@ -35,6 +35,7 @@ from symdyn.dynamics import (
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
 from symdyn.program.lower import lower
+from symdyn.program.routine import Program
 from symdyn.scene import Scene
 
 LONGEST = 16
@@ -137,3 +138,14 @@ class Candidates:
 
     def _formulations(self) -> tuple[str, ...]:
         return formulations_of(self.request, self.workspace.scene)
+
+
+def in_lines(program: Program) -> Program:
+    """Return the program without loops over tables or rows; functions whose entries were left out are derived now."""
+    functions = [routine.function for routine in program.routines]
+    if any(function.is_loop_alone for function in functions):
+        program = lower(formulate(program.scene, [function.request for function in functions]))
+    elif not any(function.loop or function.solve for function in functions):
+        return program
+    plain = (replace(one, function=replace(one.function, loop=None, solve=None)) for one in program.routines)
+    return replace(program, routines=tuple(plain))

@@ -1,4 +1,4 @@
-"""Mutants: faults planted in `graph/`, `program/passes/` and `dynamics/recursive/`, one at a time.
+"""Mutants: faults planted in `graph/`, `program/passes.py` and `dynamics/recursive/`, one at a time.
 
     drawn.txt     400 of them, drawn by cosmic-ray's operators and a written seed from the commit named on top
     draw.py       how they were drawn

@@ -17,7 +17,7 @@ from . import Mutant
 
 SEED = 12
 COUNT = 400
-ROOMS = ("symdyn/graph", "symdyn/program/passes", "symdyn/dynamics/recursive")
+FILES = ("symdyn/graph/*.py", "symdyn/program/passes.py", "symdyn/dynamics/recursive/*.py")
 
 
 def draw(root: Path) -> Iterator[str]:
@@ -26,14 +26,14 @@ def draw(root: Path) -> Iterator[str]:
         ["git", "-C", str(root), "rev-parse", "--short", "HEAD"], check=True, capture_output=True, text=True
     ).stdout.strip()
     places: dict[tuple[str, tuple[int, int]], list[tuple[str, int, str]]] = defaultdict(list)
-    for room in ROOMS:
-        for path in sorted((root / room).glob("*.py")):
+    for pattern in FILES:
+        for path in sorted(root.glob(pattern)):
             file = path.relative_to(root).as_posix()
             for start, operator, source in mutations(path.read_text(encoding="utf-8")):
                 places[file, start].append((operator, *source))
     rng = random.Random(SEED)
     chosen = sorted((where, rng.choice(places[where])) for where in rng.sample(sorted(places), COUNT))
-    yield f"# {COUNT} of {len(places)} places of {', '.join(ROOMS)} at {commit}, seed {SEED}"
+    yield f"# {COUNT} of {len(places)} places of {', '.join(FILES)} at {commit}, seed {SEED}"
     yield "# number, file, line, same lines above, operator, line, what it becomes"
     for number, ((file, _), (operator, index, after)) in enumerate(shuffled(rng, chosen)):
         lines = [text.strip() for text in (root / file).read_text(encoding="utf-8").splitlines()]
