@@ -21,8 +21,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import function_names, names_of_c
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, FunctionText, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import HEADER_ONLY, C

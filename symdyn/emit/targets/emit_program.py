@@ -9,8 +9,8 @@ from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c.c99 import C
 from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.cpp import CPP
-from symdyn.emit.targets.fmu.functional_mockup import FMU
-from symdyn.emit.targets.gpu.cuda_opencl import GPU
+from symdyn.emit.targets.fmu import FMU
+from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.json_graph import JSON

@@ -36,8 +36,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import ATOM, OPERATORS, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import SINGLE, digits
-from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.code.target import BATCH, Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of

@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symdyn.emit.code.real import REALS, ShortSines
-from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.code.target import Contents, Draft, Target, alone
+from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.errors import EmitError

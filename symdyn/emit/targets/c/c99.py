@@ -29,7 +29,7 @@ from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import dd_functions, double_double
+from symdyn.emit.targets.c import double_double
 from symdyn.emit.targets.c.cuts import batches, cuts
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.loops import loop_text
@@ -68,7 +68,7 @@ FLAT = {"double": -708, "float": -87}
 
 def _printer(real: Real) -> Printer:
     if real.parts == 2:
-        return double_double.printer(real)
+        return double_double.printer_of(real)
     return Printer(_spellings(real), lambda value: f"{digits(value, real)}{real.suffix}")
 
 
@@ -77,7 +77,7 @@ def _write(draft: Draft) -> dict[str, str]:
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option in (BATCH, ROWS)
     if real.parts == 2:
-        return dd_functions.write(draft, batch, draft.option == HEADER_ONLY)
+        return double_double.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
     values: dict[str, Any] = {
         "page": page,

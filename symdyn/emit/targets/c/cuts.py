@@ -13,7 +13,7 @@ from math import prod
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
-from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.emit.code.target import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError

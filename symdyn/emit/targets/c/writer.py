@@ -32,7 +32,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import REALS, ShortSines
-from symdyn.emit.code.source_text import Line
+from symdyn.emit.code.target import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, identifier

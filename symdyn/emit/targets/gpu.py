@@ -4,20 +4,18 @@
     <scene>.cl    __kernel void <scene>_<function>(ulong n, __global const real *q, ..., __global real *out)
 
 Both hold the same lines; they differ in how a kernel is opened, how it finds its state, and how sine and cosine are
-taken together. Entry i of state k is x[i * n + k], in `out` likewise; params, or what was prepared from it, is one set
-for all states, behind a pointer as everything else, so that another set needs no other symbol: all threads of a warp
-read one number at a time, which caches hand to all of them.
+taken together. Entry i of state k is x[i * n + k], in `out` likewise, so that neighbouring threads read neighbouring
+numbers; params, or what was prepared from it, is one set for all states, x[i], behind a pointer as everything else, so
+that another set needs no other symbol: all threads of a warp read one number at a time, which caches hand to all of
+them.
 
-Beside kernels: an example for CUDA and one for OpenCL, which call every kernel and know what must come out.
+A kernel computes in an order in which few values wait, and those in shared memory (`gpu_budget.py`). A value is read
+right before its first use, a result is written as soon as it is known, and sine and cosine of one angle are taken by
+one call. Place p of thread t in a block of B threads is at p * B + t, so that no two threads of a warp want the same
+bank.
 
-Launchers: what hosts call of kernels, an `extern "C"` function a kernel, behind the kernels' own text.
-
-A function as a kernel: one state a thread, in an order in which few values wait, and those in shared memory.
-
-Entry i of state k is x[i * n + k], so that neighbouring threads read neighbouring numbers; what all states have in
-common, the parameters or what was prepared from them, is x[i]. A value is read right before its first use, a result is
-written as soon as it is known, and sine and cosine of one angle are taken by one call. Place p of thread t in a block
-of B threads is at p * B + t, so that no two threads of a warp want the same bank.
+Beside kernels: an example for CUDA and one for OpenCL, which call every kernel and know what must come out; and
+launchers, an `extern "C"` function a kernel that hosts call, behind the kernels' own text.
 """
 
 from __future__ import annotations
@@ -32,12 +30,11 @@ from weakref import finalize
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, operands, standing
 from symdyn.emit.code.real import SINGLE, Real, digits, find_real
-from symdyn.emit.code.source_text import FunctionText, compose
-from symdyn.emit.code.target import Draft, Sources, Target
+from symdyn.emit.code.target import Draft, FunctionText, Sources, Target, compose
 from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.resource_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
+from symdyn.emit.targets.gpu_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, shared
 

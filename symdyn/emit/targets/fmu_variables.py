@@ -1,6 +1,6 @@
 """The variables of an FMU, by value reference: time, states, their rates, inputs, outputs, parameters.
 
-What the templates of model descriptions are given: every attribute as finished text.
+Templates of model descriptions are given every attribute as finished text.
 """
 
 from __future__ import annotations

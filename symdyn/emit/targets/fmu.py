@@ -5,14 +5,12 @@
     outputs       what the scene declares in [outputs]; positions and velocities where it declares none
     parameters    all that have a name, tunable, the scene's value as start
 
-Both do model exchange and co-simulation. `build` adds a binary where there is a compiler. The code of the equations is
-that of the C target; the files of FMI around it declare the types of the standard themselves.
+It starts where `simulate` does from what the scene says, loops closed and prescribed motions at t = 0. Both do model
+exchange and co-simulation. `build` adds a binary where there is a compiler. The code of the equations is that of the C
+target; the files of FMI around it declare the types of the standard themselves. The same members make an archive of the
+same bytes; they are stored as they are, since packers differ.
 
 Reference: Modelica Association, Functional Mock-up Interface 2.0.4 and 3.0.1, https://fmi-standard.org.
-
-The archive that an FMU is: the same members, the same bytes; stored as they are, since packers differ.
-
-Where an FMU starts: as `simulate` does from what the scene says, loops closed and prescribed motions at t = 0.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c99 import C
-from symdyn.emit.targets.fmu.variables import Variable, described, driven, variables
+from symdyn.emit.targets.fmu_variables import Variable, described, driven, variables
 from symdyn.errors import EmitError
 from symdyn.graph import Op, evaluate
 from symdyn.scene import Scene

@@ -4,13 +4,10 @@ A thread has 255 registers of 32 bits, and a block 48 KiB of shared memory on ev
 no register for goes to the stack in the memory of the device. Blocks of 128 threads with 48 KiB take no more of a
 processor's shared memory than their registers leave to others; in smaller blocks more can wait of a thread.
 
-Shares of a function's results that are computed apart, each with all that it needs, so that each has room.
-
-Entries of a column of a result, such as derivatives along one direction, stay together. A share begins with the column
-that needs most, and takes the one that has most in common with it, counted in operations, as long as there is room:
-directions of one leg come together, which is computed for them once.
-
-Which values wait elsewhere while registers are needed by others, when lines run in a given order.
+A function with many results may be computed in shares, each with all that it needs. Entries of a column of a result,
+such as derivatives along one direction, stay together. A share begins with the column that needs most, and takes the
+one that has most in common with it, counted in operations, as long as there is room: directions of one leg come
+together, which is computed for them once.
 
 A value is made once, so what was kept once is still right when it is fetched again. Whenever there is no register
 left, the value goes whose next reader is farthest away; that is the fewest fetches there can be. Its place is free
