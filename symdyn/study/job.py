@@ -20,8 +20,8 @@ from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten
-from symdyn.study.cluster import Executor, Here, Say
 from symdyn.study.design import Design
+from symdyn.study.executor import Executor, Here, Say
 
 if TYPE_CHECKING:
     from distributed import Client
