@@ -16,8 +16,7 @@ from symdyn.bench.stress.stiff import RUBBED
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.extended import FINEST, truth
-from symdyn.simulation.timed_runs import TimedRuns
+from symdyn.simulation.timed_runs import FINEST, TimedRuns, truth
 
 pytestmark = pytest.mark.runs()
 

@@ -110,7 +110,7 @@ OWN = {  # beside the cache of compiled code, in runtime/
     "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
     "draw/films.py": "a folder of its own, for ffmpeg",
-    "study/opened_store.py": "a folder of its own, in which Zarr makes a store; it is renamed when it is whole",
+    "study/run_sweep.py": "a folder of its own, in which Zarr makes a store; it is renamed when it is whole",
     "teach/render/latex.py": "a folder of its own, for pdflatex",
 }
 

@@ -30,7 +30,7 @@ from symdyn.linear.transfer import transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate
-from symdyn.simulation.gradients import sensitivity
+from symdyn.simulation.variations import sensitivity
 
 pytestmark = pytest.mark.long
 

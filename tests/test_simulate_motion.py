@@ -23,9 +23,9 @@ from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.panels import record
 from symdyn.simulation.prescribed.forces import SceneMotion
 from symdyn.simulation.prescribed.motion_laws import Law, read_law
-from symdyn.simulation.record import record
 
 pytestmark = pytest.mark.runs()
 

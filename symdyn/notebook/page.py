@@ -158,15 +158,15 @@ NOUNS = {
     "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
-    "symdyn.simulation.gradients:Sensitivity": "mechanisms:sensitivity",
+    "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
-    "symdyn.simulation.error_bars:Uncertainty": "verdicts:uncertainty",
-    "symdyn.study.indices:Indices": "verdicts:indices",
-    "symdyn.study.runs:Runs": "verdicts:runs",
+    "symdyn.simulation.error_bars:Uncertainty": "runs:uncertainty",
+    "symdyn.study.design:Indices": "runs:indices",
+    "symdyn.study.runs:Runs": "runs:runs",
     "symdyn.transcription.solution:Solution": "runs:solution",
     "symdyn.transcription.transcribed:Collocation": "runs:collocation",
-    "symdyn.verify.certificate:Certificate": "verdicts:certificate",
-    "symdyn.verify.rigorous:Rigorous": "verdicts:rigorous",
+    "symdyn.verify.certificate:Certificate": "runs:certificate",
+    "symdyn.verify.rigorous:Rigorous": "runs:rigorous",
 }
 """Noun, and what returns the parts that are shown of one: a function of a file of this package."""
 

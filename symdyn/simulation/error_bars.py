@@ -26,17 +26,15 @@ from symdyn.errors import DerivationError, EmitError, SimulateError, UnknownName
 from symdyn.runtime import lambdify
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation.columns import FORCES, Column
+from symdyn.simulation.columns import FORCES, Column, columns_csv, frame
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.inverse_run import inverse
-from symdyn.simulation.panels import chosen
+from symdyn.simulation.panels import check_plot, chosen
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import SceneMotion, drive_names, read_motion
 from symdyn.simulation.prescribed.point_path import read_path
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.record import check_plot
-from symdyn.simulation.tables import columns_csv, frame
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.variations import UNTOLD, variations
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
-    from symdyn.study.indices import Indices
+    from symdyn.study.design import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -258,7 +258,7 @@ class Runs(Shown):
             UnknownNameError: there is no such measure.
         """
         check_arguments(Runs.indices, locals(), SimulateError)
-        from symdyn.study.indices import indices
+        from symdyn.study.design import indices
 
         return indices(self, measure, level, resamples, seed)
 
