@@ -15,8 +15,8 @@ from scenes_in_time import block
 from symdyn.bench.case import Case, Stress, worst
 from symdyn.bench.states import positions_of
 from symdyn.bench.stress import FAMILIES, stress
-from symdyn.bench.stress.chains import shares
-from symdyn.bench.stress.chaos import of_scene
+from symdyn.bench.stress.angles import shares
+from symdyn.bench.stress.motions import chaos_of_scene
 from symdyn.bench.stress.odd_numbers import _hidden, _minus_zero
 from symdyn.bench.stress.scenes import arm, calls, chain, gimbal, heavier, solved, two_link
 from symdyn.bench.stress.solving import BESIDE, FORWARD, states
@@ -287,4 +287,4 @@ def test_families_are_listed_and_misspelt_ones_told(capsys):
 def test_the_motion_of_a_scene_with_dry_friction_is_judged_by_its_equations():
     found = block("friction = { coulomb = 1.0, smoothing = 0.001 }")
 
-    assert [case for case in of_scene(found) if not case.passed] == []
+    assert [case for case in chaos_of_scene(found) if not case.passed] == []

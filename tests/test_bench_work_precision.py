@@ -11,8 +11,8 @@ from mpmath import mp
 from symdyn.bench import Bench, Curve, MotionPrecision, Point
 from symdyn.bench.measurements import UNTIL, lively, marked, motion
 from symdyn.bench.report import html, markdown, pictures
+from symdyn.bench.stress.motions import RUBBED
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
-from symdyn.bench.stress.stiff import RUBBED
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate

@@ -17,7 +17,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach.student.vocabulary import Names
+from symdyn.teach.student.grammar import Names
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

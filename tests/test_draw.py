@@ -18,11 +18,10 @@ from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
-from symdyn.draw.lettering import Text
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import Label, crosses, places, put
 from symdyn.draw.stage import Stage
-from symdyn.draw.style import SCHEMES
+from symdyn.draw.style import SCHEMES, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene

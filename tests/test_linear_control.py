@@ -23,10 +23,9 @@ from symdyn.linear.locus import read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
-from symdyn.linear.reach import controllability, observability
 from symdyn.linear.regulator import kalman, lqr, read_weights
 from symdyn.linear.sampled import along_a_step, sampled
-from symdyn.linear.transfer import transfers, zeros
+from symdyn.linear.transfer import controllability, observability, transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate

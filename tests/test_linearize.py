@@ -15,9 +15,9 @@ from symdyn.graph import evaluate
 from symdyn.linear import Linearization, linearize_at_rest, stability
 from symdyn.linear.equilibrium import FAMILY
 from symdyn.linear.prepared import prepared
-from symdyn.linear.record import csv_text
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
+from symdyn.linear.system import csv_text
 from symdyn.program import Candidates
 from symdyn.scene import bind, read_text
 from symdyn.simulation import Problem

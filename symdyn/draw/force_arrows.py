@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.places import ROUGH, Array, JointAxis, Label, Places, Put, crosses, unit
 from symdyn.draw.shapes import Item, Shape, Title, arc_arrow, arrow, circle_points, dot, path
+from symdyn.draw.style import FONT, Text
 from symdyn.draw.svg import Drawing
 from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols

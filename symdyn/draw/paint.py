@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.draw.lettering import lowered
 from symdyn.draw.places import Array, Put
 from symdyn.draw.plots import import_matplotlib, outlined, require, saved, settings
 from symdyn.draw.shapes import Shape
-from symdyn.draw.style import SCHEMES, look_of, plain
+from symdyn.draw.style import SCHEMES, look_of, lowered, plain
 from symdyn.draw.svg import Drawing, order
 from symdyn.draw.tex import Curve, curves, ellipse
 from symdyn.emit import Contents, write

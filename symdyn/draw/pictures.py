@@ -19,7 +19,6 @@ import numpy as np
 from symdyn.arguments import walked
 from symdyn.draw.force_arrows import Wrench, links, with_corner, wrench
 from symdyn.draw.ground import ground, planes, symbol, triad
-from symdyn.draw.lettering import Text
 from symdyn.draw.paint import File, check_picture, write_picture
 from symdyn.draw.places import Array, FrameStep, JointAxis, Label, Places, across, put, unit
 from symdyn.draw.shapes import (
@@ -37,6 +36,7 @@ from symdyn.draw.shapes import (
     link,
 )
 from symdyn.draw.stage import Stage, pose, values_of
+from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.outlines import Key, Outlined, drawn, outlines
+from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Scene

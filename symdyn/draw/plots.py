@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn import shell
-from symdyn.draw.lettering import DROP, FONT, SMALL, Text
 from symdyn.draw.places import Array
+from symdyn.draw.style import DROP, FONT, SMALL, Text
 from symdyn.errors import DrawError
 from symdyn.extras import install
 

@@ -14,10 +14,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.draw.lettering import FONT, Text, lowered
 from symdyn.draw.places import Array, Label, Put
 from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, dot, path
-from symdyn.draw.style import style
+from symdyn.draw.style import FONT, Text, lowered, style
 from symdyn.emit import in_html
 from symdyn.errors import DrawError
 

@@ -29,7 +29,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
-from symdyn.identification.fitting import Fitted
+from symdyn.identification.gains import Fitted
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.log import ColumnUnits
 from symdyn.identification.regression import Regression, Rows

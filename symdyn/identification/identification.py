@@ -17,8 +17,7 @@ from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
-from symdyn.identification.fitting import Fitted
-from symdyn.identification.gains import Gain, Gains
+from symdyn.identification.gains import Fitted, Gain, Gains
 from symdyn.identification.linear_model import TERMS, LinearModel
 from symdyn.identification.log import GAINED, Log
 from symdyn.identification.payload import Carried, Fit

@@ -11,8 +11,7 @@ from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError
 from symdyn.identification.calibrated_gains import doubts
 from symdyn.identification.filtered import Motion, choose_band, motions
-from symdyn.identification.fitting import Fitted, fitted
-from symdyn.identification.gains import estimated_gains
+from symdyn.identification.gains import Fitted, estimated_gains, fitted
 from symdyn.identification.identification import Identification, untold
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import Log, forces_off, given_gains, read_logs, shown_in

@@ -23,8 +23,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import with_fields
 from symdyn.errors import IdentifyError, UnknownNameError
-from symdyn.identification.search import FEWEST, Measured, Search, first_state, read_measured, searched
-from symdyn.identification.shooting import shooting
+from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike, SceneUnits, bind
 from symdyn.scene.values import Faults, listed, suggestion

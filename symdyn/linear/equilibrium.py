@@ -25,10 +25,9 @@ from symdyn.dynamics import formulas
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import Complexes
+from symdyn.linear.modes import Complexes, SecondOrder
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.search import NEAR, SAME, Search
-from symdyn.linear.second_order import SecondOrder
 from symdyn.linear.steady import at_rest
 from symdyn.scene import SceneUnits
 from symdyn.simulation import Problem

@@ -40,8 +40,7 @@ from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
-    from symdyn.linear.reach import Reach
-    from symdyn.linear.transfer import Transfer
+    from symdyn.linear.transfer import Reach, Transfer
 
 
 ZEROS = {
@@ -275,13 +274,13 @@ class Linearization(Shown):
 
     def controllability(self) -> Reach:
         """Return what the inputs move."""
-        from symdyn.linear.reach import controllability
+        from symdyn.linear.transfer import controllability
 
         return controllability(self)
 
     def observability(self) -> Reach:
         """Return what the outputs show."""
-        from symdyn.linear.reach import observability
+        from symdyn.linear.transfer import observability
 
         return observability(self)
 

@@ -28,9 +28,9 @@ from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.locus import number_in
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
-from symdyn.linear.reach import shown, staircase
 from symdyn.linear.run_files import check_arrays
 from symdyn.linear.sampled import sampled
+from symdyn.linear.transfer import shown, staircase
 from symdyn.scene.values import Faults, FormulaError, suggestion
 
 if TYPE_CHECKING:

@@ -24,9 +24,8 @@ from symdyn.algebra import Array, Floats, Form
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, evaluate, reachable
-from symdyn.linear.modes import Complexes
+from symdyn.linear.modes import Complexes, SecondOrder
 from symdyn.linear.prepared import MASS, RANK, Prepared
-from symdyn.linear.second_order import SecondOrder
 from symdyn.scene import SceneUnits
 from symdyn.simulation import Problem, opened
 from symdyn.unlocked import cached_property

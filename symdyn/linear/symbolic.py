@@ -20,9 +20,9 @@ from symdyn.dynamics import formulas
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
-from symdyn.linear.formulas import SAME, Root, Symbolic, negated
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
+from symdyn.linear.report import SAME, Root, Symbolic, negated
 from symdyn.rounding import digits_or
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened

@@ -16,14 +16,13 @@ from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.study.design import SALTELLI
+from symdyn.study.design import SALTELLI, Indices, indices
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
-    from symdyn.study.design import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -258,8 +257,6 @@ class Runs(Shown):
             UnknownNameError: there is no such measure.
         """
         check_arguments(Runs.indices, locals(), SimulateError)
-        from symdyn.study.design import indices
-
         return indices(self, measure, level, resamples, seed)
 
     def plot(self, *outcomes: str, kind: str | None = None) -> Figure:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
 from symdyn.bench.states import positions_of
-from symdyn.bench.stress.chains import shares
+from symdyn.bench.stress.angles import shares
 from symdyn.bench.stress.scenes import Calls, arm, calls, looked_at, one_body, rubbing
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real

@@ -37,8 +37,8 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.derived import with_given
+from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.statements import read_formula
-from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 

@@ -20,10 +20,9 @@ from symdyn.teach.document import Blank, Block, Box, Document, Fold, Room, Secti
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.exercises import FREE, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.grammar import PAGE
+from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.statements import SPEEDS
-from symdyn.teach.student.vocabulary import Names
 
 FEW, BUDGET, SMALL = 300, 1000, 2
 """Mistakes of one blank that a page knows, and of all its blanks where a scene has more than `SMALL` velocities."""

@@ -24,10 +24,10 @@ from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer, equality, judged, less, minus, untitled, without_slope
 from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
 from symdyn.teach.student.statements import Statement, find_target, read_statements
-from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import Verdict
 
 ENERGIES = ("K", "P", "L")

@@ -22,8 +22,8 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
-from symdyn.teach.student.vocabulary import Names
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3

@@ -32,9 +32,9 @@ from symdyn.teach.student.grammar import (
     MOST_LETTERS,
     SPELLINGS,
     TIME_LETTERS,
+    Names,
     plain_index,
 )
-from symdyn.teach.student.vocabulary import Names
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows

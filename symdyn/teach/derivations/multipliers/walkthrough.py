@@ -30,14 +30,16 @@ from symdyn.teach.derivations.lagrange.equation_steps import coefficient_steps, 
 from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multipliers.balance import (
+    condition_steps,
+    multiplier,
     name_forces,
+    name_ties,
     principle_steps,
     reduced_steps,
     system_step,
     unit_of,
     valued,
 )
-from symdyn.teach.derivations.multipliers.conditions import condition_steps, multiplier, name_ties
 from symdyn.teach.derivations.multipliers.constrained import Constrained
 from symdyn.teach.document import Block, Document, Formula, Step, Words
 from symdyn.teach.lesson import named, silent_steps

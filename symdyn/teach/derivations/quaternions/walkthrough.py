@@ -22,10 +22,16 @@ from symdyn.teach.derivations.afterwards.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange.rotations import angular_velocity
 from symdyn.teach.derivations.lagrange.velocities import folded
 from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multipliers.balance import meaning_step, name_forces, system_step
-from symdyn.teach.derivations.multipliers.conditions import condition_steps, name_ties
+from symdyn.teach.derivations.multipliers.balance import (
+    condition_steps,
+    meaning_step,
+    name_forces,
+    name_ties,
+    system_step,
+)
 from symdyn.teach.derivations.multipliers.walkthrough import choose_tied_motion, forces_step, tied_power_step
 from symdyn.teach.derivations.quaternions.equations import (
+    Turning,
     energy_steps,
     equation_steps,
     momentum_steps,
@@ -33,7 +39,6 @@ from symdyn.teach.derivations.quaternions.equations import (
     right_sides,
     weight_step,
 )
-from symdyn.teach.derivations.quaternions.turning import Turning
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, named, silent_steps, together
 from symdyn.teach.notation import acting_steps, parameter_rows, scene_step
