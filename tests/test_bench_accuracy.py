@@ -15,9 +15,8 @@ from arms import puma560, spatial_arm
 from symdyn.algebra.big import BigFloats
 from symdyn.bench import Measured, bench
 from symdyn.bench.implementations import implementations
-from symdyn.bench.reference import Solve, linear, reference
+from symdyn.bench.reference import REGIONS, Positions, Solve, draw, linear, near_singular, positions_of, reference
 from symdyn.bench.report import Dot, Series, log_log
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate

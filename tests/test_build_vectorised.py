@@ -15,7 +15,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
-from symdyn.runtime.dialects import FLAGS
+from symdyn.runtime.commands import FLAGS
 from symdyn.scene import read
 
 pytestmark = pytest.mark.runs("gcc")

@@ -19,7 +19,7 @@ import symdyn
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.emit.targets import gpu_budget as rooms_of
-from symdyn.emit.targets.entries import Entries
+from symdyn.emit.targets.emit_program import Entries
 from symdyn.emit.targets.gpu import budgets
 from symdyn.emit.targets.gpu_budget import Line, shares
 from symdyn.program import Program, formulate, lower

@@ -20,9 +20,9 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.forward import is_stiff
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.panels import record
 from symdyn.simulation.prescribed.forces import SceneMotion
 from symdyn.simulation.prescribed.motion_laws import Law, read_law

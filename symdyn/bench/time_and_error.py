@@ -15,8 +15,18 @@ import numpy.typing as npt
 
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
-from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
+from symdyn.bench.reference import (
+    REGIONS,
+    Positions,
+    Reference,
+    Solve,
+    draw,
+    linear,
+    near_singular,
+    positions_of,
+    reference,
+    state_of,
+)
 from symdyn.dynamics import Equations, Requested, Workspace, derive_one, formulations_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS

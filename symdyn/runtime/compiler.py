@@ -28,8 +28,18 @@ from typing import IO
 from symdyn.emit import TARGETS, Sources, packed
 from symdyn.errors import BuildError, MissingCompiler
 from symdyn.extras import install
-from symdyn.runtime.commands import stop_command, waiting
-from symdyn.runtime.dialects import GNU, NVCC, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
+from symdyn.runtime.commands import (
+    GNU,
+    NVCC,
+    RUST,
+    Dialect,
+    Needs,
+    candidates,
+    cpp_dialect_of,
+    dialect_of,
+    stop_command,
+    waiting,
+)
 
 CANDIDATES = candidates()
 

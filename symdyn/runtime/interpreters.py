@@ -23,8 +23,7 @@ from symdyn.dynamics import Function
 from symdyn.emit import Sources, verbatim, write
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.runtime.cache import check_target
-from symdyn.runtime.commands import waiting
-from symdyn.runtime.dialects import GNU
+from symdyn.runtime.commands import GNU, waiting
 
 NODE_COMMANDS = ("node", "nodejs")
 

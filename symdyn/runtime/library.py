@@ -43,7 +43,7 @@ from symdyn.runtime.cache import (
     trusted_folder,
     warn,
 )
-from symdyn.runtime.commands import threads
+from symdyn.runtime.commands import Needs, threads
 from symdyn.runtime.compiler import (
     NOTHING,
     PATIENCE,
@@ -52,7 +52,6 @@ from symdyn.runtime.compiler import (
     compile_library,
     find_compiler,
 )
-from symdyn.runtime.dialects import Needs
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 

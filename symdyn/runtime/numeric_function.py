@@ -24,9 +24,8 @@ from symdyn.emit import Code, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
 from symdyn.runtime.cache import Lock
-from symdyn.runtime.commands import threads
+from symdyn.runtime.commands import Needs, threads
 from symdyn.runtime.compiler import PATIENCE, find_compiler
-from symdyn.runtime.dialects import Needs
 from symdyn.runtime.library import SUFFIX, LibraryKind, extension_kind, load_library
 from symdyn.runtime.runners import or_warn, run_python
 from symdyn.scene import Scene

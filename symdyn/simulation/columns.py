@@ -26,7 +26,7 @@ from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.table import Table
 
 if TYPE_CHECKING:
-    import pandas
+    import pandas  # type: ignore[import-untyped]
     import xarray
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")

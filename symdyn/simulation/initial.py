@@ -27,7 +27,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.equations.conserved import values_on
+from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 

@@ -37,7 +37,7 @@ from symdyn.simulation.equations.compiled_routines import (
     opened,
     points,
 )
-from symdyn.simulation.equations.crossings import SLACK, limits_of
+from symdyn.simulation.equations.monitors import SLACK, limits_of
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations

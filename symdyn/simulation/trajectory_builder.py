@@ -26,7 +26,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.equations.crossings import SLACK, STOPS, Limit
+from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import Hit
 from symdyn.simulation.run import STOPPED, Integration, valueless

@@ -31,12 +31,11 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.simulation.forward import ready
+from symdyn.simulation.forward import is_stiff, ready
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.method import DOUBLES, IntegrationError
 from symdyn.simulation.integrate.tape import UNHEARD, Tape, Told, taped
-from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.problem import Problem
 from symdyn.simulation.run import Integration, Outlook

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.bench.case import Case, Stress
-from symdyn.bench.stress import angles, motions, odd_numbers as numbers, solving, traps
+from symdyn.bench.stress import angles, motions, odd_numbers as numbers, solving
 from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
@@ -34,7 +34,7 @@ FAMILIES: Mapping[str, Family] = {
     "chains": Family("chains of up to 100 links in relative and absolute angles", angles.chains),
     "angles": Family("huge and tiny angles, sums of angles", angles.huge_angles, angles.angles_of_scene),
     "numbers": Family("NaN, infinities, denormals, -0, float, hardly any mechanism", numbers.builtin, numbers.of_scene),
-    "traps": Family("floating-point exceptions", traps.builtin, traps.of_scene),
+    "traps": Family("floating-point exceptions", numbers.traps, numbers.traps_of_scene),
     "spin": Family("fast spin: heavy top, middle axis", motions.spin),
     "stiff": Family("stiff springs", motions.stiff),
     "loops": Family("change points, redundant loops", motions.change_points),

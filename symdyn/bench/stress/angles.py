@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Floats
 from symdyn.bench.case import Case, worst
-from symdyn.bench.states import Positions, positions_of
+from symdyn.bench.reference import Positions, positions_of
 from symdyn.bench.stress.scenes import EPSILON, Calls, calls, chain, looked_at, offset_pendulum, one_body, two_link
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.dynamics import row_of

@@ -24,8 +24,8 @@ from symdyn.errors import BuildError
 from symdyn.program import Program, shared
 from symdyn.runtime.backends.card import Kernels, architecture, compiled, several
 from symdyn.runtime.backends.words import Word
+from symdyn.runtime.commands import Needs
 from symdyn.runtime.compiler import PATIENCE, find_compiler
-from symdyn.runtime.dialects import Needs
 from symdyn.runtime.library import SUFFIX, LibraryKind, load_library
 
 HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)

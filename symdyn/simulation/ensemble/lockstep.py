@@ -39,10 +39,10 @@ from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
 from symdyn.simulation.equations.compiled_routines import Kept, Opened, acting, function_of, opened
-from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
+from symdyn.simulation.equations.monitors import SLACK, STOPS, limits_of
+from symdyn.simulation.forward import dies_out_fast
 from symdyn.simulation.integrate.method import DOUBLES
 from symdyn.simulation.integrate.watch import CLOSER, FIRST, ROUNDING, Looks
-from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED

@@ -42,8 +42,7 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
-from symdyn.simulation.equations.conserved import Candidates
-from symdyn.simulation.equations.crossings import Limit
+from symdyn.simulation.equations.monitors import Candidates, Limit
 from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property

@@ -39,8 +39,7 @@ from symdyn.graph import Expr, substitute
 from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
-from symdyn.simulation.equations.conserved import candidates
-from symdyn.simulation.equations.crossings import limits_of
+from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
 

@@ -36,7 +36,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.simulation.equations.crossings import SLACK
+from symdyn.simulation.equations.monitors import SLACK
 from symdyn.simulation.integrate.method import Hit, InitialValueProblem
 
 

@@ -25,12 +25,12 @@ from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards.afterwards import after_sections
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.kane import kane_steps
 from symdyn.teach.derivations.lagrange.equation_steps import (
     coefficient_key,
     coefficient_steps,
     coefficient_unit,
     equation_steps,
+    kane_steps,
     name_coefficients,
     node_of,
 )

@@ -25,8 +25,12 @@ from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards.equilibria import closed_sections
-from symdyn.teach.derivations.kane import kane_steps
-from symdyn.teach.derivations.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
+from symdyn.teach.derivations.lagrange.equation_steps import (
+    coefficient_steps,
+    equation_steps,
+    kane_steps,
+    name_coefficients,
+)
 from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multipliers.balance import (
