@@ -1,10 +1,7 @@
 """A motion in a file, by its ending: pages and pictures of our own, GIF and MP4 frame by frame, and glTF.
 
-Frames are painted by matplotlib for both; Pillow writes GIF and ffmpeg, as imageio-ffmpeg brings it, MP4.
-
-How a film is shown.
-
-Colours of a GIF: 256 for all frames of a film, and the nearest of them for every pixel.
+Frames are painted by matplotlib for both; Pillow writes GIF and ffmpeg, as imageio-ffmpeg brings it, MP4. A GIF has 256
+colours for all frames of a film, and the nearest of them for every pixel.
 """
 
 from __future__ import annotations

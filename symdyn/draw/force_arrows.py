@@ -3,7 +3,7 @@
 A force is drawn from the point that it acts at. A couple is an arc in a planar scene, else an arrow with two heads
 along its axis, right-handed. Arrows have one length: a picture shows directions, numbers are for tables.
 
-What stands beside the mechanism: the direction of gravity, and in a spatial picture that of the ground's axes.
+Beside the mechanism stand the direction of gravity, and in a spatial picture those of the ground's axes.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
 """Pictures of a scene and of one of its bodies as SVG text.
 
-Coordinates: turns as arcs from the zero position, slides as dimensions, both with an arrow at the end.
+Of coordinates turns are arcs from the zero position, slides dimensions, both with an arrow at the end. A coordinate
+that is too near zero for that shows its sense: a short dashed arrow the way it grows.
 
-A coordinate that is too near zero for that shows its sense: a short dashed arrow the way it grows.
-
-A mechanism in the middle and at both ends of a swing, in one picture.
-
-Text of pictures and pages, which is text like any other, and in a notebook what it describes.
+A swing shows a mechanism in its middle and at both ends, in one picture. Text of pictures is text like any other, and
+in a notebook what it describes.
 """
 
 from __future__ import annotations

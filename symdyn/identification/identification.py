@@ -1,6 +1,6 @@
 """What identification returns: base parameters before and after, how sure they are, how well forces are predicted.
 
-Which combinations of parameters a motion does not tell, in words: what they are, why, and what motion would help.
+Combinations of parameters that a motion does not tell are named: what they are, why, and what motion would help.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Bodies that were declared by numbers get ten numbers near their own (`physical`); where bodies are made of parameters
 with names, these get values (`named`), and formulas stay as they are.
 
-Values of a scene's own parameters, m1 or l2c, that give the estimated base parameters.
+Values of a scene's own parameters, m1 or l2c, are those that give the estimated base parameters:
 
     minimise    (beta(theta) - e)^T Sigma^-1 (beta(theta) - e)
 

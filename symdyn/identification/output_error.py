@@ -8,8 +8,6 @@ as much, so that each search begins where the run stays close to the data. σ is
 again after every search (maximum likelihood with independent columns).
 
 References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
-
-What output error has found: parameters, starts, and what the data leave open.
 """
 
 from __future__ import annotations

@@ -2,9 +2,7 @@
 
 One file of HTML without anything from elsewhere; the same identification and command give the same bytes.
 
-What is written of an identification: a page, and the identified scene as text.
-
-An identified scene as text: what it was made of stands on top, where a format has comments.
+The identified scene is written too: what it was made of stands on top, where a format has comments.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The functions that linearise: the linear systems of a scene at a point, at all positions of rest, or along a run.
 
-Whether all positions of rest are known: counted exactly where the equations are polynomials over the rationals.
+Whether all positions of rest are known is counted exactly where the equations are polynomials over the rationals:
 
     I        ideal of the forces at rest, in sines s and cosines c of angles, s² + c² = 1, and in slides
     D        dimension of ℚ[s, c, x]/I: finite where positions of rest are isolated, complex ones too

@@ -2,9 +2,8 @@
 
 Angles at the point that are multiples of 15 degrees, and what is zero, are exact; other coordinates stay symbols in the
 formulas, as those of a four-bar do. Balance is used: at rest accelerations are zero, and multipliers follow from the
-rows of dependent velocities. What is found is compared with the numbers at the point before it is shown.
-
-A closed mechanism with one freedom at rest in formulas: mass, stiffness and damping have names of their own.
+rows of dependent velocities. What is found is compared with the numbers at the point before it is shown. Of a closed
+mechanism with one freedom at rest mass, stiffness and damping have names of their own.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The only file that runs a compiler, of C and its kin: finding one, asking who it is, compiling a shared library.
 
-What a compiler adds to sources before they become files: binaries, where a target's files hold such.
-
-Binaries of this platform in FMUs whose sources `emit` wrote: model by model one shared library, portable code.
+FMUs whose sources `emit` wrote get binaries of this platform: model by model one shared library, portable code.
 """
 
 from __future__ import annotations

@@ -1,14 +1,7 @@
 """How each target is run here, by its name: sources in, callables out.
 
-The only file that runs CasADi: a generated module of its functions as callables of arrays.
-
-The only file that runs heyoka: expressions of a generated module, compiled as callables of arrays.
-
-The graph of the target "json" as Python callables, one state a call: what any reader of the file has to do.
-
-The only file that runs OpenCL: generated kernels as Python callables, through PyOpenCL, on whatever device there is.
-
-A graphics card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is
+It is the only file that runs CasADi and heyoka, whose functions are callables of arrays, and OpenCL, whose kernels run
+through PyOpenCL. The graph of the target "json" takes one state a call, as any reader of the file would. A graphics card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is
 installed. Arrays come and go as rows, one a state; kernels read columns.
 """
 

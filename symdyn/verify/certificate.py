@@ -1,8 +1,6 @@
 """The certificate of a scene: what was proved, over which fields, of which files, and how far the built code is off.
 
-A module whose functions are called with many states at once, to measure one of them.
-
-Claims about quaternions hold on the unit sphere: there they are compared.
+Claims about quaternions are compared on the unit sphere, where they hold:
 
     e = u² / |u|²    is a unit quaternion for any u, rational in its four numbers
 

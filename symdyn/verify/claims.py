@@ -1,6 +1,6 @@
 """What is claimed about the equations of a scene: derivations against each other, laws, the program.
 
-Claims about programs: each computes its equations, whichever way code goes over them.
+A program computes its equations, whichever way code goes over them.
 """
 
 from __future__ import annotations

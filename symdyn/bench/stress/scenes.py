@@ -1,6 +1,6 @@
-"""The built-in scenes of the hard cases, as files say them.
+"""The built-in scenes of the hard cases, as files say them, and what cases are measured with.
 
-What cases are measured with: every implementation of a function at given states, and the truth at 50 digits.
+That is every implementation of a function at given states, and the truth at 50 digits.
 """
 
 from __future__ import annotations

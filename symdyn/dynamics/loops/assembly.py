@@ -7,9 +7,8 @@ Where σ is smaller than at generic positions, the mechanism stands at a change 
 
 Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
 
-A large graph evaluated at one state, level by level: all operations of one kind that need nothing else at once.
-
-A node's level is one more than the highest of its operands'. A graph of many like parts, as of a mechanism with many
+A large graph is evaluated at one state level by level, all operations of one kind that need nothing else at once. A
+node's level is one more than the highest of its operands'. A graph of many like parts, as of a mechanism with many
 loops, has few levels, however many nodes: NumPy takes each in one call. Values are those of doubles; sines and the like
 may differ from Python's in the last bit.
 """

@@ -2,9 +2,7 @@
 
 Where a program has a function's derivatives too, they are its Jacobian: CasADi asks for it, and differentiates nothing.
 
-C that `casadi.external` takes: our own, and around it the interface by which CasADi calls.
-
-Which functions of a program are derivatives of others, column by column: CasADi takes them for its Jacobians.
+`casadi.external` takes C: our own, and around it the interface by which CasADi calls.
 """
 
 from __future__ import annotations

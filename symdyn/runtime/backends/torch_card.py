@@ -3,13 +3,6 @@
 A tensor (n, m) whose memory is that of a contiguous (m, n) is columns, and is taken where it lies; another one is
 copied on its card. Results are such tensors, so that what one function returns the next one takes without a copy.
 Nothing waits, and nothing leaves the card.
-
-Kernels on a card: the files of the GPU target and what hosts call of them, compiled by nvcc, and kept.
-
-A kernel takes columns, entry i of all states together, and gives columns; all states have one set of parameters. What
-differs by library of arrays is how columns come to it: `torch_card.py`, `jax_card.py`.
-
-Tests compile all this with nvcc, and run it as C++ over arrays on the CPU. It has not been run on a card.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """What a page is told to check answers by value: never a result itself, nor a formula that a mistake gives.
 
-A sheet to print: the task, numbered questions with room to write, and solutions where they are wanted.
-
-A document with exercises for formats in which nothing opens: solutions and what follows from them at the end.
+A sheet to print has the task, numbered questions with room to write, and solutions where they are wanted. In formats in
+which nothing opens, solutions and what follows from them stand at the end.
 """
 
 from __future__ import annotations

@@ -4,10 +4,9 @@ Equality is decided by value over finite fields (`symdyn.verify.equality`); the 
 (`symdyn.teach.student.differences`). Coefficients carry their own sign; `book` takes the minus of k_C and k_D out, as
 (5.40).
 
-Multipliers in a student's Lagrangian: L + Σ λ_k f_k, where every f_k vanishes wherever the loops are closed.
-
-The conditions may be written in other ways than the scene's, so they are looked at in numbers, as rows are: each
-vanishes on the motions that are allowed, and together they forbid as much as the scene's rows.
+A student's Lagrangian may have multipliers: L + Σ λ_k f_k, where every f_k vanishes wherever the loops are closed. The
+conditions may be written in other ways than the scene's, so they are looked at in numbers, as rows are: each vanishes
+on the motions that are allowed, and together they forbid as much as the scene's rows.
 """
 
 from __future__ import annotations

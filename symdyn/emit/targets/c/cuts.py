@@ -1,8 +1,7 @@
 """Functions of one state in parts, and what else is asked of a routine before its stages are printed.
 
-What the templates of batch code are given: the stages of every function as finished text.
-
-The loop over rows of a function that solves, as its template is given it.
+Templates of batch code are given the stages of every function, and the loop over rows of one that solves, as finished
+text.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The walkthrough of a mechanism with loops or rolling by Lagrange's equations with multipliers, section by section.
 
-Steps: multipliers and drives in numbers, and the check by energy: conditions do no work.
-
-The state that the lesson shows, and the multipliers there.
+Its last steps are multipliers and drives in numbers, and the check by energy: conditions do no work. The state that the
+lesson shows, and the multipliers there, solve
 
     A u = 0, A u̇ + Ȧ u = 0             what the conditions allow; prescribed motions are rows of their own
     E_i(u̇) - A_ki λ_k = 0              where nothing drives velocity i and no motion is prescribed for it

@@ -1,8 +1,7 @@
 """The walkthrough of a mechanism whose bodies turn by quaternions, section by section.
 
-Steps: what a unit quaternion is, the rotation that it makes, ω from its rate and its rate from ω; velocities.
-
-The state that the lesson shows, what the equations are worth there, and what stays constant.
+It begins with what a unit quaternion is, the rotation that it makes, ω from its rate and its rate from ω, and
+velocities, and ends with what the equations are worth at a state, and what stays constant.
 """
 
 from __future__ import annotations
