@@ -8,9 +8,10 @@ file cut short ends no process with SIGBUS, one that was changed is no library a
 The hash tells damage; who could write a library could write its hash as well. Against others stand owner and mode, here
 and of the folder (`symdyn.runtime.cache`).
 
-Compiled code stands in the user's cache, if only the user may write there, else in a folder of our own. A build works in a folder aside. It holds a lock there, which the system lets go when the process ends in whatever way:
-the next build takes away what killed ones left.
-A child that is forked while another thread holds a lock finds it open, for that thread is not in the child.
+Compiled code stands in the user's cache, if only the user may write there, else in a folder of our own. A build works
+in a folder aside. It holds a lock there, which the system lets go when the process ends in whatever way: the next build
+takes away what killed ones left. A child that is forked while another thread holds a lock finds it open, for that
+thread is not in the child.
 
 Other bytes are sealed as libraries are, in the same folder: whose they are, who may change them and their hash are
 looked at before anything is made of them.

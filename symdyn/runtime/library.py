@@ -3,8 +3,8 @@
 The key covers the text of every file, the flags, the compiler's command line, its version text and the features of the
 machine it compiles for. A library is compiled in a folder aside, sealed and renamed into place, so that two builds at
 once both end with a whole one. What is in the cache is loaded only if it is what was put there
-(`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`).
-The ufunc target is compiled against this Python and this NumPy, and imported from there.
+(`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`). The ufunc target is
+compiled against this Python and this NumPy, and imported from there.
 """
 
 from __future__ import annotations

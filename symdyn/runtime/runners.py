@@ -1,8 +1,9 @@
 """How each target is run here, by its name: sources in, callables out.
 
 It is the only file that runs CasADi and heyoka, whose functions are callables of arrays, and OpenCL, whose kernels run
-through PyOpenCL. The graph of the target "json" takes one state a call, as any reader of the file would. A graphics card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is
-installed. Arrays come and go as rows, one a state; kernels read columns.
+through PyOpenCL. The graph of the target "json" takes one state a call, as any reader of the file would. A graphics
+card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is installed.
+Arrays come and go as rows, one a state; kernels read columns.
 """
 
 from __future__ import annotations
