@@ -143,8 +143,8 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
     exact = _exact(prepared, search.idle)
     known, (scanned, changes) = search.placed(exact), search.scanned()
     q, good = search.roots(np.vstack([known, search.drawn(starts), changes]))
-    q = np.array([search.wrapped(place) for place in q])
-    good &= search.sloped(q)
+    q = np.vstack([search.wrapped(place) for place in q])
+    good = np.logical_and(good, search.sloped(q))
     seeded = np.arange(len(q)) - len(known) < starts
     seeded[: len(known)] = False
     lists = _Lists(search, dict(enumerate(exact)))
