@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
+.PHONY: demo quick net test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -15,6 +15,9 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 
 quick: $(READY)  ## a minute: what starts no compiler, browser or LaTeX and takes no long
 	$(BIN)/python -m pytest --quick -n auto --maxprocesses 4 --dist worksteal
+
+net: $(READY)  ## half a minute: whether the program of any example has changed, by hashes
+	$(BIN)/python tests/net.py --compare --programs
 
 test: $(READY)  ## everything that must hold
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=20 --durations-min=1

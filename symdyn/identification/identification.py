@@ -188,7 +188,7 @@ class Identification(Shown):
     Attributes:
         scene: as it was declared.
         model: what the logs were held against; its scene has a parameter for every term of friction that was added.
-        logs: as measured.
+        logs: as measured: each has `source`, `t`, `q`, `qd`, `qdd`, `tau` and `notes`.
         motions: filtered, at even times, with what was fitted and what was held back.
         band: highest frequency that was used, Hz.
         regression: least squares with all of its rows.

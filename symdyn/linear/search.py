@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats, Form
 from symdyn.dynamics.mechanism import TIME, quaternions
@@ -284,6 +285,11 @@ class Search:
         apart = np.abs(x - y)
         turned = np.abs(np.pi - np.abs(apart % (2 * np.pi) - np.pi))
         return bool(np.where(self.turns, turned, apart).max(initial=0.0) < near)
+
+    def sloped(self, q: Array) -> npt.NDArray[np.bool_]:
+        """Tell at which positions the equations have slopes, (N,): not where a spring has no length, so no way."""
+        J, _ = self._scaled(self.at(q, np.zeros((len(q), len(self.v.multipliers)))))
+        return np.asarray(np.isfinite(J).all(axis=(1, 2)))
 
     def flat(self, q: Array) -> bool:
         """Tell whether there are equilibria next to one, moves of idle coordinates apart."""

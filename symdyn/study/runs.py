@@ -70,7 +70,7 @@ class Runs(Shown):
         about: how they were made: design, seed, hash of the scene, method, ...
         notes: what a user should know.
         wall: seconds that the runs of this call took.
-        ends: where runs ended; None of a sweep, which keeps measures alone.
+        ends: `t`, `q`, `qd` and `samples` as below, `times` of these, s; None of a sweep, which keeps measures alone.
     """
 
     scene: str

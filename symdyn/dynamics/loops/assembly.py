@@ -119,7 +119,7 @@ def closed_position(
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
-    """Return the witness at which something is decided: the mechanism with values of its parameters, a closed position.
+    """Return a witness configuration (Michelucci, Foufou, 2006), at which things are decided: all values, closed loops.
 
     Values that `make` does not give are drawn until the loops close; DerivationError where they never do.
     """

@@ -1,4 +1,4 @@
-"""Arrays of JAX on a card (`card.py`): handlers that XLA calls with columns, on the stream that it computes on.
+"""Arrays of JAX on a card: handlers that XLA calls with columns, on the stream that it computes on.
 
 What a handler takes is (entries, states), all leading dimensions one after another. XLA turns rows into that on the
 card, and where (7, n) was transposed before, it does neither; what lacks a leading dimension it broadcasts before the

@@ -1,4 +1,4 @@
-"""Tensors of PyTorch on a card (`card.py`): launchers in C, on the stream that PyTorch computes on.
+"""Tensors of PyTorch on a card: launchers in C, on the stream that PyTorch computes on.
 
 A tensor (n, m) whose memory is that of a contiguous (m, n) is columns, and is taken where it lies; another one is
 copied on its card. Results are such tensors, so that what one function returns the next one takes without a copy.
