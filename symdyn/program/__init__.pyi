@@ -1,7 +1,7 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
 from .formulation import (
-    Candidates as Candidates,
+    choose_one as choose_one,
     choose as choose,
     formulate as formulate,
 )
