@@ -91,9 +91,7 @@ def lockstep(
     moving = Moving.driven(w)
     named = {name for one in insides for name in one.symbols}
     energies = {
-        w.graph.symbol(name): derive_one(w, output).entries[0]
-        for name, output in ENERGIES.items()
-        if name in named
+        w.graph.symbol(name): derive_one(w, output).entries[0] for name, output in ENERGIES.items() if name in named
     }
     seen = substitute(substitute(moving.expressed(insides), energies), place) if insides else []
     tau = [place[one] for one in w.state.tau]
