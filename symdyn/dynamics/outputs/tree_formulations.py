@@ -20,7 +20,7 @@ from typing import NamedTuple
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.linear_solve import solve
 from symdyn.dynamics.mechanism.state import accelerations
-from symdyn.dynamics.outputs.recursive_derivatives import coriolis_matrix
+from symdyn.dynamics.outputs.recursive_derivatives import COUNTED, coriolis_matrix
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.aba import aba
 from symdyn.dynamics.recursive.rnea import rnea
@@ -105,10 +105,6 @@ def forward(w: Workspace) -> list[Expr]:
 def christoffel_matrix(w: Workspace) -> list[Expr]:
     """Return C(q, u) of the Christoffel symbols of M by composite bodies."""
     return flat(w.composite_christoffel.coriolis_matrix(w.state.qd))
-
-
-COUNTED = 16
-"""Velocities up to which formulations of C are compared by their operations."""
 
 
 def cheaper_coriolis(w: Workspace) -> str:
