@@ -235,7 +235,7 @@ OUTPUTS: dict[str, Output] = {
         default_in="generate",
         cubic=True,
         prefer=formulations.cheaper_coriolis,
-        size=Size((0, 0, 15)),
+        size=Size((0, 83)),
     ),
     "momentum": Output(
         "generalized momentum p = M(q) qd",

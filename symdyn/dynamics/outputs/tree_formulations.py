@@ -110,11 +110,12 @@ def christoffel_matrix(w: Workspace) -> list[Expr]:
 def cheaper_coriolis(w: Workspace) -> str:
     """Return "derivatives" where these take fewer operations than Christoffel symbols, as for seven crossed axes.
 
-    No rule of the tree's shape tells: branches and parallel axes decide. Both are derived on a graph of their own,
+    No rule of a small tree's shape tells: branches and parallel axes decide. Both are derived on a graph of their own,
     since programs are written in the order in which nodes are born, and what is only counted must not change that.
+    Beyond, symbols grow with the cube of the number of velocities: a chain of 16 takes 7,313 operations for 23,339.
     """
     if w.state.n > COUNTED:
-        return "crba"
+        return "derivatives"
     other = Workspace(w.scene, w.closing)
     varying = (*other.state.q, *other.state.qd)
     rival, own = (cost(other.once(derive), varying) for derive in (coriolis_matrix, christoffel_matrix))
