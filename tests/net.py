@@ -6,7 +6,7 @@ what they lack: friction and dampers that act, springs at joints and at one that
     python tests/net.py --compare two_link rssr    prints what differs from the list, and ends with 1 if anything does
     python tests/net.py --compare --programs       looks at each program once, as NumPy: half a minute
 
-A line is example, formulation ("-": by counting), outputs, way and target, then each file with the beginning of its
+A line is example, formulation ("-": as preferred), outputs, way and target, then each file with the beginning of its
 SHA-256; or "refused" and that of what is said. `make slow` compares; a change that is meant is listed where it is made.
 """
 

@@ -16,6 +16,9 @@ from symdyn.errors import DerivationError
 
 PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
 
+SIMPLER = ("inverse_dynamics_hessian", "gravity_forces_by_q", "coriolis_matrix")
+"""Of a plane chain these are much shorter than what is counted on."""
+
 REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 
 
@@ -24,7 +27,17 @@ REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "
 @pytest.mark.parametrize(
     ("n", "requests"),
     [
-        (8, (*REQUESTS, "inverse_dynamics_jvp", "gravity_forces_by_q", "regressor", "inverse_dynamics_hessian")),
+        (
+            8,
+            (
+                *REQUESTS,
+                "coriolis_matrix",
+                "inverse_dynamics_jvp",
+                "gravity_forces_by_q",
+                "regressor",
+                "inverse_dynamics_hessian",
+            ),
+        ),
         (16, (*REQUESTS[:3], "forward_dynamics_by_tau", "inverse_dynamics_vjp")),
         (32, REQUESTS[:3]),
         pytest.param(32, REQUESTS[3:], marks=pytest.mark.slow),
@@ -41,7 +54,7 @@ def test_a_size_that_is_told_beforehand_is_counted_within_a_factor_of_two(
         told = expected_size(workspace, request, simplicity(workspace))
         counted = Counts.of(derive_one(workspace, request)).cost
 
-        assert 0.5 < told / counted < (2 if kind != "plane" or request != "inverse_dynamics_hessian" else 5), request
+        assert 0.5 < told / counted < (5 if kind == "plane" and request in SIMPLER else 2), request
 
 
 @pytest.mark.runs("cc")

@@ -76,7 +76,7 @@ def add_formulation(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--formulation",
         choices=sorted(dict.fromkeys(name for name, _ in formulations), key=growing.__contains__),
-        help="take this derivation where a function has it; without this, the one with the fewest operations",
+        help="take this derivation where a function has it; without this, the one that its row of the table prefers",
     )
 
 

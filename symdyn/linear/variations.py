@@ -28,7 +28,6 @@ from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
-from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import read_output
@@ -238,8 +237,8 @@ def _written(
     q, u, a = along, each(state.qd), each(state.qdd)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
-    if not scene.is_closed and not own:  # in the formulation that costs least
-        direct = Candidates(w, "inverse_dynamics_derivatives").cheapest()
+    if not scene.is_closed and not own:  # in the formulation that is preferred
+        direct = derive_one(w, "inverse_dynamics_derivatives")
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*state.qdd, *multipliers], zero)

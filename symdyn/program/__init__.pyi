@@ -1,8 +1,8 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
 from .formulation import (
-    Candidates as Candidates,
     choose as choose,
+    choose_one as choose_one,
     formulate as formulate,
     in_lines as in_lines,
 )

@@ -18,11 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph, tangents
-from symdyn.program import Candidates, identifier
+from symdyn.program import identifier
 from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
@@ -132,7 +132,7 @@ def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     if w.scene.is_closed:
         names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
     names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
-    functions = [Candidates(w, name).cheapest() for name in names]
+    functions = [derive_one(w, name) for name in names]
     turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
     limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
     functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
@@ -151,7 +151,7 @@ def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     w = Workspace(scene.scene, scene.closing)
     names = ["constraint_jacobian"] if w.scene.is_closed else []
     names += [f"jacobian:{name}" for name in points_on_paths]
-    functions = [_kinematics(w), *(Candidates(w, name).cheapest() for name in names)]
+    functions = [_kinematics(w), *(derive_one(w, name) for name in names)]
     moved = [
         replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
         for one in functions

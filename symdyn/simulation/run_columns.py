@@ -21,13 +21,13 @@ from functools import lru_cache
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate, reachable
-from symdyn.program import Candidates, formulate
+from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS, Faults, suggestion
 from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, function_of, opened
@@ -44,7 +44,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
         w = Workspace(found.scene, found.closing)
         inputs = ("inputs",) if w.scene.inputs else ()
         forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
-        return compiled(w.scene, w.graph, (forces, Candidates(w, "constraint_jacobian").cheapest()))
+        return compiled(w.scene, w.graph, (forces, derive_one(w, "constraint_jacobian")))
 
     made = compiled_once(("multipliers", found.scene, decisions), make)
     f, G = (_over(motion, made, found, routine.function) for routine in made.program.routines)

@@ -295,7 +295,7 @@ def calls(
     """Return functions of a scene in NumPy and in C with batch code.
 
     Of outputs `beside` them true values are needed and no code. What is not `compiled` is run operation by operation
-    in place of both. A formulation of None is the cheapest.
+    in place of both. A formulation of None is the one that is preferred.
     """
     w = Workspace(scene)
     functions = (

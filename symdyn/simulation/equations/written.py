@@ -36,7 +36,6 @@ from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, substitute
-from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
 from symdyn.simulation.equations.monitors import candidates, limits_of
@@ -152,7 +151,7 @@ def _written(
     tau = [place[one] for one in w.state.tau]
     moving = Moving.driven(w)
     moving.check([one.formula for one in w.scene.outputs])
-    solved = linear.forward_dynamics(w) if linear else Candidates(w, "forward_dynamics").cheapest().entries
+    solved = linear.forward_dynamics(w) if linear else derive_one(w, "forward_dynamics").entries
     accelerations = substitute(solved, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
@@ -167,8 +166,8 @@ def _written(
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
-        function_of(w, "kinetic", Candidates(w, "kinetic_energy").cheapest().entries),
-        function_of(w, "potential", Candidates(w, "potential_energy").cheapest().entries),
+        function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
+        function_of(w, "potential", derive_one(w, "potential_energy").entries),
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
@@ -181,10 +180,10 @@ def _written(
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
     if scene.is_closed:
-        G = Candidates(w, "constraint_jacobian").cheapest()
+        G = derive_one(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [Candidates(w, "constraint_residual").cheapest(), row_rates(w, G), *corrections(w, decisions)]
+        functions += [derive_one(w, "constraint_residual"), row_rates(w, G), *corrections(w, decisions)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))
