@@ -9,9 +9,9 @@ from typing import Any
 
 from symdyn.cli.scene_options import read_scene, say_values_alone
 from symdyn.cli.talk import Bar, give, print_text, say, wrote
-from symdyn.cli.trajectory_options import flattened, pairs, seconds
+from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
-from symdyn.identification import Excitation, excite
+from symdyn.identification import excite
 from symdyn.simulation import CHECKS
 
 USUAL: dict[str, Any] = {
@@ -20,37 +20,6 @@ USUAL: dict[str, Any] = {
 
 EXCITING = (*USUAL, "box", "noise", "plot")
 """Options that are of exciting motions alone."""
-
-
-def add_exciting(verb: argparse.ArgumentParser) -> None:
-    """Add what an exciting motion takes."""
-    group = verb.add_argument_group("exciting motions")
-    group.add_argument(
-        "--excite",
-        action="store_true",
-        help="find a periodic motion that tells the base parameters well, within the limits of joints: to -o "
-        "FILE.csv or .npz, else CSV on stdout",
-    )
-    group.add_argument(
-        "--box",
-        nargs="+",
-        action="append",
-        metavar="B",
-        help="more limits, name=low..high, either end may be left out: q1=-1..1, q1_dot=-2..2, tau1=-40..40, "
-        "tool.z=0.1..",
-    )
-    group.add_argument("--period", type=seconds, metavar="T", help="s (default: 10)")
-    families, criteria = " or ".join(Excitation.families), ", ".join(Excitation.criteria)
-    group.add_argument("--family", metavar="F", help=f"{families} (default: {USUAL['family']})")
-    group.add_argument("--terms", type=int, metavar="N", help="rounds a period of the fastest term (default: 5)")
-    group.add_argument("--criterion", metavar="C", help=f"{criteria} (default: {USUAL['criterion']})")
-    group.add_argument("--noise", metavar="LIST", help="standard deviations of the drives' forces, e.g. tau1=0.5")
-    group.add_argument(
-        "--starts", type=int, metavar="N", help="of many drawn motions, how many to improve (default: 4)"
-    )
-    group.add_argument("--seed", type=int, metavar="N", help="of what is drawn (default: 0)")
-    group.add_argument("--every", type=seconds, metavar="DT", help="s between rows (default: 0.01)")
-    group.add_argument("--plot", metavar="FILE", help="a plot of the motion: .svg, .pdf, .png or .html")
 
 
 def run_exciting(options: argparse.Namespace) -> int:

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
-from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
+from symdyn.cli.excite_options import EXCITING, run_exciting
+from symdyn.cli.scene_options import again, read_scene, say_values_alone
 from symdyn.cli.talk import Waiting, give, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import pairs
 from symdyn.emit import write
@@ -35,12 +35,10 @@ class FileKind:
     """A kind of file.
 
     Attributes:
-        text: what it is, for the help.
         contents: what stands in it.
         scene: whether it is a scene, which nobody wants to overwrite unawares.
     """
 
-    text: str
     contents: Callable[[Outcome], str]
     scene: bool = False
 
@@ -68,23 +66,15 @@ def _table(outcome: Outcome) -> str:
 
 
 FILES = {
-    ".html": FileKind("a page with all of it", _page),
-    ".toml": FileKind("the identified scene", partial(_scene, format="toml"), True),
-    ".urdf": FileKind("the same as URDF", partial(_scene, format="urdf"), True),
-    ".csv": FileKind("the base parameters", _table),
+    ".html": FileKind(_page),
+    ".toml": FileKind(partial(_scene, format="toml"), True),
+    ".urdf": FileKind(partial(_scene, format="urdf"), True),
+    ".csv": FileKind(_table),
 }
 """By ending."""
 
 MADE = frozenset((".html", ".toml", ".urdf"))
 """Endings of files that tell of the identified scene."""
-
-
-def add_file_options(verb: argparse.ArgumentParser) -> None:
-    """Add what is written, and how inertias are chosen there."""
-    known = "; ".join(f"{ending}: {kind.text}" for ending, kind in FILES.items())
-    verb.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help=f"may be repeated; {known}")
-    verb.add_argument("--total-mass", type=float, metavar="KG", help="of all bodies together, in the identified scene")
-    verb.add_argument("--force", action="store_true", help="overwrite a scene that exists")
 
 
 def check_files(options: argparse.Namespace) -> None:
@@ -126,14 +116,6 @@ OUTPUT_ERROR = "output-error"
 
 RUNS = ("parameters", "start")
 """Options that are of output error alone."""
-
-
-def add_run_options(verb: argparse.ArgumentParser) -> None:
-    """Add what output error takes."""
-    group = verb.add_argument_group("output error, for closed mechanisms and what is not measured")
-    group.add_argument("--by", choices=("regression", OUTPUT_ERROR), default="regression", help="default: regression")
-    group.add_argument("--parameters", metavar="LIST", help="names that are looked for; else all that the data tell")
-    group.add_argument("--start", metavar="LIST", help="guesses of coordinates at the start that were not measured")
 
 
 def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
@@ -242,43 +224,6 @@ WAYS = {
     EXCITE: (*EXCITING, "output"),
 }
 """What the verb can do, and the options that are of it; one that would do nothing is refused."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    gained = ", ".join(Identification.gain_units).replace("%", "%%")
-    add_reading_options(verb)
-    verb.add_argument(
-        "data",
-        nargs="*",
-        metavar="DATA.csv",
-        help="columns t, coordinates and driving forces, as simulate writes them; several files are several logs",
-    )
-    verb.add_argument("--band", type=float, metavar="HZ", help="highest frequency used; else from where noise begins")
-    verb.add_argument(
-        "--friction",
-        metavar="LIST",
-        help=f"terms of every drive beside what the scene declares: {', '.join(Identification.friction_terms)}, or all",
-    )
-    verb.add_argument("--hold-back", type=float, metavar="SHARE", help="part of every log that judges the result: 0.25")
-    verb.add_argument(
-        "--units",
-        metavar="LIST",
-        help="columns that are not in SI with radians, e.g. t=ms,q*=deg,tau1=Ncm; "
-        f"drives whose gain is not known, e.g. tau*=A: {gained}; and those whose gain is, tau1=0.12*A",
-    )
-    verb.add_argument(
-        "--payload",
-        action="append",
-        default=[],
-        metavar="P",
-        help=f"what a log was measured with, {FORM}, which tells "
-        "gains; com in the frame of the body, m, and inertia about com, kg m^2, are found where they are not given",
-    )
-    verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
-    add_file_options(verb)
-    add_run_options(verb)
-    add_exciting(verb)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.cli.talk import say
-from symdyn.cli.trajectory_options import ANIMATED, flattened, reel, seconds
+from symdyn.cli.trajectory_options import flattened, reel
 from symdyn.emit import Contents, write_file
 from symdyn.linear import System, shown
 from symdyn.rounding import in_digits
@@ -32,13 +32,11 @@ class LinearRequest:
 
     Attributes:
         flag: the option, such as "--lqr".
-        how: further arguments of `add_argument`.
         find: what it finds: lines to print, and what stands in JSON under the name of the option.
         writes: the option that names its file, if it has one.
     """
 
     flag: str
-    how: Mapping[str, Any]
     find: Callable[[System, argparse.Namespace], tuple[Lines, Any]]
     writes: str = ""
 
@@ -152,58 +150,13 @@ def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 
 ASKED: tuple[LinearRequest, ...] = (
-    LinearRequest(
-        "--transfer",
-        {"action": "store_true", "help": "transfer functions from every input to every output: gains, zeros, poles"},
-        _transfer,
-    ),
-    LinearRequest(
-        "--reach",
-        {"action": "store_true", "help": "controllability and observability: ranks, how far from less, hidden modes"},
-        _reach,
-    ),
-    LinearRequest(
-        "--bode",
-        {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .pdf, .png; without a file as CSV"},
-        _bode,
-        "bode",
-    ),
-    LinearRequest(
-        "--dt",
-        {
-            "type": seconds,
-            "metavar": "T",
-            "help": "the sampled system, inputs held for T s; gains are those of it then",
-        },
-        _sampled,
-    ),
-    LinearRequest(
-        "--lqr",
-        {
-            "nargs": "*",
-            "metavar": "WEIGHT",
-            "help": 'the linear quadratic regulator: "Q=x:10;theta:100" "R=F:0.1", what is not named weighs 0 in Q '
-            "and 1 in R; or an .npz file with Q and R; without any all weigh 1",
-        },
-        _lqr,
-        "gains",
-    ),
-    LinearRequest(
-        "--kalman",
-        {
-            "nargs": "*",
-            "metavar": "VARIANCE",
-            "help": 'the gain of a Kalman filter: "W=F:1" of what disturbs states or inputs, "V=x:1e-4" of outputs; '
-            "or an .npz file",
-        },
-        _kalman,
-    ),
-    LinearRequest(
-        "--animate",
-        {"metavar": "FILE", "help": f"every mode as a moving picture, numbered: {ANIMATED}"},
-        _animate,
-        "animate",
-    ),
+    LinearRequest("--transfer", _transfer),
+    LinearRequest("--reach", _reach),
+    LinearRequest("--bode", _bode, "bode"),
+    LinearRequest("--dt", _sampled),
+    LinearRequest("--lqr", _lqr, "gains"),
+    LinearRequest("--kalman", _kalman),
+    LinearRequest("--animate", _animate, "animate"),
 )
 """What more can be asked, in the order in which it is told."""
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, written
-from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
+from symdyn.cli.scene_options import read_scene_to_move, split
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
-from symdyn.cli.trajectory_options import add_film_options, collected, flattened, pairs, reel
+from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.errors import LinearizeError
 from symdyn.linear import System, SystemsFile, locus_over
@@ -29,22 +29,6 @@ ENDINGS = {
     "animate": tuple(FILMS),
 }
 """What files may be, by the option that names them."""
-
-
-def add_flags(verb: argparse.ArgumentParser) -> None:
-    """Add a flag for every row, and those that say more of them."""
-    group = verb.add_argument_group("of the linear system")
-    for one in ASKED:
-        group.add_argument(one.flag, **one.how)
-    group.add_argument("--hertz", metavar="RANGE", help="frequencies of --bode, Hz: geomspace(0.1,10,200) or [1, 2, 5]")
-    group.add_argument("--gains", metavar="FILE", help="where --lqr writes its gains, .json, for simulate --feedback")
-    add_film_options(group)
-    group = verb.add_argument_group("over a parameter or a speed")
-    group.add_argument("--over", metavar="RANGE", help='eigenvalues over "v=linspace(0,10,100)", and critical values')
-    group.add_argument(
-        "--speed", metavar="LIST", help="rates of a steady motion, which may name that of --over, e.g. x_dot=v"
-    )
-    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg, .pdf or .png")
 
 
 def check_flags(options: argparse.Namespace) -> None:
@@ -108,39 +92,6 @@ def locus_over_range(scene: Scene, options: argparse.Namespace) -> tuple[Lines, 
 FORMATS: Mapping[str, Callable[[System], str]] = {"text": System.text, "latex": System.latex}
 
 REST = "rest"
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument(
-        "--at",
-        metavar="LIST",
-        help="coordinates there, e.g. theta=pi,x=0, or rest for all positions of rest; else as the scene starts",
-    )
-    verb.add_argument("--rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    verb.add_argument(
-        "--forces",
-        nargs="+",
-        action="append",
-        metavar="F",
-        help='name=formula of a drive or an input, such as "tau1=-2*q1+r" with [inputs.r]; or a .toml or .csv file',
-    )
-    verb.add_argument("--along", metavar="FILE", help="a run, .csv or .npz, as simulate -o writes it")
-    verb.add_argument(
-        "--outputs",
-        metavar="LIST",
-        help="formulas in coordinates, velocities, point_tip_x, reaction_hinge_fx, ...; default: all coordinates",
-    )
-    verb.add_argument(
-        "--independent", metavar="LIST", help="coordinates that determine the others; else the best conditioned"
-    )
-    verb.add_argument(
-        "--anywhere", action="store_true", help="take points too that are neither of rest nor of a steady motion"
-    )
-    verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
-    verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
-    add_flags(verb)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.sweep_outcome import add_outcome, check_outcome, report_outcome
+from symdyn.cli.scene_options import read_scene
+from symdyn.cli.sweep_outcome import check_outcome, report_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import pairs, reported_forces, seconds
+from symdyn.cli.trajectory_options import pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
-from symdyn.study import DESIGNS, FORMS, SUFFIX, Runs, sweep
+from symdyn.study import SUFFIX, Runs, sweep
 from symdyn.table import Table
 
 CTRL_C = 130
@@ -25,77 +25,6 @@ DIGITS = 6
 
 FAILED = 3
 """Runs that did not end that are told on a terminal; `told` of the runs has more."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    kinds = FORMS.replace("%", "%%")
-    verb.add_argument(
-        "--over",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help=f"a parameter, a coordinate or velocity at the start, or a letter of --forces over: [1,2,5]; {kinds}. "
-        "May be given several times; without any, all parameters that have a tolerance",
-    )
-    verb.add_argument(
-        "--measure",
-        action="append",
-        default=[],
-        metavar="FORMULA",
-        help='what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))"; '
-        "NAME=FORMULA names it",
-    )
-    verb.add_argument("--until", type=seconds, metavar="T", help="time of the end of every run, s (default: 10)")
-    designs = "; ".join(f"{name}: {plan.description}" for name, plan in DESIGNS.items())
-    verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
-    verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
-    verb.add_argument("--seed", type=int, default=0, metavar="N", help="of what is drawn (default: 0)")
-    group = verb.add_argument_group("of every run")
-    group.add_argument(
-        "--forces",
-        nargs="+",
-        action="append",
-        metavar="F",
-        help='name=formula in t, coordinates and velocities, such as "tau1=-k*q1"; or a .toml or .csv file',
-    )
-    group.add_argument("--start", metavar="LIST", help="where all runs start, e.g. q1=0.3,q2=pi/2")
-    group.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    group.add_argument("--every", type=seconds, metavar="DT", help="seconds between samples (default: 200 samples)")
-    group.add_argument("--method", metavar="NAME", help="an integrator, as of simulate; default: the fastest that fits")
-    group.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step (default: 1e-9)")
-    group.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
-    group.add_argument(
-        "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
-    )
-    group = verb.add_argument_group("calls of a function in place of runs")
-    group.add_argument(
-        "--function",
-        metavar="NAME",
-        help="what is called, such as inverse_dynamics; measures are formulas of what it returns and takes",
-    )
-    group.add_argument(
-        "--at",
-        metavar="LIST",
-        help="where, e.g. q1=0.3,q1_dot=1; or a .csv file of such columns over t, which folds then go over",
-    )
-    group = verb.add_argument_group("where it is computed and kept")
-    group.add_argument(
-        "--scheduler",
-        metavar="WHERE",
-        default="here",
-        help="here, threads, processes, or the address of a Dask scheduler, tcp://... (default: here)",
-    )
-    group.add_argument("--workers", type=int, metavar="N", help="how many of them (default: one a core)")
-    group.add_argument("--block", type=int, metavar="N", help="runs of a block, which is done or is not")
-    group.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help=f"{SUFFIX}: a store, kept block by block, with which the same command goes on; or {TABLE} in the end",
-    )
-    add_outcome(verb)
 
 
 def run(options: argparse.Namespace) -> int:

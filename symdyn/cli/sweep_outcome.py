@@ -10,23 +10,10 @@ from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
-from symdyn.study import PLOTS, Runs, beside, check_study_plot
+from symdyn.study import Runs, beside, check_study_plot
 from symdyn.table import Table
 
 DIGITS = 4
-
-
-def add_outcome(verb: argparse.ArgumentParser) -> None:
-    """Add the options."""
-    kinds = "; ".join(f"{name}: {row.description}" for name, row in PLOTS.items())
-    group = verb.add_argument_group("what comes of it")
-    group.add_argument("--plot", metavar="FILE", help="a picture: .svg, .pdf, .png or .html")
-    group.add_argument("--plot-kind", metavar="NAME", help=f"{kinds} (default: what fits)")
-    group.add_argument(
-        "--first-order",
-        action="store_true",
-        help="standard deviations by derivatives of one run, beside those of all runs; it is said where they differ",
-    )
 
 
 def check_outcome(options: argparse.Namespace) -> None:
