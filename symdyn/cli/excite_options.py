@@ -14,11 +14,9 @@ from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import excite
 from symdyn.simulation import CHECKS
 
-USUAL: dict[str, Any] = {
-    "period": 10.0, "family": "fourier", "terms": 5, "criterion": "condition", "starts": 4, "seed": 0, "every": 0.01,
-}  # fmt: skip
+CHOSEN = ("period", "family", "terms", "criterion", "starts", "seed", "every")
 
-EXCITING = (*USUAL, "box", "noise", "plot")
+EXCITING = (*CHOSEN, "box", "noise", "plot")
 """Options that are of exciting motions alone."""
 
 
@@ -35,7 +33,7 @@ def run_exciting(options: argparse.Namespace) -> int:
         raise IdentifyError(fault.faults) from None
     scene = read_scene(options)
     say_values_alone(options, scene, "--excite")
-    chosen = {name: usual if (given := getattr(options, name)) is None else given for name, usual in USUAL.items()}
+    chosen: dict[str, Any] = {name: one for name in CHOSEN if (one := getattr(options, name)) is not None}
     with Bar(f"exciting {scene.name}") as progress:
         found = excite(
             scene,

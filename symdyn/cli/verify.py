@@ -44,8 +44,6 @@ from symdyn.table import Table
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify import Certificate, Rigorous, certify, rigorous, why_unread
 
-STATES = 4
-
 OTHER_CODE = {
     "prepare": "code without prepare",
     "accuracy": "code of full accuracy",
@@ -67,11 +65,10 @@ def run(options: argparse.Namespace) -> int:
     outputs = functions_of(options, scene)
     if options.rigorous:
         at = None if options.at is None else numbers(options.at, scene)
+        sampled = {} if options.states is None else {"states": options.states}
+        code = {"seed": options.seed, "real": options.real, "formulation": options.formulation}
         with Waiting() as progress:
-            bounds = rigorous(
-                *(scene, outputs, at, STATES if options.states is None else options.states, options.seed),
-                *(options.real, options.formulation, progress, closing),
-            )
+            bounds = rigorous(scene, outputs, at, progress=progress, closing=closing, **sampled, **code)
         if options.json:
             give(bounds.as_dict())
         else:
