@@ -191,12 +191,11 @@ def with_fields(*nouns: type) -> Callable[[F], F]:
         own, fields, lines = inspect.signature(function), list[inspect.Parameter](), ""
         said = inspect.cleandoc(function.__doc__ or "")
         for noun in nouns:
-            words = f"{inspect.getdoc(noun)}\n"
             for name, one in inspect.signature(noun).parameters.items():
                 if name not in own.parameters:
                     kind = re.sub(r"^InitVar\[(.*)\]$", r"\1", one.annotation)
                     fields.append(one.replace(kind=one.KEYWORD_ONLY, annotation=kind))
-                    told = words if f"\n    {name}: " not in said else ""
+                    told = f"{inspect.getdoc(noun)}\n" if f"\n    {name}: " not in said else ""
                     lines += "".join(re.findall(rf"(?m)^    {name}: .*\n(?:     .*\n)*", told)[:1])
         _NOUNS[function] = nouns
         first = [one for one in own.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]

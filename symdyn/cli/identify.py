@@ -4,29 +4,33 @@ What `symdyn identify -o` writes: a page, the identified scene, a table of param
 
 `symdyn identify --by output-error`: parameters with which simulated runs are closest to measured ones.
 
+`symdyn identify --excite`: a motion to be measured.
+
 `--payload FILE:BODY:mass=KG`: bodies of known mass that some logs were measured with.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from symdyn.cli.excite_options import EXCITING, run_exciting
 from symdyn.cli.scene_options import again, read_scene, say_values_alone
-from symdyn.cli.talk import Waiting, give, print_table, print_text, say, wrote
-from symdyn.cli.trajectory_options import pairs
+from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
+from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.emit import write
-from symdyn.errors import IdentifyError
-from symdyn.identification import Identification, Outcome, Payload, identify
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification import Identification, Outcome, Payload, excite, identify
 from symdyn.rounding import finite, in_digits
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas
+from symdyn.simulation import CHECKS
 from symdyn.table import Table
 
 
@@ -216,7 +220,66 @@ def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
     return tuple(known) if len(known) == len(values) else None
 
 
+def run_exciting(options: argparse.Namespace) -> int:
+    """Find the motion, tell of it, write it."""
+    if options.data:
+        raise IdentifyError(f"--excite finds a motion to be measured; {options.data[0]} would be the log of one")
+    try:
+        for name in options.output:
+            CHECKS["table"](Path(name))
+        if options.plot:
+            CHECKS["plot"](Path(options.plot))
+    except SimulateError as fault:
+        raise IdentifyError(fault.faults) from None
+    scene = read_scene(options)
+    say_values_alone(options, scene, "--excite")
+    chosen: dict[str, Any] = {name: one for name in CHOSEN if (one := getattr(options, name)) is not None}
+    with Bar(f"exciting {scene.name}") as progress:
+        found = excite(
+            scene,
+            **chosen,
+            box=flattened(options.box),
+            noise=_noise(options.noise),
+            progress=progress,
+            say=lambda line: say(f"symdyn: {line}"),
+        )
+    for name in options.output:
+        found.run.save(name)
+        wrote(name)
+    if options.plot:
+        found.run.save_plot(options.plot)
+        wrote(options.plot)
+    if options.json:
+        columns = dict(zip(found.names, found.run.table()[1].T.tolist(), strict=True))
+        give(found.as_json() | ({} if options.output else {"columns": columns}))
+    elif options.output:
+        print_text("\n".join(found.lines()))
+    else:
+        for line in found.lines():
+            say(line)
+        sys.stdout.write(found.to_csv())
+    return 0
+
+
+def _noise(text: str | None) -> dict[str, float]:
+    """Return the standard deviations of `tau1=0.5,tau2=0.2`."""
+    found, faults = {}, []
+    for name, number in pairs(text, "--noise").items():
+        try:
+            found[name] = float(number)
+        except ValueError:
+            faults.append(f"--noise: {name}={number} is no number; give N m or N, such as tau1=0.5")
+    if faults:
+        raise IdentifyError(faults)
+    return found
+
+
 EXCITE, REGRESSION = "--excite", "--by regression"
+
+CHOSEN = ("period", "family", "terms", "criterion", "starts", "seed", "every")
+
+EXCITING = (*CHOSEN, "box", "noise", "plot")
+"""Options that are of exciting motions alone."""
 
 WAYS = {
     REGRESSION: ("band", "friction", "hold_back", "units", "payload", "keep_outliers", "output", "total_mass", "force"),

@@ -200,8 +200,7 @@ def inverse(
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
         start: coordinates, such as "q1=0.3,q2=pi/2", in place of the scene's: where those without a law rest, and of
             several solutions, next to which one is taken at the first time. Formulas by coordinate.
-        forces: of inputs what is given over time, such as "u=12*sin(t)", or a .toml or .csv file; nothing takes what a
-            table of the motion has. As `simulate` takes it.
+        forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.

@@ -44,8 +44,7 @@ class Problem:
         scene: the mechanism; it keeps the values of its parameters but for those that are given.
         forces: driving forces and inputs, formulas in t, coordinates and velocities such as "tau1=-2*q1-q1_dot", or a
             .toml or .csv file. From `read_forces`, or what that takes.
-        start: where it starts, such as "q1=0.3,q2=pi/2", in place of what the scene says. Formulas by coordinate, or a
-            whole state.
+        start: where it starts, such as "q1=0.3,q2=pi/2", in place of the scene's. By coordinate; or a whole state.
         start_rates: velocities there, such as "q1=2". Formulas by velocity.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
 

@@ -69,16 +69,13 @@ def sweep(
         over: a parameter, a coordinate or velocity at the start, or a letter of the forces, and its values, such as
             "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
             `symdyn.study.distributions`), or lists by name.
-        measure: what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))";
-            "NAME=FORMULA" names one.
+        measure: what is kept of a run: formulas of max, min, mean, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
         **fields: of `Problem` and `Run`, the same for every run.
-        design: which values meet in a run; None takes a grid of lists, random draws of distributions. A key of
-            `DESIGNS`.
+        design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
         count: how many runs are drawn; None for 1000.
         seed: of what is drawn.
         output: a .zarr store, which is made, or gone on with where it is there.
-        scheduler: where blocks are computed: here, in threads or processes, or the address of a Dask scheduler,
-            tcp://HOST:PORT. A key of `symdyn.study.job.EXECUTORS`, an address, or a Client.
+        scheduler: here, threads, processes, or the address of a Dask scheduler, tcp://HOST:PORT. Or its Client.
         workers: how many of them; None for one a core.
         block: runs of a block, which is done or is not; None for a part of all.
         function: what is called in place of runs, such as "inverse_dynamics"; measures are formulas of what it returns
