@@ -42,7 +42,7 @@ VERBS = {
 }
 """What each verb does; it is a file here, read once it is chosen."""
 
-RENAMED = {"--road": "--formulation"}
+RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach": "--show reach"}
 """Options by the names that they had, for errors alone."""
 
 CTRL_C = 130
@@ -108,7 +108,7 @@ class Parser(argparse.ArgumentParser):
 
 def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
-    if RENAMED.get(word) in known:
+    if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
     longer = [name for name in known if len(word) > 2 and name.startswith(word)]
     near = longer or get_close_matches(word, known, n=2)

@@ -1,7 +1,4 @@
-"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability.
-
-The flags that ask more of `symdyn linearize`, what is wrong with them, and root loci, which are of many systems.
-"""
+"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ from symdyn.draw import FILMS
 from symdyn.errors import LinearizeError
 from symdyn.linear import System, SystemsFile, locus_over
 from symdyn.scene import Scene
-from symdyn.scene.values import Faults, split_commas
+from symdyn.scene.values import Faults, choice, split_commas
 from symdyn.simulation import CHECKS, Problem
 
 ENDINGS = {
@@ -34,7 +31,15 @@ ENDINGS = {
 def check_flags(options: argparse.Namespace) -> None:
     """Raise LinearizeError for flags that want another one, or files that could not be written in the end."""
     faults = Faults("")
-    for name, wants in {"hertz": "bode", "gains": "lqr", "locus": "over"}.items():
+    words = {one.name: one for one in ASKED if one.shown}
+    for word in () if options.show is None else split(options.show) or ("",):
+        if word not in words:
+            faults.add("--show", f'there is no "{word}"; {choice(word, words)}')
+    if options.bode == []:
+        faults.add("--bode", "names no file; --show bode prints the responses")
+    if options.hertz is not None and not words["bode"].given(options):
+        faults.add("--hertz", "belongs to --show bode, which is not given")
+    for name, wants in {"gains": "lqr", "locus": "over"}.items():
         if getattr(options, name) is not None and getattr(options, wants) is None:
             faults.add(f"--{name}", f"belongs to --{wants}, which is not given")
     if options.over is not None:

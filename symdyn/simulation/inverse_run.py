@@ -193,8 +193,7 @@ def inverse(
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
-        reactions: add the columns of all joint reactions and multipliers, in axes "body" (of the child, as usual),
-            "joint" (of the joint frame on the parent) or "ground". True is "body".
+        reactions: add the columns of all joint reactions and multipliers, in axes as `simulate` has them.
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.

@@ -210,7 +210,7 @@ class Run:
 
     def __post_init__(self) -> None:
         """Take numbers of any library as Python's own."""
-        for name, kind in NATIVE.items():
+        for name, kind in {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}.items():
             object.__setattr__(self, name, *native(kind, getattr(self, name)))
         object.__setattr__(self, "stops", (self.stops,) if isinstance(self.stops, str) else tuple(self.stops))
 
@@ -238,9 +238,6 @@ class Run:
         times = sample_times(self.until, self.every, faults)
         faults.close(SimulateError)
         return tuple(event for event in events if event is not None), times
-
-
-NATIVE = {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}
 
 
 def _check_one(specified: Mapping[str, object]) -> None:
