@@ -103,23 +103,20 @@ def _target_options() -> Iterator[Any]:
 
 
 def _option(name: str, row: Words, of: str | None, flags: Mapping[str, str]) -> list[Any]:
+    """Return flags and arguments of an option: those of its row, and what its parameter says beside them."""
     said, own, more, usual = (row.pop(key, None) for key in ("of", "help", "more", "usual"))
-    function = said if said and "." in said else of
-    parameter = name.replace("-", "_") if said is None or "." in said else said
-    known = _parameters(function).get(parameter)
+    short, positional = row.pop("short", None), row.pop("positional", False)
+    function, parameter = (said, None) if said and "." in said else (of, said)
+    known = _parameters(function).get(parameter or name.replace("-", "_"))
     words = dict(KINDS.get(known.annotation.removesuffix(" | None"), {})) if known is not None else {}
     if "choices" in row:
         words.pop("metavar", None)
         row["choices"] = _choices(row["choices"])
-    if usual:
-        assert known is not None, f"{name}: {function} has no such parameter"
-        words["default"] = known.default
-    short, positional = row.pop("short", None), row.pop("positional", False)
-    words |= row
-    if own is None:
-        assert known is not None, f"{name}: {function} has no such parameter"
-        own = _sentence(inspect.getdoc(_function(str(function))) or "", known, flags, more or "", "required" in row)
-    words["help"] = _shown(own)
+    if own is None or usual:
+        assert known is not None, f"--{name}: {function} has no such parameter"
+        words |= {"default": known.default} if usual else {}
+        own = own or _sentence(str(function), known, flags, more or "", "required" in row)
+    words |= {**row, "help": _shown(own)}
     return [[name] if positional else [*([short] if short else []), f"--{name}"], words]
 
 
@@ -153,10 +150,10 @@ def _formulations() -> list[str]:
     return sorted(dict.fromkeys(name for name, _ in all_of_them), key=growing.__contains__)
 
 
-def _sentence(doc: str, known: inspect.Parameter, flags: Mapping[str, str], more: str, required: bool) -> str:
-    """Return what a docstring says of a parameter, in words of the command line."""
-    entry = re.search(rf"(?m)^    {known.name}: (.*\n?(?:     .*\n?)*)", doc)
-    assert entry, f"{known.name}: has no line in its docstring"
+def _sentence(function: str, known: inspect.Parameter, flags: Mapping[str, str], more: str, required: bool) -> str:
+    """Return what the docstring of a function says of a parameter, in words of the command line."""
+    entry = re.search(rf"(?m)^    {known.name}: (.*\n?(?:     .*\n?)*)", inspect.getdoc(_function(function)) or "")
+    assert entry, f"{function}: its docstring has no line of {known.name}"
     first = re.split(r"(?<!e\.g)\. (?=[A-Z`\"])|\.$", " ".join(entry[1].split()), maxsplit=1)[0]
     first = re.sub(r"`(\w+)`", lambda name: flags.get(name[1], f"--{name[1]}"), first)
     first = re.sub(r'"([\w-]+)"', r"\1", first)
