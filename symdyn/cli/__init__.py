@@ -6,7 +6,6 @@ import argparse
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from itertools import takewhile
@@ -110,6 +109,8 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
+    from difflib import get_close_matches  # help needs none
+
     longer = [name for name in known if len(word) > 2 and name.startswith(word)]
     near = longer or get_close_matches(word, known, n=2)
     return f"; {' or '.join(near)}?" if near else ""
