@@ -69,7 +69,7 @@ def sweep(
         over: a parameter, a coordinate or velocity at the start, or a letter of the forces, and its values, such as
             "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
             `symdyn.study.distributions`), or lists by name.
-        measure: what is kept of a run: formulas of max, min, mean, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
+        measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
         **fields: of `Problem` and `Run`, the same for every run.
         design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
         count: how many runs are drawn; None for 1000.
