@@ -50,7 +50,7 @@ def test_what_runs_a_target_asks_for_options_that_it_has(name: str) -> None:
 
 
 def test_a_row_stands_under_its_name_and_is_offered_in_its_words(name: str) -> None:
-    options = [*made()["generate"]["options"], *made()["ways"]["options"]]
+    options = [*made()["generate"]["options"], *made()["target_options"]["options"]]
     told = "; ".join(words["help"] for flags, words in (one for one in options if not isinstance(one, str)))
 
     assert TARGETS[name].name == name

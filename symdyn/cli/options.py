@@ -54,7 +54,7 @@ TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds":
 """What reads a value; others are functions of a verb's file, such as "generate.target_name"."""
 
 
-class Shown(tuple[Any, ...]):
+class OpenChoices(tuple[Any, ...]):
     """Choices that help and shells tell; what reads the value knows which there are."""
 
     def __contains__(self, value: object) -> bool:
@@ -95,7 +95,7 @@ def _read(words: dict[str, Any]) -> dict[str, Any]:
     name = words.get("type")
     if name is None or name in TYPES:
         return words if name is None else {**words, "type": TYPES[name]}
-    choices = Shown(words["choices"]) if "choices" in words else None
+    choices = OpenChoices(words["choices"]) if "choices" in words else None
     return {**words, "type": partial(_read_late, name), "choices": choices}
 
 
