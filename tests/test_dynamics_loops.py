@@ -48,7 +48,7 @@ from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.element import Contact, Place
-from symdyn.scene.values.table import compose
+from symdyn.scene.values.entry import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove

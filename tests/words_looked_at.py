@@ -66,7 +66,7 @@ def _run(scene: symdyn.Scene) -> object:
 
 
 def _spread(scene: symdyn.Scene) -> object:
-    from symdyn.scene.values.table import Faults
+    from symdyn.scene.values.entry import Faults
     from symdyn.study.first_order import read_spread
 
     return str(read_spread(scene, (), None, Faults("")))

@@ -24,9 +24,9 @@ from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
+from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, show
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Entry, Faults, Number, Placement, Three, entry, show
 
 
 class Elements(TypedDict, total=False):

@@ -33,6 +33,7 @@ from symdyn.scene.forces.force_table import FORCES, sections
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.element import Element
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
@@ -40,7 +41,6 @@ from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.table import compose
 
 INERTIAL = (
     ("m", "kg", "mass"),

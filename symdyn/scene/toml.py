@@ -15,9 +15,9 @@ from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, reading_of
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces.force_table import sections
+from symdyn.scene.values.entry import Entry, Faults, shorten, show
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_scene_name, suggestion
-from symdyn.scene.values.table import Entry, Faults, shorten, show
 
 SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
 """What a number or text in place of a table says."""

@@ -21,7 +21,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import ForceKind, Pull
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.values import Place
-from symdyn.scene.values.table import entry
+from symdyn.scene.values.entry import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive.page import interactive_page

@@ -13,8 +13,8 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.attachments import Ends
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values import Strut, spell
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.table import Table
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ FORCES["gas_spring"] = ForceKind(
         Ends(),
         Key(
             "charge",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ZERO,
             above_zero="is that of no gas; give one above zero",
             letters=("pv",),
@@ -61,7 +61,7 @@ FORCES["gas_spring"] = ForceKind(
             text="charge of {}",
             positive=True,
         ),
-        Key("dead", Table.quantity, Quantity.ZERO, letters=("dl",), unit="m", text="dead length of {}"),
+        Key("dead", EntryReader.quantity, Quantity.ZERO, letters=("dl",), unit="m", text="dead length of {}"),
     ),
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",

@@ -26,6 +26,7 @@ from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Strut
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Coupling, Joint, acceleration_name, velocity_name
 from symdyn.scene.values.mapping import map_quantities, substituted
@@ -33,7 +34,6 @@ from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.requested_units import fits, fits_place, with_unit
-from symdyn.scene.values.table import Entry, Faults, Table, show
 from symdyn.scene.values.unit import Unit, UnitError
 
 MIMIC_KEYS = ("joint", "coordinate", "ratio", "offset")
@@ -57,7 +57,7 @@ class Mimic:
     coordinate: str = ""
 
 
-def read_mimic(table: Table) -> Mimic | None:
+def read_mimic(table: EntryReader) -> Mimic | None:
     """Return what a joint declares to follow, None if it has a coordinate of its own."""
     if "mimic" not in table:
         return None
@@ -71,7 +71,7 @@ def read_mimic(table: Table) -> Mimic | None:
     return Mimic(leader, inner.quantity("ratio", Quantity.ONE), inner.quantity("offset"), coordinate)
 
 
-def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[Table]) -> tuple[Joint, ...]:
+def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
     """Return the joints, those that follow another one coupled to the coordinate at the end of their chain.
 
     Args:
@@ -105,7 +105,7 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
     )
 
 
-def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], table: Table) -> int | None:
+def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], table: EntryReader) -> int | None:
     """Return the index of the joint that a joint follows; None, and a fault, if it cannot be followed."""
     name = mimic.leader
     if name not in index:
@@ -122,7 +122,7 @@ def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], tab
     return index[name]
 
 
-def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
+def _followed(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> str:
     """Return the coordinate that a mimic names, "" and a fault if it cannot be followed."""
     name = mimic.coordinate
     if not name:
@@ -136,7 +136,7 @@ def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
     return name
 
 
-def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Table) -> None:
+def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: EntryReader) -> None:
     """Report a ratio or an offset whose unit is not that of the joint, or of it for one of what it follows."""
     own = JOINTS[joint.type].coordinates(joint)[:1]
     leader = next((one for one in joints if one.name == mimic.leader or mimic.coordinate in one.coordinates), None)
@@ -149,7 +149,7 @@ def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Tab
     fits_place(inner, "offset", mimic.offset, own)
 
 
-def _chain(mimic: Mimic, behind: Coupling, table: Table) -> Coupling:
+def _chain(mimic: Mimic, behind: Coupling, table: EntryReader) -> Coupling:
     """Return ratio · (ratio' q + offset') + offset."""
     try:
         ratio = folding.mul(mimic.ratio, behind.ratio)

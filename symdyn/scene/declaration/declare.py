@@ -22,12 +22,12 @@ from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_elements
 from symdyn.scene.values.body import Body, Outline, Particle
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
-from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
 
 MOST_PARTICLES = BOUNDS["particles of a body"]
 """Particles of a body; each is a term of every formula, so that more of them are given by their sums."""
@@ -37,7 +37,7 @@ INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 def read_body(entry: Entry, faults: Faults) -> Body:
     """Return a declared body."""
-    table = Table(entry, faults, BODY_KEYS if not entry.where.startswith("dh.") else tuple(entry.table))
+    table = EntryReader(entry, faults, BODY_KEYS if not entry.where.startswith("dh.") else tuple(entry.table))
     about = table.text("inertia_about", "frame" if "first_moment" in table else "com")
     if about not in ("com", "frame"):
         table.fault(f'inertia_about = "{about}" is not known; write "com" or "frame"')
@@ -63,7 +63,7 @@ def read_body(entry: Entry, faults: Faults) -> Body:
     )
 
 
-def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]:
+def _inertia(table: EntryReader) -> tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]:
     """Return (xx, yy, zz, xy, xz, yz) from a diagonal, a table of entries or a symmetric matrix."""
     nothing = (Quantity.ZERO,) * 6
     raw = plain(table.raw.get("inertia", (0, 0, 0)))
@@ -88,7 +88,7 @@ def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quan
     return xx, yy, zz, xy, xz, yz
 
 
-def _shape(table: Table, faults: Faults) -> Outline | None:
+def _shape(table: EntryReader, faults: Faults) -> Outline | None:
     """Return what a body looks like, from a word or a table with sizes."""
     raw = plain(table.raw["shape"])
     if isinstance(raw, Outline):
@@ -100,7 +100,7 @@ def _shape(table: Table, faults: Faults) -> Outline | None:
         return None
     kind = OUTLINES[str(given["type"])]
     keys = ("type", *(() if kind.axis is None else ("axis",)), *kind.sizes)
-    row = Table(Entry("", given, f"{table.entry.where}: shape"), faults, keys)
+    row = EntryReader(Entry("", given, f"{table.entry.where}: shape"), faults, keys)
     sizes = tuple((size, row.quantity(size)) for size in kind.sizes if size in row)
     for size, length in sizes:
         if isinstance(length.value, Fraction) and length.value <= 0:
@@ -115,7 +115,7 @@ def _shape(table: Table, faults: Faults) -> Outline | None:
     return Outline(str(given["type"]), sizes, axis)
 
 
-def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:
+def _particles(table: EntryReader, faults: Faults) -> tuple[Particle, ...]:
     raw = table.raw.get("particles", ())
     advice = 'give a list such as [{ mass = "m1", at = [0, 0, 0] }]'
     if not isinstance(raw, (list, tuple)):
@@ -134,7 +134,7 @@ def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:
         if not isinstance(item, Mapping):
             table.fault(f"particles[{k}] = {show(item)} is not a table; {advice}")
             continue
-        row = Table(Entry("", item, f"{table.entry.where}: particles[{k}]"), faults, ("mass", "at"))
+        row = EntryReader(Entry("", item, f"{table.entry.where}: particles[{k}]"), faults, ("mass", "at"))
         for key in ("mass", "at"):
             if key not in row:
                 row.fault(f"{key} is missing; {advice}")
@@ -281,7 +281,7 @@ def _gravity(raw: object, faults: Faults) -> Vector:
     if raw is True or isinstance(raw, str):
         faults.add("", f"gravity = {show(raw)} is not a vector; {advice}")
         return NULL
-    return Table(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
+    return EntryReader(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
 
 
 def _dimensionless(raw: object, faults: Faults) -> bool:
@@ -298,7 +298,7 @@ class _Described(TypedDict):
 
 
 def _parameter(entry: Entry, faults: Faults) -> Parameter:
-    table = Table(entry, faults, PARAMETER_KEYS)
+    table = EntryReader(entry, faults, PARAMETER_KEYS)
     said = read_valued(table)
     return Parameter(
         name=entry.name,
@@ -313,7 +313,7 @@ def _parameter(entry: Entry, faults: Faults) -> Parameter:
 
 
 def _input(entry: Entry, faults: Faults) -> Input:
-    table = Table(entry, faults, INPUT_KEYS)
+    table = EntryReader(entry, faults, INPUT_KEYS)
     said = read_valued(table)
     return Input(
         name=entry.name,
@@ -326,13 +326,13 @@ def _input(entry: Entry, faults: Faults) -> Input:
 
 
 def _output(entry: Entry, faults: Faults) -> Signal:
-    table = Table(entry, faults, OUTPUT_KEYS)
+    table = EntryReader(entry, faults, OUTPUT_KEYS)
     if "formula" not in table:
         table.fault('formula is missing; write what is looked at, such as formula = "point_tip_x"')
     return Signal(entry.name, table.quantity("formula"), read_coherent(table), **_described(table))
 
 
-def _described(table: Table) -> _Described:
+def _described(table: EntryReader) -> _Described:
     """Return `text` and `texts` of what a row says it is, in one language or in several."""
     raw = table.raw.get("text", "")
     if not isinstance(raw, dict):
@@ -340,12 +340,12 @@ def _described(table: Table) -> _Described:
     if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
         table.fault(f'text = {show(raw)} names languages by two letters, such as {{ en = "mass", sk = "hmotnosť" }}')
         return {"text": "", "texts": ()}
-    each = Table(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
+    each = EntryReader(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
     said = {code: each.text(code) for code in raw}
     first = "en" if "en" in said else next(iter(said))
     return {"text": said[first], "texts": tuple((code, text) for code, text in said.items() if code != "en")}
 
 
 def _point(entry: Entry, faults: Faults) -> Point:
-    table = Table(entry, faults, POINT_KEYS)
+    table = EntryReader(entry, faults, POINT_KEYS)
     return Point(entry.name, table.required("body", "write the body that carries the point"), table.pose("at"))

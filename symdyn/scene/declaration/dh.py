@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, compose, plain, show
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.table import Entry, Faults, Table, compose, plain, show
 
 CONVENTIONS = ("standard", "modified")
 
@@ -31,7 +31,7 @@ LINK_KEYS = ("name", "theta", "d", "a", "alpha", *JOINT_KEYS, *BODY_KEYS)
 
 def expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:
     """Return the bodies and joints that a table `dh` stands for; faults are collected."""
-    table = Table(entry, faults, TABLE_KEYS)
+    table = EntryReader(entry, faults, TABLE_KEYS)
     convention = table.required("convention", f'write convention = "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"')
     if convention and convention not in CONVENTIONS:
         table.fault(f'convention = "{convention}" is not known; write "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"')
@@ -56,7 +56,7 @@ def expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:
 
 
 def _link(link: Entry, k: int, parent: str, convention: str, faults: Faults) -> tuple[Entry, Entry]:
-    table = Table(link, faults, LINK_KEYS)
+    table = EntryReader(link, faults, LINK_KEYS)
     table.text("name", link.name)
     turn, shift = ("Rz", table.quantity("theta")), ("Tz", table.quantity("d"))
     length, twist = ("Tx", table.quantity("a")), ("Rx", table.quantity("alpha"))

@@ -15,13 +15,13 @@ from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
 from symdyn.scene.forces.force_table import read_rubbing
 from symdyn.scene.joints.joint_table import JOINTS, own_keys
 from symdyn.scene.values.element import Element
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, show
 from symdyn.scene.values.folding import mul
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint, Limits, velocity_name
 from symdyn.scene.values.names import choice
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.requested_units import fits_place
-from symdyn.scene.values.table import Entry, Faults, Table, as_list, plain, show
 
 PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
 
@@ -54,7 +54,7 @@ def joint_keys() -> tuple[str, ...]:
 def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints of the tree, parents first as the entries are."""
     keys = joint_keys()
-    tables = [Table(entry, faults, keys) for entry in entries]
+    tables = [EntryReader(entry, faults, keys) for entry in entries]
     joints: list[Joint] = []
     mimics: list[Mimic | None] = []
     nq = nv = 0
@@ -71,7 +71,7 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
     loops = []
     for entry in entries:
-        table = Table(entry, faults, joint_keys())
+        table = EntryReader(entry, faults, joint_keys())
         _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a joint that closes a loop")
         kind = _type(table)
         loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
@@ -82,15 +82,15 @@ def freedoms(entry: Entry) -> int:
     """Return how many freedoms a declared joint has; mistakes are reported where it is read."""
     raw = entry.table.get("type")
     kind = raw if isinstance(raw, str) and raw in JOINTS else STAND_IN
-    table = Table(entry, Faults(""), tuple(entry.table))
+    table = EntryReader(entry, Faults(""), tuple(entry.table))
     return len(JOINTS[kind].velocities(Joint("", kind, "", "", _shape(table, kind))))
 
 
-def _shape(table: Table, kind: str) -> tuple[tuple[str, Any], ...]:
+def _shape(table: EntryReader, kind: str) -> tuple[tuple[str, Any], ...]:
     return tuple((key.name, key.declared(table)) for key in JOINTS[kind].keys)
 
 
-def _type(table: Table) -> str:
+def _type(table: EntryReader) -> str:
     """Return a key of `JOINTS`; `STAND_IN` for what is none."""
     kind = table.required("type", f"write one of {', '.join(JOINTS)}")
     if kind in JOINTS:
@@ -104,7 +104,7 @@ def _type(table: Table) -> str:
     return STAND_IN
 
 
-def _placed(table: Table, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
+def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
     """Return a joint of its type and frames, without coordinates."""
     return Joint(
         name=table.entry.name,
@@ -117,7 +117,7 @@ def _placed(table: Table, kind: str, shape: tuple[tuple[str, Any], ...]) -> Join
     )
 
 
-def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
+def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
     """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
     kind = joint.type
     units = JOINTS[kind].coordinates(joint)
@@ -160,20 +160,20 @@ def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[
         yield ("mimic",), f"a {joint.type} joint"
 
 
-def _refuse(table: Table, keys: Sequence[str], what: str) -> None:
+def _refuse(table: EntryReader, keys: Sequence[str], what: str) -> None:
     for key in keys:
         if key in table and not (key == "drive" and table.raw[key] is False):
             table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")
 
 
-def _either(table: Table, one: str, several: str) -> str:
+def _either(table: EntryReader, one: str, several: str) -> str:
     """Return which of two keys is given, the first if none is."""
     if one in table and several in table:
         table.fault(f"{one} and {several} say the same thing twice; give one of them")
     return several if several in table else one
 
 
-def _coordinates(table: Table, kind: str, n: int, before: int) -> tuple[str, ...]:
+def _coordinates(table: EntryReader, kind: str, n: int, before: int) -> tuple[str, ...]:
     default = tuple(f"q{before + k}" for k in range(1, n + 1))
     key = _either(table, "coordinate", "coordinates")
     if key not in table:
@@ -206,7 +206,7 @@ def _velocities(joint: Joint, coordinates: Sequence[str]) -> tuple[str, ...]:
     return tuple(names) if any(block.letters for block in blocks) else ()
 
 
-def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, ...]:
+def _drives(table: EntryReader, kind: str, n: int, before: int) -> tuple[str | None, ...]:
     """Return the names of the drives, one a velocity, None where it is passive."""
     default = [f"tau{before + k}" for k in range(1, n + 1)]
     key = _either(table, "drive", "drives")
@@ -234,13 +234,13 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
     return tuple(names)
 
 
-def _forces(table: Table, kind: str, speeds: Sequence[str]) -> tuple[Quantity, ...]:
+def _forces(table: EntryReader, kind: str, speeds: Sequence[str]) -> tuple[Quantity, ...]:
     key = _either(table, "force", "forces")
     forces = _numbers(table, key, len(speeds), f"a {kind} joint has {len(speeds)} velocities")
     return forces if any(force != Quantity.ZERO for force in forces) else ()
 
 
-def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
+def _numbers(table: EntryReader, key: str, n: int, why: str) -> tuple[Quantity, ...]:
     """Return a number or a list of n numbers; () where the key is not given or does not fit."""
     if key not in table:
         return ()
@@ -256,7 +256,7 @@ def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
         return ()
 
 
-def _armature(table: Table) -> Quantity:
+def _armature(table: EntryReader) -> Quantity:
     """Return the inertia of a rotor seen at the joint: as it is, or behind a gear, inertia · gear²."""
     if "rotor" not in table:
         return table.quantity("armature")  # its sign is looked at when values are known
@@ -286,7 +286,7 @@ def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
     return isinstance(friction, Mapping) and "value" not in friction
 
 
-def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None]:
+def _friction(table: EntryReader, kind: str, n: int) -> tuple[Quantity, Element | None]:
     """Return dry friction as data, and as it enters the equations."""
     raw = table.raw.get("friction")
     if not acts(raw):
@@ -297,7 +297,7 @@ def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None
     return Quantity.ZERO, read_rubbing(entry, "friction", table.faults)
 
 
-def _limits(table: Table) -> Limits:
+def _limits(table: EntryReader) -> Limits:
     if "limits" not in table:
         return Limits()
     inner = table.inner("limits", LIMIT_KEYS, "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }")

@@ -17,11 +17,11 @@ from typing import Protocol
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.forces.force_table import FORCES, place_of
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.requested_units import fits
-from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
 _ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")
@@ -191,7 +191,7 @@ class Valued:
     written: str = ""
 
 
-def read_valued(table: Table) -> Valued:
+def read_valued(table: EntryReader) -> Valued:
     """Return what `value` and `unit` of a table say; what is wrong with them is a fault of the table."""
     text = table.text("unit")
     value = table.quantity("value") if "value" in table else None
@@ -207,7 +207,7 @@ def read_valued(table: Table) -> Valued:
         return valued(None, unit)
 
 
-def read_coherent(table: Table) -> str:
+def read_coherent(table: EntryReader) -> str:
     """Return the `unit` of a table whose formula is computed, which is in SI."""
     text = table.text("unit")
     try:

@@ -17,6 +17,7 @@ from symdyn.scene.declaration.draft import KINDS, Draft, Use, joint_numbers, jud
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import mass_faults
+from symdyn.scene.values.entry import Faults, show, shown
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
@@ -25,7 +26,6 @@ from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, liste
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.requested_units import fits, with_unit
 from symdyn.scene.values.signals import LETTERS
-from symdyn.scene.values.table import Faults, show, shown
 from symdyn.scene.values.unit import Unit, UnitError
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}

@@ -8,6 +8,7 @@ from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.element import Contact, Place, Plane, Strut
+from symdyn.scene.values.entry import EntryReader, plain, show
 from symdyn.scene.values.key import (
     NAMED,
     PARAMETERS,
@@ -24,7 +25,6 @@ from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
-from symdyn.scene.values.table import Table, plain, show
 from symdyn.scene.values.turns import translation
 
 End = str | Place | Mapping[str, object]
@@ -65,7 +65,7 @@ class Ends:
         """Either the joint or both ends."""
         return [exactly_one(("joint",), ("from", "to"))]
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the joint that it is at, or the points that it connects."""
         given = [key for key in self.keys if key in table]
         if given == ["joint"]:
@@ -124,7 +124,7 @@ class AtBody:
     words: Mapping[str, Shape] = AT_BODY
     rules: Sequence[Shape] = BODY_OR_POINT
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the place."""
         return {"place": place_of(table, scope)}
 
@@ -155,7 +155,7 @@ def known_body(key: str, body: str, stand: Stand) -> None:
         stand.fault(f'{key} = "{body}" is not a body; {suggestion(body, bodies)}')
 
 
-def place_of(table: Table, scope: Scope) -> Place:
+def place_of(table: EntryReader, scope: Scope) -> Place:
     """Return the point of a body that `body` and `at`, or `point`, name."""
     if ("body" in table) == ("point" in table):
         table.fault('give body and at, or point; write body = "NAME" and at = [0, 0, 0]')
@@ -186,7 +186,7 @@ def named_shift(at: Vector, text: str, where: str, names: Names) -> Vector:
     return along(at, ("a", "b", "d"), where, "m", text, names)
 
 
-def _end(table: Table, key: str, scope: Scope) -> Place:
+def _end(table: EntryReader, key: str, scope: Scope) -> Place:
     raw = plain(table.raw[key])
     if isinstance(raw, Place):
         return raw
@@ -231,7 +231,7 @@ class OnPlane:
         self.words: Mapping[str, Shape] = {key: PLANE[key] for key in self.keys}
         self.rules: Sequence[Shape] = not_both([("plane", "normal")])
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the plane that a row declares."""
         declared, where = "plane" in table, table
         if declared:

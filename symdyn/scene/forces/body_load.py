@@ -8,10 +8,10 @@ from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
+from symdyn.scene.values.entry import Entry, EntryReader, Three, entry
 from symdyn.scene.values.key import TIMED, Key, Stand, choice, choice_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell
-from symdyn.scene.values.table import Entry, Table, Three, entry
 from symdyn.spatial import Vec, Wrench
 
 
@@ -42,7 +42,7 @@ LOAD = ForceKind(
         AtBody(),
         Key(
             "force",
-            Table.vector,
+            EntryReader.vector,
             NULL,
             silent=lambda load: load.force == NULL and load.couple != NULL,
             letters=("Fx", "Fy", "Fz"),
@@ -50,7 +50,9 @@ LOAD = ForceKind(
             text="force of {}",
             names=TIMED,
         ),
-        Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED),
+        Key(
+            "couple", EntryReader.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED
+        ),
         Key("frame", choice("ground", "body"), "ground", shape=choice_of("ground", "body")),
     ),
     needs=("force", "couple"),

@@ -23,9 +23,9 @@ from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
+from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, plain, show
 from symdyn.scene.values.key import VECTOR, Key, always_given, choice_of, several
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
-from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 
 ACROSS: Vector = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
@@ -33,7 +33,7 @@ ACROSS: Vector = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
 COMPONENTS = ("along", "across", "normal")
 
 
-def _axis(table: Table, key: str, ball: Vector | None) -> Vector | None:
+def _axis(table: EntryReader, key: str, ball: Vector | None) -> Vector | None:
     return table.vector(key, ACROSS) if key in table else ball
 
 
@@ -42,7 +42,7 @@ def _usual(ball: bool) -> tuple[str, ...]:
     return COMPONENTS if ball else COMPONENTS[:2]
 
 
-def _components(table: Table, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
+def _components(table: EntryReader, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
     usual = _usual("axis" not in table)
     raw = plain(table.raw.get(key, usual))
     some = isinstance(raw, (list, tuple)) and raw and all(one in COMPONENTS for one in raw)
@@ -148,7 +148,11 @@ KNIFE_EDGE = ForceKind(
     section="rows",
     noun=partial(Contact, type="knife_edge"),
     letter="r",
-    parts=(AtBody(), Key("axis", Table.vector, ACROSS, silent=always_given, names=None), OnPlane(needs_normal=False)),
+    parts=(
+        AtBody(),
+        Key("axis", EntryReader.vector, ACROSS, silent=always_given, names=None),
+        OnPlane(needs_normal=False),
+    ),
     needs=("axis",),
     missing="axis is missing; write axis = [0, 1, 0]",
     law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
@@ -166,7 +170,7 @@ ROLLING = ForceKind(
         Key("axis", _axis, None, names=None, shape=VECTOR),
         Key(
             "radius",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ZERO,
             above_zero="is that of no wheel; give one above zero",
             letters=("r",),

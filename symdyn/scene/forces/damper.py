@@ -12,9 +12,9 @@ from symdyn.graph import Expr
 from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.element import Strut
+from symdyn.scene.values.entry import Entry, Number, entry, shown
 from symdyn.scene.values.key import Key, Stand, coefficients
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.table import Entry, Number, entry, shown
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,13 @@ from typing import Any, Protocol
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.element import Contact, Element, Row
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.key import Shape, Stand
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Vec, Wrench
 from symdyn.unlocked import cached_property
 
@@ -113,7 +113,7 @@ class ForcePart(Protocol):
     def rules(self) -> Sequence[Shape]:
         """What is so of several keys together."""
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the fields that a table says, every fault collected."""
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:

@@ -12,10 +12,10 @@ from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
 from symdyn.scene.values.element import Element, Strut
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL
-from symdyn.scene.values.table import Entry, Faults, Table, show
 
 FORCES: dict[str, ForceKind] = {
     "spring": SPRING,
@@ -62,7 +62,7 @@ def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Fa
         faults.add(entry.where, f"type = {show(type_)} is not a constraint; {suggestion(str(type_), kinds)}")
         return None
     kind = kinds[type_]
-    table = Table(entry, faults, (*own, *(key for part in kind.parts for key in part.keys)))
+    table = EntryReader(entry, faults, (*own, *(key for part in kind.parts for key in part.keys)))
     if not any(key in table for key in kind.needs):
         table.fault(kind.missing)
     fields = {name: value for part in kind.parts for name, value in part.fields(table, scope).items()}

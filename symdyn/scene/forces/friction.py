@@ -11,9 +11,9 @@ from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.key import NUMBER, Key, Stand, always_given
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.table import Table
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Friction(Element):
     kind = "friction"
 
 
-def _optional(table: Table, key: str, usual: Quantity | None) -> Quantity | None:
+def _optional(table: EntryReader, key: str, usual: Quantity | None) -> Quantity | None:
     return table.quantity(key) if key in table else usual
 
 
@@ -79,7 +79,7 @@ FRICTION = ForceKind(
     parts=(
         Key(
             "coulomb",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ZERO,
             silent=always_given,
             letters=("fc",),
@@ -99,7 +99,7 @@ FRICTION = ForceKind(
         ),
         Key(
             "stribeck",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ONE,
             letters=("vs",),
             unit=RATE,
@@ -108,7 +108,7 @@ FRICTION = ForceKind(
         ),
         Key(
             "smoothing",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ZERO,
             letters=("ve",),
             unit=RATE,

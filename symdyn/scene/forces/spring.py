@@ -13,9 +13,9 @@ from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Strut
+from symdyn.scene.values.entry import Entry, EntryReader, Number, entry
 from symdyn.scene.values.key import Key, coefficients
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.table import Entry, Number, Table, entry
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,10 @@ SPRING = ForceKind(
             text="stiffness of {}",
             positive=True,
         ),
-        Key("free", Table.quantity, Quantity.ZERO, letters=("s",), unit=("rad", "m"), text="free position of {}"),
+        Key("free", EntryReader.quantity, Quantity.ZERO, letters=("s",), unit=("rad", "m"), text="free position of {}"),
         Key(
             "preload",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ZERO,
             silent=lambda spring: spring.preload == Quantity.ZERO and spring.stiffness,
             letters=("p",),

@@ -15,11 +15,11 @@ from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
+from symdyn.scene.values.entry import Entry, EntryReader, entry, show, shown
 from symdyn.scene.values.folding import add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_given, choice_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.table import Entry, Table, entry, show, shown
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ IN_JOINTS = "joints"
 """What a row says of the place of its force: each of its velocities feels it in its own joint, as a drive."""
 
 
-def _acts_in(table: Table, key: str, usual: str) -> str:
+def _acts_in(table: EntryReader, key: str, usual: str) -> str:
     said = table.text(key, usual)
     if said in (usual, IN_JOINTS):
         return said
@@ -123,7 +123,7 @@ FORMULA = ForceKind(
     noun=Formula,
     letter="r",
     parts=(
-        Key("formula", Table.quantity, Quantity.ZERO, silent=always_given, names=MOTION),
+        Key("formula", EntryReader.quantity, Quantity.ZERO, silent=always_given, names=MOTION),
         Key("acts_in", _acts_in, "", shape={"description": "where its force acts", **choice_of(IN_JOINTS)}),
     ),
     needs=("formula",),

@@ -19,10 +19,10 @@ from symdyn.scene.forces.force_table import place_of, table_of
 from symdyn.scene.formats.placing import exact_decimal
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
-from symdyn.scene.values.table import compose
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.scene.values.unit import Unit, in_si, out_of_si
 

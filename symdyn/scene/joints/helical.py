@@ -10,15 +10,15 @@ from symdyn.scene.joints.blocks import AXIS, Steps, about_opposite, held, screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values import folding
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
 PITCH = Key(
     "pitch",
-    Table.quantity,
+    EntryReader.quantity,
     Quantity.ZERO,
     example="pitch = 0.01, the advance a turn in metres",
     letters=("h",),

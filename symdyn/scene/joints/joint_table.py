@@ -42,12 +42,12 @@ from symdyn.scene.joints.joint_kind import (
 from symdyn.scene.joints.rod import ROD
 from symdyn.scene.joints.universal import UNIVERSAL
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import EntryReader, as_list, plain, show
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import PLACEMENT, Key, choice_of, several
-from symdyn.scene.values.table import Table, as_list, plain, show
 
 
-def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
+def _units(table: EntryReader, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
     if name in table:
         raw = plain(table.raw[name])
         if isinstance(raw, (list, tuple)) and 1 <= len(raw) <= 6 and all(unit in ("rad", "m") for unit in raw):

@@ -10,15 +10,15 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, ORIENTATION, Steps, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.joint_kind import LINE, Forbids, Gimbal, JointBlock, JointKind, JointMark, MarkPart
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
 LENGTH = Key(
     "length",
-    Table.quantity,
+    EntryReader.quantity,
     Quantity.ZERO,
     example="length = 0.5, the distance of its ends in metres",
     above_zero="is that of no rod; give the distance of its ends, or write a spherical joint",

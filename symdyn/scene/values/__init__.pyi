@@ -5,6 +5,7 @@ from .dimension import (
     force_unit as force_unit,
 )
 from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
+from .entry import Faults as Faults, shorten as shorten, show as show
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
@@ -30,6 +31,5 @@ from .requested_units import (
     question as question,
 )
 from .signals import LETTERS as LETTERS
-from .table import Faults as Faults, shorten as shorten, show as show
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError

@@ -16,6 +16,7 @@ from typing import Any, Generic, TypeVar
 from symdyn.graph import Graph
 from symdyn.scene.values.body import ELEMENTARY
 from symdyn.scene.values.dimension import product
+from symdyn.scene.values.entry import EntryReader, Faults, plain, shown
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import LONGEST_WORDS
 from symdyn.scene.values.joint import Joint
@@ -23,7 +24,6 @@ from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import C_KEYWORDS, CLOCK, FORMULA_NAMES, LONGEST, listed
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector
-from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.unit import Unit
 
 Shape = Mapping[str, Any]
@@ -184,7 +184,7 @@ class Key(Generic[T]):
     """
 
     name: str
-    read: Callable[[Table, str, T], T]
+    read: Callable[[EntryReader, str, T], T]
     default: T
     example: str = ""
     silent: Callable[[Any], bool] | None = None
@@ -222,13 +222,13 @@ class Key(Generic[T]):
         value: T = (dict(one.shape) if isinstance(one, Joint) else vars(one)).get(self.name, self.default)
         return value
 
-    def declared(self, table: Table) -> T:
+    def declared(self, table: EntryReader) -> T:
         """Return what a table says; a key that must be given and is not is a fault."""
         if self.example and self.name not in table:
             table.fault(f"{self.name} is missing; write {self.example}")
         return self.read(table, self.name, self.default)
 
-    def fields(self, table: Table, scope: object) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: object) -> dict[str, Any]:
         """Return the field of an element."""
         return {self.name: self.declared(table)}
 
@@ -301,7 +301,7 @@ def always_given(one: Any) -> bool:
 # Readers
 
 
-def coefficients(table: Table, key: str, usual: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+def coefficients(table: EntryReader, key: str, usual: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """Return one number or a list of them."""
     if key not in table:
         return usual
@@ -316,10 +316,10 @@ def coefficients(table: Table, key: str, usual: tuple[Quantity, ...]) -> tuple[Q
         return usual
 
 
-def choice(*words: str) -> Callable[[Table, str, str], str]:
+def choice(*words: str) -> Callable[[EntryReader, str, str], str]:
     """Return the reader of one of some words, the first of which stands in."""
 
-    def read(table: Table, key: str, usual: str) -> str:
+    def read(table: EntryReader, key: str, usual: str) -> str:
         word = table.text(key, usual)
         if word in words:
             return word
@@ -331,11 +331,11 @@ def choice(*words: str) -> Callable[[Table, str, str], str]:
 
 
 SHAPES: Mapping[Callable[..., Any], Shape] = {
-    Table.quantity: NUMBER,
-    Table.vector: VECTOR,
-    Table.pose: PLACEMENT,
-    Table.text: TEXT,
-    Table.flag: FLAG,
+    EntryReader.quantity: NUMBER,
+    EntryReader.vector: VECTOR,
+    EntryReader.pose: PLACEMENT,
+    EntryReader.text: TEXT,
+    EntryReader.flag: FLAG,
     coefficients: NUMBERS,
 }
 """Raw values by what reads them."""

@@ -152,8 +152,8 @@ def as_list(value: object) -> list[object]:
     return [] if value is None else list(value) if isinstance(value, (list, tuple)) else [value]
 
 
-class Table:
-    """Typed access to the keys of an entry."""
+class EntryReader:
+    """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
     def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str]) -> None:
         """Report the keys that are not in `keys`."""
@@ -205,13 +205,13 @@ class Table:
         self.fault(f"{key} = {show(value)} is neither true nor false")
         return False
 
-    def inner(self, key: str, keys: Sequence[str], advice: str) -> Table:
+    def inner(self, key: str, keys: Sequence[str], advice: str) -> EntryReader:
         """Return the table under a key that is given; an empty one after a fault."""
         raw = self.raw[key]
         if not isinstance(raw, Mapping):
             self.fault(f"{key} = {show(raw)} is not a table; {advice}")
             raw = {}
-        return Table(Entry(key, raw, f"{self.entry.where}: {key}"), self.faults, keys)
+        return EntryReader(Entry(key, raw, f"{self.entry.where}: {key}"), self.faults, keys)
 
     def required(self, key: str, hint: str) -> str:
         """Return text that must be given, "" after a fault."""
