@@ -8,9 +8,8 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding
 from symdyn.scene.values.body import Particle

@@ -26,8 +26,7 @@ from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
-from symdyn.scene.forces.damper import Damper
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Place, Pose
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import symdyn
 from symdyn.scene import read_text
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 
 
 def _state(scene: symdyn.Scene) -> object:

@@ -14,9 +14,7 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of
-from symdyn.scene.declaration.reading import (
-    value_for,
-)
+from symdyn.scene.declaration.reading import value_for
 from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.values.entry import Faults, show
 from symdyn.scene.values.mapping import map_quantities, substituted

@@ -40,7 +40,7 @@ READERS: Mapping[str, str] = {
 }
 
 WRITERS: Mapping[str, str] = {
-    "toml": "symdyn.scene.formats.toml_writer",
+    "toml": "symdyn.scene.toml",
     "urdf": "symdyn.scene.formats.urdf_writer",
     "par": "symdyn.scene.formats.par_writer",
 }

@@ -21,24 +21,32 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
-from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.joints.start import resting
+from symdyn.scene.joints.joint_table import JOINTS, resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Coupling, Joint, acceleration_name, velocity_name
+from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, word
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.requested_units import fits, fits_place, with_unit
+from symdyn.scene.values.shape import FLAG, NUMBER, described
 from symdyn.scene.values.unit import Unit, UnitError
 
-MIMIC_KEYS = ("joint", "coordinate", "ratio", "offset")
-
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
+
+LEADER = word("joint", "", ADVICE.removeprefix("write "))
+
+RATIO = Key("ratio", EntryReader.quantity, Quantity.ONE)
+
+OFFSET = number("offset")
+
+MIMIC: tuple[Key[str] | Key[Quantity], ...] = (LEADER, word("coordinate", ""), RATIO, OFFSET)
+"""What `mimic` says."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +69,14 @@ def read_mimic(table: EntryReader) -> Mimic | None:
     """Return what a joint declares to follow, None if it has a coordinate of its own."""
     if "mimic" not in table:
         return None
-    inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
+    inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     if "coordinate" in inner and "joint" in inner:
         inner.fault("joint and coordinate say the same thing twice; give one of them")
     coordinate = inner.text("coordinate") if "coordinate" in inner else ""
-    leader = "" if "coordinate" in inner else inner.required("joint", ADVICE)
+    leader = "" if "coordinate" in inner else LEADER.declared(inner)
     if not (coordinate or leader):
         table.faults.nameless(table.entry.where, "mimic", "")
-    return Mimic(leader, inner.quantity("ratio", Quantity.ONE), inner.quantity("offset"), coordinate)
+    return Mimic(leader, RATIO.declared(inner), OFFSET.declared(inner), coordinate)
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
@@ -144,7 +152,7 @@ def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Ent
         return
     units = JOINTS[leader.type].coordinates(leader)
     followed = dict(zip(leader.coordinates, units, strict=False)).get(mimic.coordinate, units[0] if units else "")
-    inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
+    inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     fits_place(inner, "ratio", mimic.ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
     fits_place(inner, "offset", mimic.offset, own)
 
@@ -160,14 +168,22 @@ def _chain(mimic: Mimic, behind: Coupling, table: EntryReader) -> Coupling:
     return Coupling(behind.coordinate, ratio, offset)
 
 
-DECLARED = ("locked", "position")
+LOCKED = KeyGroup(  # read when the scene is known; what was locked is said as fixed
+    {
+        "locked": described("whether it stands still", FLAG),
+        "position": described("where a locked joint stands, rad or m", NUMBER),
+    },
+    rules=[
+        {"if": {"required": ["position"]}, "then": {"required": ["locked"], "properties": {"locked": {"const": True}}}}
+    ],
+)
 
 
 def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
     """Return the position of every joint that is declared to be locked; rad or m."""
     positions: dict[str, Quantity] = {}
     for entry in joints:
-        locked, raw = (entry.table.get(key) for key in DECLARED)
+        locked, raw = (entry.table.get(key) for key in LOCKED.keys)
         if locked is True:
             try:
                 positions[entry.name] = quantity(raw if raw is not None else 0)

@@ -17,9 +17,10 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
 from symdyn.scene.values.entry import Entry, EntryReader, entry, show, shown
 from symdyn.scene.values.folding import add, div, mul, neg, sub
-from symdyn.scene.values.key import MOTION, Key, Stand, always_given, choice_of
+from symdyn.scene.values.key import MOTION, Key, Stand, number
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
+from symdyn.scene.values.shape import choice_of
 
 
 @dataclass(frozen=True)
@@ -123,11 +124,14 @@ FORMULA = ForceKind(
     noun=Formula,
     letter="r",
     parts=(
-        Key("formula", EntryReader.quantity, Quantity.ZERO, silent=always_given, names=MOTION),
-        Key("acts_in", _acts_in, "", shape={"description": "where its force acts", **choice_of(IN_JOINTS)}),
+        number(
+            "formula",
+            example='what vanishes, such as formula = "x_dot - r*phi_dot"',
+            names=MOTION,
+            holds="what vanishes: velocities, each times a formula in coordinates and parameters",
+        ),
+        Key("acts_in", _acts_in, "", holds="where its force acts", shape=choice_of(IN_JOINTS)),
     ),
-    needs=("formula",),
-    missing='formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"',
     law=Forbid(lambda row: row.formula),
     law_words=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
     words={"en": "constraint", "sk": "väzba"},

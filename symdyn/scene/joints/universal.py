@@ -16,7 +16,12 @@ from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
 from symdyn.spatial import Mat, Transform, Wrench, cross, dot
 
 SECOND: Key[Vector] = Key(
-    "second_axis", EntryReader.vector, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO), names=None, turned=True
+    "second_axis",
+    EntryReader.vector,
+    (Quantity.ONE, Quantity.ZERO, Quantity.ZERO),
+    names=None,
+    turned=True,
+    holds="in the frame that the first rotation has turned",
 )
 
 ROUNDING = 1e-12

@@ -1,6 +1,6 @@
 """Names that `symdyn.scene.values` offers; each is imported when it is first used."""
 
-from .body import Body as Body, Pose as Pose
+from .body import OUTLINES as OUTLINES, Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
 )
@@ -23,7 +23,6 @@ from .names import (
     nearest as nearest,
     suggestion as suggestion,
 )
-from .outline import OUTLINES as OUTLINES
 from .quantity import FormulaError as FormulaError, spell as spell
 from .requested_units import (
     ask_for_units as ask_for_units,
