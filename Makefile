@@ -53,8 +53,8 @@ doctest: $(READY)
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
 	$(BIN)/python tests/wheel.py
 
-golden: $(READY)  ## rewrite generated/ and docs/walkthroughs/ after a change that is meant
-	$(BIN)/python -m pytest tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
+golden: $(READY)  ## rewrite generated/, docs/walkthroughs/ and what the verbs take after a change that is meant
+	$(BIN)/python -m pytest tests/test_options_table.py tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
 
 docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site

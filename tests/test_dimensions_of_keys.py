@@ -33,7 +33,8 @@ def test_every_key_of_numbers_says_its_dimension() -> None:
     """But the formula of a row, each term of which is alike, in whatever unit."""
     from symdyn.scene.forces import FORCES
     from symdyn.scene.joints import JOINTS
-    from symdyn.scene.values.key import NUMBER, NUMBERS, SHAPES, VECTOR, Key
+    from symdyn.scene.values.key import SHAPES, Key
+    from symdyn.scene.values.shape import NUMBER, NUMBERS, VECTOR
 
     keys = [(name, key) for name, kind in JOINTS.items() for key in kind.keys]
     keys += [(name, part) for name, kind in FORCES.items() for part in kind.parts if isinstance(part, Key)]

@@ -16,7 +16,7 @@ from symdyn.draw.stage import Stage, pose
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
 from symdyn.scene.values import OUTLINES
-from symdyn.scene.values.outline import OutlineKind
+from symdyn.scene.values.body import OutlineKind
 from symdyn.teach.interactive import interactive_page
 
 

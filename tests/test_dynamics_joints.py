@@ -19,7 +19,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion, joint_motion
-from symdyn.scene.joints.start import resting
+from symdyn.scene.joints.joint_table import resting
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import Verdict

@@ -43,12 +43,12 @@ from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.runtime import lambdify, run_python
 from symdyn.scene import Quantity, Scene, read_text
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.element import Contact, Place
-from symdyn.scene.values.table import compose
+from symdyn.scene.values.entry import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove

@@ -21,9 +21,8 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, parse
-from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough

@@ -10,7 +10,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import DerivationError, SceneError
 from symdyn.scene import Scene, body, given, looked_at, point, prismatic, read_text, revolute, scene
-from symdyn.scene.formats.toml_writer import write_text
+from symdyn.scene.toml import write_text
 from symdyn.teach import check_derivation, rendered, walkthrough
 
 

@@ -17,9 +17,8 @@ from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.forces import FORCES
-from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.toml import read_text
+from symdyn.scene.toml import read_text, write_text
 from symdyn.teach import rendered, walkthrough
 
 room = import_module("symdyn.teach.languages")  # a name that its package offers for something else

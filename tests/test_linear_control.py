@@ -480,7 +480,7 @@ def test_a_table_of_responses_has_a_column_for_what_follows():
 
 def test_rows_print_what_they_find_and_write_their_files(tmp_path, capsys):
     scene, gains = str(ROOT / "examples" / "cart_pole.toml"), tmp_path / "gains.json"
-    words = ["--transfer", "--reach", "--dt", "0.02", "--lqr", "Q=x:10;theta:100", "R=F:0.1", "--gains", str(gains)]
+    words = ["--show", "transfer,reach", "--dt", "0.02", "--lqr", "Q=x:10;theta:100", "R=F:0.1", "--gains", str(gains)]
     words += ["--bode", str(tmp_path / "r.csv"), "--hertz", "geomspace(0.1,10,5)", "--kalman", "W=F:1", "V=x:1e-4"]
 
     assert main(["linearize", scene, *words]) == 0
@@ -513,7 +513,7 @@ def test_a_range_prints_critical_values_and_writes_the_locus(tmp_path, capsys):
 
 @pytest.mark.parametrize("name", ["rssr", "free_body", "pendulum"])
 def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsys):
-    words = ["--anywhere", "--transfer", "--reach", "--dt", "0.01"]
+    words = ["--anywhere", "--show", "transfer,reach", "--dt", "0.01"]
 
     assert main(["linearize", str(ROOT / "examples" / f"{name}.toml"), *words]) == 0
     assert "observability: rank" in capsys.readouterr().out
@@ -522,12 +522,14 @@ def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsy
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--hertz [1]", "--hertz: belongs to --bode, which is not given"),
+        ("--hertz [1]", "--hertz: belongs to --show bode, which is not given"),
+        ("--show reach,tranfer", '--show: there is no "tranfer"; did you mean transfer?'),
+        ("--bode", "--bode: names no file; --show bode prints the responses"),
         ("--gains g.json", "--gains: belongs to --lqr, which is not given"),
         ("--lqr --gains g.txt --bode r.csv", "--gains: g.txt is no .json file"),
         ("--bode r.txt", "--bode: r.txt is no .csv or .svg or .pdf or .png file"),
         ("--bode nowhere/r.csv", "nowhere/r.csv: there is no folder nowhere"),
-        ("--over b=[1,2] --transfer", "--transfer: is of one system, and --over makes many"),
+        ("--over b=[1,2] --show transfer", "--show transfer: is of one system, and --over makes many"),
         ("--over b=[1,2] --at rest", "--at: rest may be many places"),
         ("--over b=[1,2] --locus l.txt", "--locus: l.txt is no .csv or .svg or .pdf or .png file"),
         ("--over b=[-1,1]", "parameters.b: value = -1 is not positive"),
@@ -575,3 +577,11 @@ def test_gains_at_an_instant_of_a_motion_say_so() -> None:
     cart = read(ROOT / "examples" / "cart_pole.toml")
     (note,) = lqr(linearize(cart, start={"theta": "0.3"}, anywhere=True)).notes
     assert note.startswith("the point is neither of rest nor of a steady motion")
+
+
+@pytest.mark.parametrize("word", ["transfer", "reach"])
+def test_a_flag_that_became_a_word_is_told(word, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["linearize", "cart_pole.toml", f"--{word}"])
+
+    assert f"--{word} is no option of symdyn linearize; it is called --show {word} now" in capsys.readouterr().err

@@ -193,6 +193,34 @@ def test_one_word_is_judged_alike(more, right, judge):
     assert (not faults(text)) == right or seen
 
 
+FOLLOWER = """
+[bodies.pinion]
+mass = 1
+[joints.mesh]
+type = "revolute"
+parent = "ground"
+child = "pinion"
+mimic = { joint = "hinge" }
+"""
+
+
+@pytest.mark.parametrize(("more", "right"), [("drive = false", True), ("drive = 'M'", False), ("start = 1", False)])
+def test_what_follows_another_joint_may_say_that_nothing_drives_it(more, right, judge):
+    text = PENDULUM + FOLLOWER + more
+
+    assert judge.is_valid(tomllib.loads(text)) == (not faults(text)) == right
+
+
+def test_a_word_of_two_tables_is_told_as_each_means_it():
+    found = schema()["properties"]
+    row, output = (found[section]["additionalProperties"] for section in ("rows", "outputs"))
+    formulas = row["properties"]["formula"], output["anyOf"][0]["properties"]["formula"]
+
+    assert "velocities" in formulas[0]["description"]
+    assert "reactions" not in formulas[0]["description"]
+    assert "reactions" in formulas[1]["description"]
+
+
 def test_an_editor_tells_what_every_word_means():
     found = schema()["properties"]
     tables = {name: one["additionalProperties"] for name, one in found.items() if one.get("additionalProperties")}

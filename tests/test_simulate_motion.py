@@ -15,8 +15,8 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read
 from symdyn.scene.values import Joint
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.formula import parse as formula
-from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.written import state_equations

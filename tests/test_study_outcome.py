@@ -11,7 +11,7 @@ import pytest
 import symdyn
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.entry import Faults
 from symdyn.study.design import Design, read_design
 from symdyn.study.distributions import read_over
 from symdyn.study.plots import PLOTS, drawn_runs, fitting, plot, swing

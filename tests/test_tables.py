@@ -26,7 +26,7 @@ from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.table import Entry
+from symdyn.scene.values.entry import Entry
 from symdyn.teach.languages import languages
 
 NUMERIC = {

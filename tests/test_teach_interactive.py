@@ -20,7 +20,7 @@ from symdyn.program import lower
 from symdyn.runtime import run_python
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import absence, interactive, interactive_page, live
 from symdyn.teach.languages import language_of, languages

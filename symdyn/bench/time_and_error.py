@@ -60,7 +60,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of a first look.
-        quick: few states, native code with batch code, few tolerances, for a first look.
+        quick: few states, native code with batch code, few tolerances: a first look, in under 20 s.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.

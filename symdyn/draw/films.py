@@ -160,7 +160,7 @@ def film(
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses. A .glb is looked at from anywhere.
         scheme: "auto" (as the reader prefers; light in .gif, .mp4), "light" or "dark".
-        fps: frames a second of real time: 30, 25 of a .gif (which shows 50 at most).
+        fps: frames a second of real time; None for 30, 25 of a .gif, which shows 50 at most.
         size: width in pixels, or width and height, of .svg, .gif and .mp4.
         loop: whether a .html, .svg or .gif begins again at its end; of others, who plays them decides.
         reported: is called with the share that is done.

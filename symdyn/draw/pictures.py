@@ -206,12 +206,12 @@ def picture(
         scene: any scene.
         q: position, shape (nq,), in the scene's order; rad, m or 1. None: see `pose`.
         parameters: values of parameters; those without any are 1, or such that loops close.
-        view: azimuth and elevation of the viewer in degrees; None chooses.
-        frames: whether to draw the axes of every moved joint frame.
+        view: azimuth and elevation of the viewer in degrees; None for the usual ones.
+        frames: draw the axes of every moved joint frame, x red, y green, z blue.
         labels: what is named: any of "coordinates", "bodies", "joints", "points". Loads and springs always are.
         wrenches: more forces and couples to draw.
         prefix: in front of every id, so that several pictures fit into one page.
-        scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
+        scheme: colours: "auto" follows the reader's preference, "light" and "dark" are plain.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
         titles: what parts are called in another language, from the English of `symdyn.draw.shapes`.
         letters: more letters, of masses and lengths, each beside its point.

@@ -239,10 +239,10 @@ def excite(
 
     Args:
         scene: the mechanism, without loops, every joint driven.
-        period: s.
-        family: a row of `FAMILIES`: "fourier" or "splines".
+        period: of the motion, s.
+        family: what it is a sum of, "fourier" or "splines".
         terms: rounds a period of the fastest of a Fourier series; splines have as many coefficients.
-        criterion: a row of `CRITERIA`: "condition", "scaled_condition" or "determinant".
+        criterion: what judges it, "condition", "scaled_condition" or "determinant".
         box: more limits, {"tool.z": (0.1, None), "tau2": (-40, 40)} or ["tool.z=0.1..", "tau2=-40..40"]: of
             coordinates, velocities, accelerations, driving forces and places of declared points, in ground axes; they
             narrow those that joints of the scene have.

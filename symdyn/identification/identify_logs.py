@@ -289,7 +289,7 @@ def identify(
         data: path of a CSV file with the columns t, coordinates and driving forces, as `simulate` writes them; arrays
             by name, a data frame or a run; or a list of such, a log each. Velocities and accelerations may be among
             them, else they are differentiated.
-        band: highest frequency that is used, Hz; None takes it from where positions stand above their noise.
+        band: highest frequency that is used, Hz; None takes that where noise begins.
         friction: terms that joints with a drive have beside what the scene declares: "viscous", "coulomb", "offset",
             "armature".
         hold_back: share of every log, in contiguous blocks, that is not fitted and judges the result; 0 to 0.9.

@@ -134,7 +134,7 @@ def never_negative(scene: Scene) -> list[tuple[str, Quantity]]:
     for joint in scene.joints:
         found += [(f"armature of {joint.name}", joint.armature), (f"damping of {joint.name}", joint.damping)]
         if joint.dry is not None:
-            known = {key: x for part in FORCES[joint.dry.kind].parts for key, x, _ in part.numbers(joint.dry)}
+            known = {x.key: x.quantity for part in FORCES[joint.dry.kind].parts for x in part.numbers(joint.dry)}
             found += [(f"{key} friction of {joint.name}", known[key]) for key in ("coulomb", "static") if key in known]
     return found
 

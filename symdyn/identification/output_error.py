@@ -154,8 +154,8 @@ def output_error(
         scene: the mechanism, its parameters bound: the search begins at their values; or a `Problem`.
         data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
             or a list of such, one a log, each with a start of its own.
-        parameters: names of those that are looked for; None takes all but gravity's that the data tell
-            and says which they do not.
+        parameters: names of those that are looked for; None takes all but gravity's that the data tell. Which they do
+            not is said.
         measured: which columns are fitted; None for all coordinates and velocities that the logs have.
         pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
         **fields: of `Problem`.

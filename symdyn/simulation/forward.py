@@ -198,8 +198,8 @@ def simulate(
         scene: the mechanism, its parameters bound; or a `Problem`.
         **fields: of `Problem` and `Run`.
         reports: formulas as `stops`; where one crosses zero the event is kept.
-        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
-            "body".
+        reactions: add the columns of all joint reactions and multipliers, in axes "body" (of the child, as usual),
+            "joint" (of the joint frame on the parent) or "ground". True is "body".
         feedback: a controller, whose forces are added: a function of time, coordinates and velocities that returns the
             force of every input; a `Feedback` of one, with period, delay and limits; gains, or a .json file of them.
             Of one that takes samples all are rows, unless `every` is given.

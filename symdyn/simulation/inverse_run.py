@@ -193,14 +193,13 @@ def inverse(
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
-        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
-            "body".
+        reactions: add the columns of all joint reactions and multipliers, in axes as `simulate` has them.
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
-        start: formulas by coordinate, in place of what the scene says: where coordinates without a law rest, or of
-            several solutions, next to which one is taken at the first time.
-        forces: of inputs what is given over time, as `simulate` takes it; without, what a table of the motion has.
+        start: coordinates, such as "q1=0.3,q2=pi/2", in place of the scene's: where those without a law rest, and of
+            several solutions, next to which one is taken at the first time. Formulas by coordinate.
+        forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.

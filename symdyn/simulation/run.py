@@ -203,9 +203,9 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
             yield f"the motion of joint {joint.name}", joint.motion
     for one in scene.elements:
         for part in FORCES[one.kind].parts:
-            for _, formula, allowed in part.numbers(one):
-                if allowed == TIMED:
-                    yield f"{one.kind} {one.name}", formula
+            for number in part.numbers(one):
+                if number.names == TIMED:
+                    yield f"{one.kind} {one.name}", number.quantity
 
 
 def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:

@@ -292,27 +292,27 @@ def sweep(
 
     Args:
         scene: the mechanism; or a `Problem`.
-        over: what is varied: texts "NAME=DISTRIBUTION" (see `symdyn.study.distributions`), or lists by name; a name is
-            a parameter, a coordinate or a velocity at the start, or a letter of the forces. Nothing: all parameters
-            that have a tolerance.
-        measure: formulas of folds over a run, such as "max(abs(tau2))"; "NAME=FORMULA" names one.
+        over: a parameter, a coordinate or velocity at the start, or a letter of the forces, and its values, such as
+            "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
+            `symdyn.study.distributions`), or lists by name.
+        measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
         **fields: of `Problem` and `Run`, the same for every run.
-        design: a key of `DESIGNS`; None takes a grid of lists, or random draws of distributions.
+        design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
         count: how many runs are drawn; None for 1000.
         seed: of what is drawn.
         output: a .zarr store, which is made, or gone on with where it is there.
-        scheduler: where blocks are computed: a key of `symdyn.study.job.EXECUTORS`, an address, or a Client.
+        scheduler: here, threads, processes, or the address of a Dask scheduler, tcp://HOST:PORT. Or its Client.
         workers: how many of them; None for one a core.
-        block: runs of one block; None for a part of all.
-        function: in place of runs, calls of a function such as "inverse_dynamics"; then measures are formulas of what
-            it returns and takes, in folds over the places `at` which it is called, and `over` may have entries of its
+        block: runs of a block, which is done or is not; None for a part of all.
+        function: what is called in place of runs, such as "inverse_dynamics"; measures are formulas of what it returns
+            and takes. They are folds over the places `at` which it is called, and `over` may have entries of its
             arguments.
-        at: these places, entries of its arguments by name: "q1=0.3,q1_dot=1", numbers or formulas in parameters, or
-            arrays (S,); or a .csv file of columns over t. What is not given is where the scene starts, at rest.
+        at: where, such as "q1=0.3,q1_dot=1"; or a .csv file of such columns over t, which folds then go over. Formulas
+            in parameters by name, or arrays (S,). What is not given is where the scene starts, at rest.
         progress: called with the share that is done.
         say: called with lines for the user.
         forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
-        rtol: relative tolerance of a step; None as for `symdyn.ensemble`.
+        rtol: relative tolerance of a step; None for 1e-9, of gauss what it takes itself.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each; a store of another sweep, or a full disk.

@@ -83,10 +83,10 @@ def emit(
     Args:
         program: what to compute.
         target: a key of `TARGETS`.
-        real: "double" or "float"; "dd" for double-doubles, 31 digits, in C.
+        real: number type, "double" or "float"; "dd" for double-doubles, 31 digits, in C.
         command: what the header says to run to make the files again; "" for the plain command line.
         option: one of the target's, such as "batch": C gets functions over many states too.
-        accuracy: "1e-10" for shorter sines of doubles in C, which are faster; "" for those of the type.
+        accuracy: faster C in double by shorter sines, whose bound the file tells; "" for those of the type.
 
     Raises:
         EmitError: an unknown target, a real type, an option, an accuracy or an operation that it does not have, no

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
-from symdyn.scene.values.body import ELEMENTARY, Pose
+from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
-from symdyn.scene.values.tolerance import Tolerance, read_tolerance
 
 T = TypeVar("T")
 
@@ -152,8 +151,8 @@ def as_list(value: object) -> list[object]:
     return [] if value is None else list(value) if isinstance(value, (list, tuple)) else [value]
 
 
-class Table:
-    """Typed access to the keys of an entry."""
+class EntryReader:
+    """Typed access to the keys of a declared table; what is wrong is a fault of its place."""
 
     def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str]) -> None:
         """Report the keys that are not in `keys`."""
@@ -171,15 +170,15 @@ class Table:
 
     def quantity(self, key: str, default: Quantity = Quantity.ZERO) -> Quantity:
         """Return a number or formula."""
-        return self._read(key, default, quantity) if key in self else default
+        return self.parsed(key, default, quantity) if key in self else default
 
     def vector(self, key: str, default: Vector = NULL) -> Vector:
         """Return three quantities."""
-        return self._read(key, default, vector) if key in self else default
+        return self.parsed(key, default, vector) if key in self else default
 
-    def pose(self, key: str) -> Pose:
-        """Return a placement; the identity when it is not given."""
-        return self._read(key, Pose(), pose) if key in self else Pose()
+    def pose(self, key: str, default: Pose = UNMOVED) -> Pose:
+        """Return a placement."""
+        return self.parsed(key, default, pose) if key in self else default
 
     def text(self, key: str, default: str = "") -> str:
         """Return text: one line of bearable length."""
@@ -193,34 +192,24 @@ class Table:
         self.fault(f'{key} = {show(value)} is not text; put it in quotes, such as {key} = "{default or "m1"}"')
         return default
 
-    def tolerance(self, unit: str) -> Tolerance | None:
-        """Return how far a value in a unit may be off; None when it is not given."""
-        return self._read("tolerance", None, lambda raw: read_tolerance(raw, unit)) if "tolerance" in self else None
-
-    def flag(self, key: str) -> bool:
-        """Return true or false; false when it is not given."""
-        value = self.raw.get(key, False)
+    def flag(self, key: str, default: bool = False) -> bool:
+        """Return true or false."""
+        value = self.raw.get(key, default)
         if isinstance(value, bool):
             return value
         self.fault(f"{key} = {show(value)} is neither true nor false")
-        return False
+        return default
 
-    def inner(self, key: str, keys: Sequence[str], advice: str) -> Table:
+    def inner(self, key: str, keys: Sequence[str], advice: str) -> EntryReader:
         """Return the table under a key that is given; an empty one after a fault."""
         raw = self.raw[key]
         if not isinstance(raw, Mapping):
             self.fault(f"{key} = {show(raw)} is not a table; {advice}")
             raw = {}
-        return Table(Entry(key, raw, f"{self.entry.where}: {key}"), self.faults, keys)
+        return EntryReader(Entry(key, raw, f"{self.entry.where}: {key}"), self.faults, keys)
 
-    def required(self, key: str, hint: str) -> str:
-        """Return text that must be given, "" after a fault."""
-        if key in self:
-            return self.text(key)
-        self.fault(f"{key} is missing; {hint}")
-        return ""
-
-    def _read(self, key: str, default: T, reader: Callable[[object], T]) -> T:
+    def parsed(self, key: str, default: T, reader: Callable[[object], T]) -> T:
+        """Return what a reader makes of a value that is given; after a fault, which it raises, the default."""
         try:
             return reader(plain(self.raw[key]))
         except FormulaError as error:
@@ -234,6 +223,15 @@ class Table:
             self.fault(f"{key} = {reason}")
         else:
             self.fault(f"{key} = {shown}{' ' if reason.startswith(('is ', 'has ')) else ': '}{reason}")
+
+
+def quantities(values: Iterable[object]) -> tuple[Quantity, ...]:
+    """Return numbers or formulas.
+
+    Raises:
+        FormulaError: one of them is none.
+    """
+    return tuple(quantity(plain(one)) for one in values)
 
 
 def vector(value: object) -> Vector:
@@ -277,6 +275,23 @@ def pose(value: object) -> Pose:
             raise FormulaError(f'is not made of steps: {show(step)}; give a list such as [["Tz", 0.1], ["Rx", "pi/2"]]')
         steps.append((str(step[0]), quantity(step[1])))
     return compose(*steps)
+
+
+STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")
+"""The steps of { xyz, rpy }, in their order."""
+
+
+def said_pose(pose: Pose) -> object:
+    """Return [x, y, z], { xyz, rpy } or a list of steps, the first of them that says the same."""
+    steps = compose(*pose.steps).steps
+    kinds = [kind for kind, _ in steps]
+    if kinds != sorted(set(kinds), key=STRAIGHT.index):
+        return [list(step) for step in steps]
+    placed = dict.fromkeys(ELEMENTARY, Quantity.ZERO) | dict(steps)
+    xyz, rpy = ([placed[kind] for kind in part] for part in (ELEMENTARY[:3], ELEMENTARY[3:]))
+    if not any(kind.startswith("R") for kind in kinds):
+        return xyz
+    return ({"xyz": xyz} if any(kind.startswith("T") for kind in kinds) else {}) | {"rpy": rpy}
 
 
 def compose(*steps: tuple[str, Quantity]) -> Pose:
