@@ -96,7 +96,7 @@ def _read(words: dict[str, Any]) -> dict[str, Any]:
     if name is None or name in TYPES:
         return words if name is None else {**words, "type": TYPES[name]}
     choices = OpenChoices(words["choices"]) if "choices" in words else None
-    return {**words, "type": partial(_read_late, name), "choices": choices}
+    return {**words, "type": str if name == "text" else partial(_read_late, name), "choices": choices}
 
 
 def _read_late(name: str, text: str) -> Any:
