@@ -16,8 +16,8 @@ of the user. Unknowns at a place are of these kinds:
     final        the cost of the end                                at the end
 
 The balance is that of inverse dynamics, with accelerations as unknowns: it takes about half the operations of forward
-dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a constraint u_k =
-ṗ(t) like those of loops; its multiplier is the force that it takes.
+dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a constraint
+u_k = ṗ(t) like those of loops; its multiplier is the force that it takes.
 """
 
 from __future__ import annotations

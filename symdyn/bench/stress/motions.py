@@ -1,8 +1,8 @@
 """Motions that are hard to integrate: fast spin, stiff springs, loops through change points, chaos and long times.
 
 Heavy top (Geradin and Cardona, Flexible Multibody Dynamics, 2001): the reference is integrated in 113 bits at two
-tolerances that agree to 25 digits. A free top that flips about its middle axis: Euler's equations, 2T = ω·Jω and H² =
-|Jω|² are constant, ω in Jacobi's elliptic functions.
+tolerances that agree to 25 digits. A free top that flips about its middle axis: Euler's equations, 2T = ω·Jω and
+H² = |Jω|² are constant, ω in Jacobi's elliptic functions.
 
 Stiff springs, damped and not, are compared with their closed form; methods are those that `simulate` chooses.
 

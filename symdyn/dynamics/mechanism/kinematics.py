@@ -22,9 +22,9 @@ Directions of the velocities on the space of coordinates, their brackets, and th
 
     2 ⟨∇_k X_j, X_i⟩ = X_k M_ij + X_j M_ik - X_i M_jk + γ^l_kj M_li - γ^l_ji M_lk - γ^l_ki M_lj
 
-∇ is the Levi-Civita connection of M, by Koszul's formula for frames that do not commute. For rates of coordinates X_i =
-∂/∂q_i and γ = 0, and these are Christoffel symbols of the first kind. The split into k_C and k_D is the textbook's
-(5.40).
+k_D are centrifugal, k_C Coriolis coefficients, split as in the textbook's (5.40). ∇ is the Levi-Civita connection of M,
+by Koszul's formula for frames that do not commute. For rates of coordinates X_i = ∂/∂q_i and γ = 0, and these are
+Christoffel symbols of the first kind.
 
 H of a ball or of free flight also follows from placements:
 
