@@ -1,6 +1,6 @@
-"""A drawing as SVG text: the same drawing, the same bytes.
+"""Drawings as SVG text, of mechanisms and of lines, dots and texts alone: the same drawing gives the same bytes.
 
-Pictures without a mechanism: lines, dots and texts, in the looks of the style sheet.
+Looks are those of the style sheet.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
-"""Logs fitted: rows of a base regressor, outliers left out round by round, how well forces are predicted; and gains.
+"""Fits of logs, outliers left out round by round, how well forces are predicted, and the gains of drives.
 
     Y β + Y_L x + F = k i       Y_L, x, F: what is not known of payloads and what is (`payload`); k: gains of drives
 
-What a drive shows, a current, times its gain is its force, and the gain need not be known:
+What a drive shows, such as a current, times its gain is its force. The gain may be unknown:
 
     k_j i_j = Y_j β + F_j + noise         F: forces of what is known of payloads; noise is in i, as measured
     i_j = (Y_j β + F_j) / k_j             so this is what is fitted, by Gauss-Newton: with f0 = Y β0 + F at β0, k0
 
     k0 i - F - f0 = Y β - (f0 / k0) k     a row for each, and a column for each gain
 
-With i itself in the column, in place of f0 / k0, its noise would make gains too small. Where nothing is known, k and β
-may grow together, and the direction (β0, k0) is not told, exactly: whatever the noise.
+With i itself in the column, in place of f0 / k0, its noise would make gains too small. If nothing is known, k and β may
+grow together: the direction (β0, k0) cannot be determined, whatever the noise.
 
 Reference: Gautier and Briot, Global identification of joint drive gains and dynamic parameters of robots (2014).
 """

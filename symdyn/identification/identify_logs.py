@@ -1,10 +1,10 @@
 """The function `identify`: logs of motion and driving forces in, base parameters with standard errors out.
 
-Gains that were said are held against the data: whether forces fit better where one of them is left free. A wrong one
-does not stay with its drive: all that this drive tells, masses and gains of others, is scaled with it. So it may as
-well be that a column of forces is off, which a gain that was said rightly contradicts.
+Gains of drives that were given are tested against the data: would the forces fit better if one of them were free? A
+wrong gain scales all that its drive shows, masses and gains of others too. So it may as well be that a column of forces
+is off, which a right gain contradicts.
 
-One gain more left free, seen from a fit without it: what it would be about, and how well forces could fit at best.
+Of a fit without it, one more free gain has
 
     δ = c·r / c·c           one step of Gauss-Newton: r, weighted residuals of the fit; c, the column of that gain
                             without what the other columns do, so that no other has to be solved for again
@@ -14,8 +14,8 @@ One gain more left free, seen from a fit without it: what it would be about, and
                                                           c, s: singular values of A and Y in one orthonormal basis of
                                                           both; *: along their left vectors; ': outside of these
 
-With each drive weighted by the size of what it shows, the least of it is a bound: of no fit is the sum of squares of
-errors, in parts of what drives show, below it.
+With each drive weighted by the size of what it shows, the minimum of least(u) is a bound: in no fit is the sum of
+squares of errors, as parts of what drives show, below it.
 
 Reference: Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems whose
 variables separate (1973); Golub and Van Loan, Matrix Computations, section 6.1 (generalised singular values).

@@ -1,9 +1,4 @@
-"""What a log is held against: driving forces of a scene as its base regressor times base parameters.
-
-Friction, armatures and offsets that the scene does not declare are parameters of the scene that is held against the
-log, with the value zero: so they are told like any other, and can be written back.
-
-What data may tell of a scene: the parameters that its forces are linear in, and how base parameters come of them.
+"""The model that logs are compared with: driving forces of a scene as its base regressor times base parameters.
 
     beta = map · pi                 pi: ten of every body about its frame, armatures, friction, stiffness, ... (linear
                                     parameters); beta: base parameters, what motion can tell of pi
@@ -11,9 +6,11 @@ What data may tell of a scene: the parameters that its forces are linear in, and
 
 The pseudo-inertia of a body is [[J, h], [h, m]], J = tr(I)/2 · 1 - I its second moments about the frame, h = m r.
 
-Reference: Gautier and Khalil (1990); Wensing, Kim and Slotine (2018).
+Friction, armatures and offsets that the scene does not declare are added to it as parameters with the value zero: so
+they are estimated like any other, and can be written back. Columns of a fit and unknowns of a file are matched by their
+names, in any order.
 
-Joining of two lists of one thing by their names, such as columns of a fit and unknowns of a file, in any order.
+Reference: Gautier and Khalil (1990); Wensing, Kim and Slotine (2018).
 """
 
 from __future__ import annotations

@@ -1,23 +1,23 @@
 """Modes of ẋ = A x, of M δξ̈ + D δξ̇ + K δξ = 0 at a place of rest, and their motions, which can be drawn.
 
-Of A the eigenvalues that are zero are told apart before rounding can move them:
+Eigenvalues of A that are zero are separated from the others before rounding can move them:
 
     T⁻¹ A T = [N  R]        N nilpotent, of the size of all zero eigenvalues; A' has none
               [0  A']       v = T (z, y) is the shape of λ ≠ 0: A' y = λ y, (λ - N) z = R y
 
-A double zero, as of what drifts freely, is moved by rounding to the root of it, 1e-8; so zeros are taken out first:
-what A maps to nothing spans a space, A acts on what is left beside it, and so on while something is mapped to nothing.
-States have different units, so A is balanced before sizes are compared.
+Rounding moves a double zero, as of what drifts freely, by its root, 1e-8. So zeros are taken out first: what A maps to
+nothing spans a space, A acts on what is left beside it, and so on while something is mapped to nothing. States have
+different units, so A is balanced before sizes are compared.
 
 At a place of rest, to first order in what moves the mechanism:
 
     M = ∂e/∂u̇    D = ∂e/∂u    K = X e        all at the place, at u = u̇ = 0
     (K - ω² M) v = 0                         frequencies ω and shapes v, as long as nothing damps
 
-A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a size that is seen. What oscillates goes round once in
+A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size. What oscillates goes round once in
 `MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and decay are left out, and loops are
 closed at every moment: a shape is shown, and not a run. Positions on which no velocity depends, as where a bicycle is
-and where it heads, do not tell the size, and stay where they would go far: the picture is that of who rides along.
+and where it heads, do not determine the size, and stay fixed where they would go far: the observer rides along.
 
 Reference: Kublanovskaya's staircase; Golub and Van Loan, Matrix Computations (2013), 7.6.5 and 7.5.7 (balancing).
 """

@@ -1,15 +1,15 @@
 """Coordinates that follow paths of points and frames, with laws of coordinates beside them.
 
-Where there are several solutions the guess chooses: the coordinates next to it at the first time. Messages say when,
-where, and what would help. From there coordinates stay on one branch, through singular places, as far as they lead:
+If there are several solutions, the coordinates next to the guess are taken at the first time. Messages say when, where,
+and what would help. From there coordinates stay on one branch, through singular places, as far as they lead:
 
     A, σ, r      path_equations.py
 
 Newton's method starts at the place before, moved by u h + u̇ h²/2. A step is cut until the method hardly corrects it,
-so that a branch is kept however far samples are apart. Where σ vanishes branches meet. Coordinates that are smooth go
-through, and det(A⁺ A') < 0 across such a place tells that the branch has changed; no step ends so near that digits are
-lost. A sample there is taken from polynomials through eight places around it, and must fulfil the equations; one that
-is only near, and has no better ones around, is as it is, and told. Where coordinates would have to jump, or the path
+so that a branch is kept however far samples are apart. Where σ vanishes branches meet. Smooth coordinates go through;
+det(A⁺ A') < 0 across such a place shows that the branch has changed, and no step ends so near that digits are lost. A
+sample there is taken from polynomials through eight places around it, and must fulfil the equations. One that is only
+near, with no better ones around, stays as it is and is reported. Where coordinates would have to jump, or the path
 leaves what can be reached, rows end.
 """
 

@@ -1,9 +1,8 @@
 """Error bars on motions and forces, to first order in what is uncertain, and their plots: bands of one and two sd.
 
-How what a motion takes depends on parameters, the motion being held.
-
-Driving forces have their derivatives as an output of their own. Where the motion itself moves with a parameter (a path
-that joints follow, a motion that the scene prescribes), and for other columns, the forces are told on both sides.
+Of a given motion, driving forces have their derivatives by parameters as an output of their own. Where the motion
+itself moves with a parameter (a path that joints follow, a motion that the scene prescribes), and for other columns,
+derivatives are differences of runs with the parameter on both sides of its value.
 """
 
 from __future__ import annotations
@@ -120,7 +119,7 @@ MOST_PANELS = 12
 COLOUR = "#1f5f99"
 
 SD = "sd_"
-"""What a standard deviation's column begins with, in """
+"""What the name of a column of standard deviations begins with."""
 
 
 @dataclass(frozen=True, eq=False)

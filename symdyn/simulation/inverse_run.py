@@ -1,10 +1,8 @@
-"""Motion prescribed, driving forces computed: the function `inverse`.
+"""Inverse dynamics over time: the function `inverse`, from a prescribed motion to driving forces.
 
-In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
-points and frames have paths, coordinates follow these too (along_path.py).
-Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
-
-What motion to forces is computed with: compiled functions of positions, velocities and accelerations of a scene.
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (following.py).
+Where points and frames have paths, coordinates follow these too (along_path.py). Velocities of a quaternion are found
+from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u. Functions of positions, velocities and accelerations are compiled.
 """
 
 from __future__ import annotations

@@ -1,16 +1,17 @@
-"""Columns of a motion that a person names: inputs, and outputs as their formulas say, from the columns of the motion.
+"""Columns of a known motion: inputs, outputs of the scene by their formulas, joint reactions and multipliers.
 
-Functions called `outputs` are derived, `output:NAME` by two formulations; these columns are worked out from places,
-reactions and forces as they came out.
+Functions called `outputs` are derived, `output:NAME` by two formulations. The columns here are evaluated from
+positions, reactions and forces as they came out.
 
-Columns over time: joint reactions, what parents exert on children, and multipliers, what closes loops.
+Reactions are what parents exert on children. Multipliers are the forces of loops and other constraints:
 
     f        forces of the spanning tree, as if nothing closed it
-    λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between rows leaves open is told
+    λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between constraints
+             leaves open is reported
 
-Axes of multipliers: those of a loop are the joint frame on its parent, and its wrench acts at the origin of the moved
-joint frame, on the child. Those of a contact are its track, across it, and the normal of its plane; it acts on its
-body.
+Multipliers of a loop have the axes of the joint frame on its parent; its wrench acts at the origin of the moved joint
+frame, on the child. Those of a contact have its track, the direction across it, and the normal of its plane as axes;
+its force acts on its body.
 """
 
 from __future__ import annotations

@@ -3,14 +3,14 @@
     Ẇ = ∂f/∂x W + ∂f/∂p C        W = ∂x/∂(start, p), a way a column; C says by how much it changes each parameter
     Φ = ∂(end)/∂(start, p)       the last W, by variational equations (forward) or by adjoints (backward)
 
-What is differentiated are the steps of the run (`tape`), which end on each sample that is asked for. What does not
-belong to the state (forces, energies, points, outputs) is told at states and values next to the run, on both sides of
-it, and divided by the distance.
+The steps of the run are differentiated (`tape`); they end on each sample that is asked for. What does not belong to the
+state (forces, energies, points, outputs) has central differences: evaluated on both sides of the run, divided by the
+distance.
 
 Positions move along the velocities, d/dε f(q ∘ exp(ε X_k)), velocities by themselves, each with the other held. The
-start of a closed mechanism moves along its manifold: independent positions (of rows that hold positions) and
-independent velocities (of all rows) are the columns, what depends on them follows, δr = 0 and δ(G u) = 0. A parameter
-changes while the independent start is held: what depends on it follows the parameter too, as prescribed motions do.
+start of a closed mechanism moves along its manifold. The columns are independent positions (by constraints on them) and
+independent velocities (by all); the others follow from δr = 0 and δ(G u) = 0. A parameter changes while the independent
+start is held: what depends on it follows the parameter too, as prescribed motions do.
 """
 
 from __future__ import annotations

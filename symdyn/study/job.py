@@ -1,6 +1,6 @@
-"""What a block of runs needs to know, and no more, and what comes of it: a job is frozen and goes to a worker once.
+"""Jobs of a study in blocks of runs, their results, and the executors that compute blocks, a row of `EXECUTORS` each.
 
-Where the blocks of a study are computed, a row of `EXECUTORS` each.
+A job holds what a block needs and no more; it is frozen and goes to a worker once.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Claims about quaternions are compared on the unit sphere, where they hold:
 
     e = u² / |u|²    is a unit quaternion for any u, rational in its four numbers
 
-so that a field or a random point, which know no unit length, can be asked.
+so that they can be evaluated over a field or at a random point, where no length is one by itself.
 """
 
 from __future__ import annotations

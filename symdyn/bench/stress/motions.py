@@ -1,20 +1,20 @@
-"""Motions that are hard: fast spin, stiff springs, loops through their change points, long and chaotic ones.
+"""Motions that are hard to integrate: fast spin, stiff springs, loops through change points, chaos and long times.
 
-Heavy top: Geradin and Cardona, Flexible Multibody Dynamics (2001); reference integrated in 113 bits, two tolerances
-that agree to 25 digits. Free top that flips about its middle axis: Euler's equations, 2T = ω·Jω and H² = |Jω|² are
-constant; ω in Jacobi's elliptic functions.
+Heavy top (Geradin and Cardona, Flexible Multibody Dynamics, 2001): the reference is integrated in 113 bits at two
+tolerances that agree to 25 digits. A free top that flips about its middle axis: Euler's equations, 2T = ω·Jω and
+H² = |Jω|² are constant, ω in Jacobi's elliptic functions.
 
-Stiff springs, damped and not, against their closed form; methods are those that `simulate` chooses.
+Stiff springs, damped and not, are compared with their closed form; methods are those that `simulate` chooses.
 
 The A02 benchmark of IFToMM (Gonzalez et al. 2006) turns N parallelograms in a row through their change point. Its angle
 θ from the upward vertical is that of a pendulum, I θ'' = c g sin θ with I = (N + 1)/3 + N and c = (N + 1)/2 + N; the
-references solve that to 40 digits. Problem A01 there is a pendulum in Cartesian coordinates: whichever of them is
+references solve that to 40 digits. Problem A01 there is a pendulum in Cartesian coordinates: whichever coordinate is
 chosen as independent fails somewhere on its way.
 
 References of the double pendulum are by the method of Gragg, Bulirsch and Stoer in 113 bits, two runs of different
 order and tolerance that agree to 18 digits or more. A disturbance of one ulp grows with the motion, a thousandfold from
-the horizontal and 1e8-fold from high up: no code in doubles can do better than that, and the bounds leave it some tens
-of ulps. Of 1e4 seconds the energy is judged.
+the horizontal and 1e8-fold from high up. No code in doubles can do better, and the bounds allow some tens of ulps. Over
+1e4 seconds only the energy is judged.
 """
 
 from __future__ import annotations

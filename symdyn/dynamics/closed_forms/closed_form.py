@@ -7,7 +7,7 @@ the frame in which a body's velocity is written, so it is written in the body, w
     v_i          Rᵀ ∂p/∂q_i          velocity of B's origin for q̇_i = 1, body frame
     w_i          (Rᵀ ∂R/∂q_i)∨       angular velocity for q̇_i = 1, body frame
     k_z          M_ij = Σ_B m v_i·v_j + v_i·(w_j × h) + v_j·(w_i × h) + w_i·I w_j      h = m r, I about B's origin
-    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in directions.py; k_G = ∂P/∂q
+    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in kinematics.py; k_G = ∂P/∂q
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Reference: the textbook, section 5.1.2, eq. (5.21)-(5.23).
 
     T[B]     placement of body B in the ground frame          v   velocity of a centre of mass, by differentiation
-    u        velocities, q̇ as a rule                          X   derivative along them; γ their brackets: directions.py
+    u        velocities, q̇ as a rule                          X   derivative along them; γ their brackets: kinematics.py
     R, p     its rotation and translation                     ω   from ω̃ = Ṙ Rᵀ, ground frame
     K, P     kinetic and potential energy, J                  L   K - P
     G, E     energy of gravity and of springs, P = G + E

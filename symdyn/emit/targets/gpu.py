@@ -3,19 +3,19 @@
     <scene>.cu    __global__ void <scene>_<function>(size_t n, const real *q, ..., const real *params, real *out)
     <scene>.cl    __kernel void <scene>_<function>(ulong n, __global const real *q, ..., __global real *out)
 
-Both hold the same lines; they differ in how a kernel is opened, how it finds its state, and how sine and cosine are
+Both hold the same lines. They differ in how a kernel is opened, how it finds its state, and how sine and cosine are
 taken together. Entry i of state k is x[i * n + k], in `out` likewise, so that neighbouring threads read neighbouring
-numbers; params, or what was prepared from it, is one set for all states, x[i], behind a pointer as everything else, so
-that another set needs no other symbol: all threads of a warp read one number at a time, which caches hand to all of
-them.
+numbers. params, or what was prepared from it, is one set for all states, x[i]. It stands behind a pointer like all
+arguments, so that another set needs no other symbol; all threads of a warp read one number at a time, which caches hand
+to all of them.
 
-A kernel computes in an order in which few values wait, and those in shared memory (`gpu_budget.py`). A value is read
-right before its first use, a result is written as soon as it is known, and sine and cosine of one angle are taken by
-one call. Place p of thread t in a block of B threads is at p * B + t, so that no two threads of a warp want the same
-bank.
+The order of a kernel's lines keeps few values alive, and what does not fit into registers is in shared memory
+(`gpu_budget.py`). A value is read right before its first use, a result is written as soon as it is known, and sine and
+cosine of one angle are taken by one call. Place p of thread t in a block of B threads is at p * B + t, so that no two
+threads of a warp want the same bank.
 
-Beside kernels: an example for CUDA and one for OpenCL, which call every kernel and know what must come out; and
-launchers, an `extern "C"` function a kernel that hosts call, behind the kernels' own text.
+Beside the kernels stand an example for CUDA and one for OpenCL, which call every kernel and compare with expected
+values, and launchers: for each kernel an `extern "C"` function that hosts call, behind the kernels' own text.
 """
 
 from __future__ import annotations

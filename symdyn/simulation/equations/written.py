@@ -1,27 +1,27 @@
-"""State equations derived and compiled: the functions that a system of them consists of.
+"""State equations derived and compiled, with the decisions that they rest on.
 
-All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
-parameters are free. What depends on them alone is prepared once for a set of values, so that the same equations, once
-compiled, serve all values of theirs. Numbers decide some things (which rows are independent, which velocities, whether
-loops hold coordinates in proportion, which momenta are conserved): these are decided at every set of values, and
-equations are taken only where they were written for the same decisions.
+All is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
+parameters are free. What depends on them alone is prepared once for a set of values, so that compiled equations serve
+all values of theirs.
 
-A pickle holds the scene, what drives it, the events and a hash of what the equations are made of; who reads it compiles
-them, or has them.
+Some things are decided in numbers, at every set of values: which constraints are independent, which velocities, whether
+loops hold coordinates in proportion, which momenta are conserved. Equations are taken only where they were written for
+the same decisions. These are made at assembled positions. Where the start is given for other values, nothing is
+assembled: it is tested whether the decisions hold there and a step away from there, and only if they may not are they
+made anew.
 
-What the system of a closed mechanism has beside that of a tree.
+The system of a closed mechanism has more functions than that of a tree:
 
-residual, row_rates    r and G u: how far a state misses its loops
-correction, fitted     what brings it back: -G_d⁻¹ r, and velocities from independent ones
-reach                  ∂u/∂u_i, which is large where the choice of independent velocities fails
-together               rates by all rows at once, with multipliers: no choice, regular wherever G has full rank
+    residual, row_rates    r and G u: how far a state misses its loops
+    correction, fitted     what brings it back: -G_d⁻¹ r, and velocities from independent ones
+    reach                  ∂u/∂u_i, which is large where the choice of independent velocities fails
+    together               rates by all constraints at once, with multipliers: no choice, regular wherever G has full
+                           rank
 
-M u̇ - Gᵀ λ = τ - h        G u̇ = -γ        u̇_p = p̈ where a motion p is prescribed
+    M u̇ - Gᵀ λ = τ - h        G u̇ = -γ        u̇_p = p̈ where a motion p is prescribed
 
-What numbers decide about closed mechanisms before their equations are written, at values of the parameters.
-
-Decisions are made at assembled positions. Where the start is given for other values, nothing is assembled: it is looked
-whether the decisions hold there and a step away from there, and only where they may not are they made anew.
+A pickle holds the scene, its driving forces, the events and a hash of what the equations are made of; the reader
+compiles them, or has them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which rule a wrong answer forgets: it is looked up by value among the mistakes of its quantity, then proved.
+"""Which rule a wrong answer forgets: it is found by value among the mistakes of its quantity, then proved.
 
 Points at which answers are compared by value are the same in every run and in both checkers:
 

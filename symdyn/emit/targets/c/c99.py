@@ -4,16 +4,15 @@
     void <scene>_<function>_batch(size_t n, const real *q, ..., const real *params, real *out)    structure of arrays
     void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
 
-With option "header-only" all of it is one header. The last two are there with option "batch"; `ROWS`, for targets that
-call nothing else, leaves `_batch` out, a fifth of what compilers take. Entry i of state k is
-q[i * n + k] for `_batch` and q[k * length + i] for `_rows`, in `out` likewise; params, or what was prepared from it,
-is one set for all states, and `out` overlaps no argument. Both run blocks of states through loops that compilers
-vectorise, and take sines and cosines by a routine of their own; so does the scalar function then, when it needs
-several.
+The last two come with option "batch". `ROWS`, for targets that call nothing else, leaves `_batch` out, a fifth of what
+compilers take. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for `_rows`, in `out` likewise.
+params, or what was prepared from it, is one set for all states, and `out` overlaps no argument. Both run blocks of
+states through loops that compilers vectorise, and take sines and cosines by a routine of their own. The scalar function
+then does the same where it needs several.
 
-A long function calls parts of itself: compilers take more than linear time for it.
-
-Beside C: an example that calls every function and knows what must come out, and a file for CMake that builds it.
+A long function calls parts of itself, since compilers take more than linear time for it. With option "header-only" all
+of it is one header. Beside the code stand an example, which calls every function and compares with expected values, and
+a CMake file that builds it.
 """
 
 from __future__ import annotations

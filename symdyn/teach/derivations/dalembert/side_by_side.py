@@ -1,18 +1,18 @@
 """Both methods side by side, term by term: Lagrange's coefficients, and what each body gives for them.
 
-Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each
-times its velocity for q̇_i = 1, leaves
+Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each times
+its velocity for q̇_i = 1, leaves
 
     M_i = -Σ_j (F^D_j · ∂v_j/∂q̇_i + M^D_j · ∂ω_j/∂q̇_i + m_j g · ∂v_Tj/∂q̇_i)      v_j of O_j; frame j
 
 which is sorted by accelerations and products of rates. Lagrange's column comes from the closed forms of (5.21), which
 know neither bivectors nor joints. Springs, friction, loads and rotors of drives are in neither.
 
-A formula in the order in which a book writes it, whatever order its ring has.
+Formulas are printed in the order of a book:
 
-m h cos q q̈        numbers, parameters as the scene declares them, sines, then rates and accelerations
-sin(φ - χ)          in every angle the scene's first coordinate is positive: not -sin(χ - φ) beside cos(φ - χ)
-r cos φ - x         a sum that would begin with a minus has its other terms first
+    m h cos q q̈        numbers, parameters as the scene declares them, sines, then rates and accelerations
+    sin(φ - χ)          in every angle the scene's first coordinate is positive: not -sin(χ - φ) beside cos(φ - χ)
+    r cos φ - x         a sum that would begin with a minus has its other terms first
 """
 
 from __future__ import annotations
