@@ -176,6 +176,7 @@ def test_a_method_that_this_machine_lacks_is_not_run(monkeypatch):
     assert [one.what for one in stress(unreal(), ["chaos"]).not_shown] == ["chaos"]
 
 
+@pytest.mark.wide("stiff")
 @pytest.mark.parametrize("family", ["angles", "traps", "stiff"])
 def test_the_built_in_cases_hold(family):
     found = stress(families=[family])

@@ -176,6 +176,7 @@ def test_files_have_a_bound_of_bytes(name: str, fill: Callable[[Path], None], tm
         read(tmp_path / name)
 
 
+@pytest.mark.long
 @pytest.mark.mends("2.bytes")
 @pytest.mark.parametrize("words", [["simulate", "--until", "1", "--forces"], ["inverse", "--motion"]])
 def test_files_of_numbers_have_a_bound_of_bytes(

@@ -185,6 +185,7 @@ def test_whoever_interrupts_a_load_at_once_does_not_wait_for_compilers(cache, tm
     assert noted(tmp_path) == ["1"]
 
 
+@pytest.mark.heavy("quadruped")
 @pytest.mark.wide(4)
 @pytest.mark.parametrize("path", sorted(ARM.parent.glob("*.toml")), ids=lambda path: path.stem)
 def test_how_functions_are_called_is_known_before_they_are_derived(path):

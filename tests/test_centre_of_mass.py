@@ -70,6 +70,7 @@ def flyer() -> Scene:
     return read_text(FLYER, "flyer.toml")
 
 
+@pytest.mark.heavy("forward_dynamics_derivatives")
 @pytest.mark.long
 @pytest.mark.parametrize("name", ASKED)
 def test_it_is_what_pinocchio_says_of_a_free_flyer_with_a_ball(name: str) -> None:

@@ -104,6 +104,7 @@ def flat(rows: object) -> tuple[object, ...]:
     return tuple(entry for row in rows for entry in row)  # type: ignore[attr-defined]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_every_joint_type_agree_on_both_formulations(seed: int) -> None:

@@ -296,6 +296,7 @@ def test_pin_forces_of_the_four_bar_change_point_included(case, formulation):
 # Generated code
 
 
+@pytest.mark.wide("reactions-two_link", "forward_reactions:joint-four_bar", "reactions-coupled1")
 @pytest.mark.runs
 @pytest.mark.parametrize("one", [two_link(), crank_rocker(), single_loop(), coupled_tree(1, 4)], ids=by_name)
 @pytest.mark.parametrize("output", ["reactions", "forward_reactions:joint"])

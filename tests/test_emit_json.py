@@ -200,6 +200,7 @@ def test_faults_of_its_scene_and_of_its_constants_are_told_as_ever() -> None:
         read_program(changed(divide_by_nothing), "g.json")
 
 
+@pytest.mark.long(0)
 def test_cutting_or_changing_any_part_is_read_or_refused_and_nothing_else() -> None:
     text, seen = json.dumps(pendulum()), set()
     for k in range(0, len(text), 7):
@@ -212,6 +213,7 @@ def test_cutting_or_changing_any_part_is_read_or_refused_and_nothing_else() -> N
     assert {"read", "ProgramError", "SceneError"} <= seen
 
 
+@pytest.mark.long(0)
 def test_a_long_chain_of_nodes_nests_nothing() -> None:
     g = Graph()
     q = g.symbol("q1")

@@ -41,6 +41,7 @@ def puma(*requests: str) -> Program:
     return lower(formulate(symdyn.example("puma560"), requests or (SLOPES,)))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(1)
 @pytest.mark.usefixtures("little")
 @pytest.mark.runs("g++", "gcc")

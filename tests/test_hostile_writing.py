@@ -45,7 +45,7 @@ def doors(*names: str) -> list[object]:
     return [pytest.param(name, marks=MENDED.get(name, [])) for name in names]
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("door", doors("walkthrough", "lesson with pictures", "sliders", "draw", "convert"))
 def test_a_link_that_stands_where_a_file_goes_is_replaced_not_followed(door: str, tmp_path: Path) -> None:
     words, name = DOORS[door]

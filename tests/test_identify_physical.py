@@ -199,6 +199,7 @@ def test_the_same_estimates_give_the_same_bytes():
     assert first.tobytes() == second.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("moves", "noise"), [((0,), 1e-12), ((1,), 1e-9), ((0, 5), 1e-6)])
 def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
     """Standard errors of nearly nothing, some combinations not told, and two bodies that no body can be."""

@@ -117,7 +117,8 @@ def by_hand(node: sp.Expr) -> float:
     return float(node.subs({x: value_of_symbol(str(x)) for x in node.free_symbols}).evalf())
 
 
-@pytest.mark.long
+@pytest.mark.heavy("disc")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", HANDS)
 def test_energies_conditions_and_equations_are_what_is_derived_by_hand(name: str) -> None:
     document, hand = lesson(name), HANDS[name]()
@@ -204,6 +205,8 @@ def test_rolling_of_a_disc_is_non_holonomic_and_that_of_a_wheel_on_a_cart_is_not
     assert "it holds a position too" in said(cart)
 
 
+@pytest.mark.long
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("language", ["en", "sk"])
 @pytest.mark.parametrize(("name", "formulation"), [("two_link", "lagrange"), ("four_bar", "multipliers")])
 def test_kanes_form_is_the_same_equation_in_one_line(name: str, formulation: str, language: str) -> None:
@@ -220,6 +223,7 @@ def test_an_open_mechanism_is_told_the_other_formulation() -> None:
         walkthrough(scene("two_link"), formulation="multipliers")
 
 
+@pytest.mark.long(0)
 def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() -> None:
     text = """
     name = "rolling_screw"

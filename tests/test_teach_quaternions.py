@@ -92,6 +92,7 @@ def test_the_equations_of_the_heavy_top_are_eulers_about_its_point() -> None:
         assert worth(document.names[f"tau:{i + 1}"].node) == pytest.approx(by_hand)
 
 
+@pytest.mark.long(0)
 def test_what_rolling_says_is_that_the_lowest_point_stands_still() -> None:
     document = lesson("rolling_disc")
     names = [f"flight_{one}" for one in ("vx", "vy", "vz", "wx", "wy", "wz")]
@@ -146,6 +147,7 @@ def test_other_scenes_are_told_their_formulation() -> None:
         walkthrough(read(EXAMPLES / "quadruped.toml"), formulation="quaternions")
 
 
+@pytest.mark.wide("heavy_top")
 @pytest.mark.long
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 @pytest.mark.parametrize("name", ["heavy_top", "rolling_disc"])
