@@ -217,6 +217,7 @@ def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero(
     assert {case.metric for case in found.cases} >= {"backward error of accelerations and of loops / eps"}
 
 
+@pytest.mark.slow
 def test_a_scene_whose_forces_name_time_is_solved_at_times():
     slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(t)")
     found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab], units="none"), ["solving"])

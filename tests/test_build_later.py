@@ -91,6 +91,7 @@ def test_help_and_names_work_before_any_call(cache):
     assert fresh.mass_matrix([0.0, 1.0], **values).shape == (2, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_prepared_parameters_reach_functions_that_are_compiled_apart(cache):
     arm, plain = symdyn.load(ARM, "inverse_dynamics", prepare=True), symdyn.load(ARM, "inverse_dynamics")

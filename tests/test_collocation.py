@@ -198,7 +198,7 @@ EVERY = ("cart_pole", "four_bar", "rolling_disc")
 """Scenes whose order is looked at by all methods."""
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("cart_pole-trapezoidal", "four_bar-trapezoidal", "free_body-hermite_simpson")
 @pytest.mark.parametrize(
     ("name", "method"),
     [(name, method) for name in MOVES for method in ORDERS if name in EVERY or method == "hermite_simpson"],

@@ -226,6 +226,7 @@ MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lamb
 NAMES = ["crank_rocker", "symbolic_four_bar", "slider_crank", "rssr", "bricard", "two_four_bars"]
 
 
+@pytest.mark.heavy("rssr")
 @pytest.mark.long
 @pytest.mark.parametrize("make", MECHANISMS, ids=NAMES)
 def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Callable[[], Scene]) -> None:

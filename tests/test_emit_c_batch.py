@@ -418,6 +418,7 @@ def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
 # The text
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("equations", [every_op, lambda: derive(random_tree(2, 4), ("inverse_dynamics", "k_C"))])
 @pytest.mark.parametrize("extra", [[], ["-fopenmp-simd"]])
 def test_batch_code_is_clean_c99(equations, extra, real, tmp_path):

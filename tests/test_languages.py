@@ -157,7 +157,7 @@ CASES = [
 ]
 
 
-@pytest.mark.wide("slider_crank-words3", "cart_with_wheel-words6")
+@pytest.mark.wide("slider_crank-words3")
 @pytest.mark.long(0)
 @pytest.mark.parametrize(("scene", "words"), CASES)
 def test_no_word_of_another_language_is_in_a_lesson(

@@ -67,6 +67,7 @@ def run_cells(text: str) -> list[str]:
     return shown
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_cells_of_a_lesson_find_their_own_formulas_right() -> None:
     shown = "\n".join(run_cells(book("two_link", False)))

@@ -116,7 +116,7 @@ def test_a_door_on_two_hinges_has_a_lesson(tmp_path: Path, ending: str, more: li
     assert "upper" in (tmp_path / f"lesson.{ending}").read_text(encoding="utf-8")
 
 
-@pytest.mark.wide("hinges-en", "balls-en")
+@pytest.mark.wide("hinges-en")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("language", ["en", pytest.param("sk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*SCENES, pytest.param("leaning", marks=pytest.mark.slow)])
