@@ -323,6 +323,7 @@ def test_no_scene_begins_as_a_device_of_windows(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.mends("2.device")
 @pytest.mark.parametrize("format", ["md", "html", "latex", "notebook"])
 def test_no_lesson_is_called_as_a_device_of_windows(format: str) -> None:

@@ -453,7 +453,7 @@ def test_every_load_is_printed():
     assert "t = symbols(" in equations_text(one, "sympy").replace("\n", " ")
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_what_is_printed_is_what_is_derived(seed):
     one = with_loads(random_tree(seed, 3), seed)

@@ -130,6 +130,7 @@ def test_units_have_their_exponents_where_they_can_be_read(version: str) -> None
     assert units["mN s/g"][0].attrib == {"m": "1", "s": "-1"}
 
 
+@pytest.mark.long(0)
 def test_a_model_starts_where_simulate_does() -> None:
     for name in ("four_bar", "free_body", "rolling_disc", "slider_crank"):
         scene = symdyn.example(name)

@@ -128,6 +128,7 @@ def parsed() -> dict[str, list[ast.Call | ast.Import | ast.ImportFrom]]:
     }
 
 
+@pytest.mark.long(0)
 def test_one_file_writes_for_all_doors() -> None:
     found = {name for name, nodes in parsed().items() if any(isinstance(x, ast.Call) and _writes(x) for x in nodes)}
     assert {name for name in found if not name.startswith("runtime/")} == set(OWN)

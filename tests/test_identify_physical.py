@@ -34,6 +34,7 @@ def _estimates(scene, noise, seed=1):
     return known, np.linalg.lstsq(rows, tau, rcond=None)[0], noise**2 * np.linalg.inv(rows.T @ rows)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["puma560", "arm7", "scara", "two_link", "four_bar", "cart_pole", "gripper2", "governor"]
 )

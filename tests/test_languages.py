@@ -224,6 +224,7 @@ def test_no_key_of_lessons_stands_in_two_tables(code: str) -> None:
 # What is not on a page
 
 
+@pytest.mark.long(0)
 def test_no_word_of_another_language_is_in_an_answer(
     made_up: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

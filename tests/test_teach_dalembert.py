@@ -58,7 +58,7 @@ def test_loops_are_solved_by_formulas_that_hold_where_they_are_closed(name: str)
         assert value(document, block.form, others) - value(document, block.right, others) != pytest.approx(0, abs=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.wide(2)
 @pytest.mark.parametrize("start", [0.8, 2.5, -1.2])
 def test_a_four_bar_is_assembled_as_it_is_drawn_wherever_it_starts(start: float) -> None:

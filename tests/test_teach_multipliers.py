@@ -141,6 +141,7 @@ def test_energies_conditions_and_equations_are_what_is_derived_by_hand(name: str
             assert worth(names[f"A:{k},{i + 1}"].node) == pytest.approx(by_hand(row[i]), abs=1e-12)
 
 
+@pytest.mark.long(0)
 @pytest.mark.wide(3)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in HANDS])
 @pytest.mark.parametrize("language", ["en", "sk"])
@@ -248,7 +249,7 @@ def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() ->
     assert "ratios" in {step.key for step, _ in document.blocks()}
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 def test_every_format_takes_it(format: str, tmp_path: Path) -> None:
     assert main(["walkthrough", str(EXAMPLES / "four_bar.toml"), "--formulation", "multipliers", "--language", "sk",

@@ -124,7 +124,7 @@ def test_nothing_that_follows_is_seen_before_it_is_found(name: str, formulation:
     assert list(told(with_exercises(lesson(name, formulation=formulation), grade))) == []
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("language", languages())
 def test_texts_tell_answers_and_what_follows_after_the_last_question_only(language: str) -> None:
     document = with_exercises(lesson("two_link", language))

@@ -185,6 +185,7 @@ def labels_of(svg: str) -> set[str]:
     return {"".join(text.itertext()).replace(" ", "") for text in texts}
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.10")
 def test_a_body_has_one_number_in_both_lessons() -> None:
     scene = read(EXAMPLES / "two_link.toml")

@@ -74,6 +74,7 @@ def shown(document: Document, key: str = "state") -> dict[str, float]:
     }
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.5")
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 def test_a_prescribed_motion_is_shown_where_it_is(formulation: str) -> None:
@@ -123,6 +124,7 @@ def kinds(scene: Scene) -> list[str]:
     return [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
 
 
+@pytest.mark.long(0)
 def test_limits_of_a_joint_are_kept() -> None:
     text = (FOUND / "hoop_driven.toml").read_text().replace('motion = "Omega*t"\n', "")
     text = text.replace("start = 0.5", "start = 0.0\nlimits = { lower = -0.5, upper = 0.5 }")

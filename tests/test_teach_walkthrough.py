@@ -424,6 +424,7 @@ mimic = { joint = "j1", ratio = -2 }
 """
 
 
+@pytest.mark.long(0)
 def test_coupled_joints_and_forces_in_time_go_both_formulations() -> None:
     one = read_text(COUPLED, "coupled")
     first, second = walkthrough(one), walkthrough(one, formulation="dalembert")
@@ -664,6 +665,7 @@ def test_same_scene_same_bytes() -> None:
     assert first == second
 
 
+@pytest.mark.long(0)
 def test_command_writes_markdown_with_its_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["walkthrough", str(EXAMPLES / "cart_pole.toml"), "-o", str(tmp_path)]) == 0
     paths = capsys.readouterr().out.split()

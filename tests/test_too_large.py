@@ -23,7 +23,7 @@ REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "
 
 
 @pytest.mark.wide("8-requests0-plane", "16-requests1-tree", "32-requests2-any")
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("kind", ["any", "plane", "tree"])
 @pytest.mark.parametrize(
     ("n", "requests"),

@@ -61,7 +61,7 @@ def test_the_certificate_names_the_very_bytes(folder: Path, capsys: Capture) -> 
     assert after["sha256"] != before
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("file", "old", "new", "told"),
