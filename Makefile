@@ -19,10 +19,10 @@ quick: $(READY)  ## a minute: what starts no compiler, browser or LaTeX and take
 net: $(READY)  ## half a minute: whether the program of any example has changed, by hashes
 	$(BIN)/python tests/net.py --compare --programs
 
-test: $(READY)  ## everything that must hold
+test: $(READY)  ## what must hold, every claim in some cases
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=20 --durations-min=1
 
-slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
+slow: $(READY)  ## all other cases, and what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
 	$(BIN)/python -m pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 

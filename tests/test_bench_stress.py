@@ -176,6 +176,7 @@ def test_a_method_that_this_machine_lacks_is_not_run(monkeypatch):
     assert [one.what for one in stress(unreal(), ["chaos"]).not_shown] == ["chaos"]
 
 
+@pytest.mark.wide("stiff")
 @pytest.mark.parametrize("family", ["angles", "traps", "stiff"])
 def test_the_built_in_cases_hold(family):
     found = stress(families=[family])
@@ -216,6 +217,7 @@ def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero(
     assert {case.metric for case in found.cases} >= {"backward error of accelerations and of loops / eps"}
 
 
+@pytest.mark.slow
 def test_a_scene_whose_forces_name_time_is_solved_at_times():
     slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(t)")
     found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab], units="none"), ["solving"])

@@ -71,6 +71,7 @@ def test_the_truth_has_more_digits_than_a_double() -> None:
     assert gap < 1e-17
 
 
+@pytest.mark.slow
 def test_the_truth_sees_dry_friction_turn() -> None:
     """A series of tanh is flat to the last digit and steps over the turn; three other methods agree with the truth."""
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")

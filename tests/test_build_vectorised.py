@@ -65,7 +65,7 @@ def arm():
     return lower(derive(read(EXAMPLES / "arm7.toml"), outputs))
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("double-avx2-clang", "float-sse2-gcc")
 @pytest.mark.parametrize("compiler", REPORTS)
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("real", ["double", "float"])

@@ -151,6 +151,7 @@ def test_no_unit_is_read_and_then_ignored(old: str, other: str, strange: str) ->
         read_text(text.replace(old, strange))
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("share", [8, pytest.param(10**6, marks=pytest.mark.slow)])
 def test_a_unit_is_heard_at_every_number_of_a_scene(share: int) -> None:
     """A hundredth of the unit of each number: the scene of the number over a hundred, and another one than before."""

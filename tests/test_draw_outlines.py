@@ -122,6 +122,7 @@ def test_sizes_that_no_double_holds_are_left_out():
         assert "<svg" in symdyn.picture(pendulum(shape={"type": "disc", "radius": radius}))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("chromium")
 def test_in_a_page_a_disc_seen_edge_on_is_a_line_and_turns(tmp_path: Path):

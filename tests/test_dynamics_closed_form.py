@@ -139,6 +139,7 @@ TILTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TILTS)
 def test_odd_constant_angles_print_short_and_exact_to_the_last_digits(name: str) -> None:
     scene, graph = tilted(*TILTS[name]), Graph()

@@ -224,7 +224,7 @@ LOADED = [
 ]
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide("random4_loaded", "coupled2_loaded", "floating_loaded")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("one", LOADED, ids=lambda one: one.name)
 def test_both_formulations_and_all_laws_are_proved(one):
@@ -453,7 +453,7 @@ def test_every_load_is_printed():
     assert "t = symbols(" in equations_text(one, "sympy").replace("\n", " ")
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_what_is_printed_is_what_is_derived(seed):
     one = with_loads(random_tree(seed, 3), seed)

@@ -104,6 +104,7 @@ def flat(rows: object) -> tuple[object, ...]:
     return tuple(entry for row in rows for entry in row)  # type: ignore[attr-defined]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_every_joint_type_agree_on_both_formulations(seed: int) -> None:
@@ -225,6 +226,7 @@ MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lamb
 NAMES = ["crank_rocker", "symbolic_four_bar", "slider_crank", "rssr", "bricard", "two_four_bars"]
 
 
+@pytest.mark.heavy("rssr")
 @pytest.mark.long
 @pytest.mark.parametrize("make", MECHANISMS, ids=NAMES)
 def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Callable[[], Scene]) -> None:

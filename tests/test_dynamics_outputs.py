@@ -374,6 +374,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
 }
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_every_field_of_a_row_is_true(name: str) -> None:
@@ -382,6 +383,7 @@ def test_every_field_of_a_row_is_true(name: str) -> None:
             CHECKS[field](name)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -394,6 +396,7 @@ def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monke
             monkeypatch.setitem(OUTPUTS, name, row)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("check", [may_fail, cubic, depends, default_in])
 @pytest.mark.parametrize("name", OUTPUTS)
@@ -416,6 +419,7 @@ def applies(name: str, field: str) -> bool:
     return field == "may_fail" or row.exists(looked(name, scene("four_bar")))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.formulations])
 def test_formulations_that_grow_fast_are_not_measured_for_six_coordinates(name: str) -> None:
     one = looked(name, scene("puma560"))
@@ -465,6 +469,7 @@ def loop(name: str, way: str, closed: bool) -> None:
     assert way not in formulations_of(name, two_link()), way
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
 def test_a_formulation_that_loses_a_field_fails_the_check_of_this_field(
@@ -529,6 +534,7 @@ def faulty(formulation: Formulation) -> Formulation:
     return replace(formulation, derive=derive)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.formulations) > 1])

@@ -387,6 +387,7 @@ def run_script(seed: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=HANG).stdout
 
 
+@pytest.mark.slow
 @pytest.mark.runs
 def test_the_same_bytes_under_any_hash_seed_and_no_sympy_for_latex() -> None:
     first = run_script("1")

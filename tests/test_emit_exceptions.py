@@ -106,6 +106,7 @@ def test_every_file_says_so() -> None:
         assert PROMISE in " ".join(text.replace(" * ", " ").split())
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "four_bar", "heavy_top"])
 def test_every_function_says_which_nan_it_passes_on_and_does_so(name: str) -> None:
     """What a docstring names spoils the result; what it does not name changes nothing."""

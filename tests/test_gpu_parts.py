@@ -41,6 +41,7 @@ def puma(*requests: str) -> Program:
     return lower(formulate(symdyn.example("puma560"), requests or (SLOPES,)))
 
 
+@pytest.mark.wide("99")
 @pytest.mark.long(1)
 @pytest.mark.usefixtures("little")
 @pytest.mark.runs("g++", "gcc")
@@ -70,6 +71,7 @@ extern "C" void run_rows(unsigned blocks, size_t n, double *a0, double *a1, doub
         assert np.isnan(out[size]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 @pytest.mark.usefixtures("little")
 @pytest.mark.runs("g++")

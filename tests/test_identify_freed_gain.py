@@ -134,6 +134,7 @@ def test_a_verdict_is_that_of_all_gains_fitted_again(
     assert len(fits) - count == 1 + len(DRIVEN[arm].gains)
 
 
+@pytest.mark.heavy("None-1")
 @pytest.mark.runs("cc")
 @pytest.mark.long
 @pytest.mark.parametrize(("wrong", "count"), [(None, 1), (2, 2)])

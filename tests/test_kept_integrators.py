@@ -148,6 +148,7 @@ def test_runs_at_other_values_of_parameters_take_the_same_integrator(cache):
     assert len(list(cache.glob("*.heyoka"))) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 @pytest.mark.long
 @pytest.mark.skipif(not hasattr(heyoka.llvm_state, "set_diskcache_path"), reason="this heyoka keeps nothing")

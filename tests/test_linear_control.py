@@ -102,6 +102,7 @@ def test_the_bicycle_has_the_matrices_of_its_paper():
         assert_allclose(K[v], 9.81 * paper["K0"] + v**2 * paper["K2"], rtol=2e-12, atol=2e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     make = systems(Problem(example("bicycle")), "v")
@@ -356,6 +357,7 @@ def test_a_disc_rolls_upright_where_it_is_fast_enough():
     ]
 
 
+@pytest.mark.wide("four_bar")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["bicycle", "four_bar"])
 def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):

@@ -22,6 +22,7 @@ def cost(scene, output, formulation):
     return lower(derive(scene, (output,), formulation))[output].counts.cost
 
 
+@pytest.mark.heavy("coupled2")
 @pytest.mark.long
 @pytest.mark.parametrize("scene", SMALL, ids=lambda scene: scene.name)
 def test_no_other_formulation_is_cheaper(scene):

@@ -27,6 +27,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_every_pass_is_proved_to_change_nothing_and_costs_no_more(scene):

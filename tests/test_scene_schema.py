@@ -56,6 +56,7 @@ def faults(text: str) -> tuple[str, ...]:
     return ()
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_of_ours_is_valid(path, judge):
     told = [error.message for error in judge.iter_errors(tomllib.loads(path.read_text(encoding="utf-8")))]
@@ -98,6 +99,7 @@ def spoilt(scene: dict[str, Any]) -> Iterator[dict[str, Any]]:
 FAULTY = ["tests/data/every_kind", "tests/data/struts", "examples/scara", "examples/rolling_disc"]
 
 
+@pytest.mark.wide("tests/data/every_kind", "examples/rolling_disc")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", FAULTY)
 def test_faulty_scenes_are_judged_as_the_reader_judges_them(name, judge):

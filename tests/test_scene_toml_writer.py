@@ -48,6 +48,7 @@ def there_and_back(one):
     return back
 
 
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("k", range(len(SCENES)), ids=lambda k: f"{k}-{SCENES[k].name}")
 def test_every_scene_reads_back_equal(k):

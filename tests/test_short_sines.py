@@ -215,6 +215,7 @@ def test_no_floating_point_flag_is_raised_that_the_numbers_do_not_deserve(flags,
     assert subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout == "0 0 0 0"
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("cc")
 def test_one_state_of_three_angles_takes_them_too_and_an_extension_in_double_alone():

@@ -34,6 +34,7 @@ def _ida() -> None:
 # IDA
 
 
+@pytest.mark.heavy("spatial_slider_crank")
 @pytest.mark.usefixtures("_ida")
 @pytest.mark.parametrize(
     ("name", "rates", "forces"),

@@ -104,6 +104,7 @@ def test_equations_share_a_display_and_are_aligned_where_they_fit() -> None:
     assert len(re.findall("&=", first)) == 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FILES)
 def test_sympy_with_sub_is_what_is_written_out(name: str) -> None:
     import symdyn
@@ -193,6 +194,7 @@ def test_the_page_shows_what_is_printed() -> None:
     assert equations_text(read_text(RAIL, "rail"), "text") in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.long(0)
 def test_a_student_may_answer_with_lengths_by_their_names() -> None:
     from symdyn.teach import check_derivation
 

@@ -424,6 +424,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.wide("9")
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="signals")
@@ -496,6 +497,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="limits of files")

@@ -112,6 +112,7 @@ def test_nobody_asks_for_a_target_by_its_name():
     assert asked == []
 
 
+@pytest.mark.long(0)
 def test_nobody_asks_for_a_joint_type_or_a_force_by_its_name():
     asked = []
     for path in sorted(Path(symdyn.__file__).parent.rglob("*.py")):

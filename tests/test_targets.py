@@ -74,6 +74,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
     assert written == set(target.files)
 
 
+@pytest.mark.long
 def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     target, program = TARGETS[name], spoken(name)
     for option in {*OPTIONS, "sails"} - set(target.options):

@@ -22,7 +22,8 @@ SIMPLER = ("inverse_dynamics_hessian", "gravity_forces_by_q", "coriolis_matrix")
 REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 
 
-@pytest.mark.long
+@pytest.mark.wide("8-requests0-plane", "16-requests1-tree", "32-requests2-any")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("kind", ["any", "plane", "tree"])
 @pytest.mark.parametrize(
     ("n", "requests"),
@@ -64,6 +65,7 @@ def test_derivatives_of_a_long_chain_are_refused_when_they_are_asked_for() -> No
         symdyn.load(chain(256), ["inverse_dynamics_derivatives"])
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_instead_can_be_had() -> None:
     scene = chain(160)
     with pytest.raises(DerivationError, match="operations") as caught:
@@ -92,6 +94,7 @@ def test_what_nobody_asked_for_is_left_out_with_the_reason(monkeypatch: pytest.M
     assert any("mass_matrix would take some" in reason for reason in left_out)
 
 
+@pytest.mark.long(0)
 def test_a_chain_in_a_plane_is_simpler_and_may_be_longer() -> None:
     from symdyn.dynamics.outputs.requests import too_large
 

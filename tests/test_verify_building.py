@@ -82,6 +82,7 @@ def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[
     return begun, done
 
 
+@pytest.mark.wide("node")
 @pytest.mark.runs
 @pytest.mark.parametrize(("program", "target"), [("octave-cli", "matlab"), ("node", "js")])
 def test_whoever_interrupts_a_call_waits_for_no_interpreter(

@@ -90,6 +90,7 @@ def test_a_distance_is_rounded_up() -> None:
     assert distance(1.0, arb(-1).sqrt()) == math.inf
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs
 @pytest.mark.parametrize("seed", range(2))
 def test_bounds_hold_and_are_sharp(seed: int) -> None:
