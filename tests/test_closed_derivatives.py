@@ -280,7 +280,7 @@ def test_unsolved_equations_have_every_word_as_an_output_of_the_full_state_has()
 def other_choice(near: Neighbours) -> tuple[str, ...]:
     """Return names of independent velocities that share as few as can be with those of a workspace."""
     w, m = near.w, len(near.partition.independent)
-    G = w.loops.numbers.jacobian(np.array(w.loops.decisions.assembly.q))[list(w.loops.decisions.kept)]
+    G = w.loops.numbers.jacobian(np.array(w.loops.decisions.assembly.q))[list(w.loops.decisions.independent_rows)]
 
     def worst(chosen: tuple[int, ...]) -> float:
         return float(np.linalg.svd(np.delete(G, chosen, axis=1), compute_uv=False)[-1])

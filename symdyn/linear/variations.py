@@ -268,7 +268,7 @@ def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[
     residual: list[Expr] = []
     holding: list[bool] = []
     if w.scene.is_closed:
-        rows, kept = w.loops.recursive, w.loops.decisions.kept
+        rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
         holding = [rows.labels[k].closes for k in kept]
     for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):

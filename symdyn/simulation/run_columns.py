@@ -70,7 +70,7 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     if not scene.is_closed:
         return {}
     decisions = written_decisions(scene)
-    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.kept else {}
+    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.letters else {}
 
 
 def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:

@@ -136,18 +136,18 @@ def kept_multipliers(w: Workspace) -> tuple[str, ...]:
     if not w.scene.is_closed:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
-    from symdyn.dynamics.loops.loop_decisions import loose_rows  # with NumPy, which scenes without loops do without
+    from symdyn.dynamics.loops.loop_decisions import indeterminate_rows  # with NumPy, which trees do without
 
-    return multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
+    return multiplier_names(w.scene, decisions, numbers, indeterminate_rows(numbers, decisions.assembly))
 
 
 def multiplier_names(
     scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
 ) -> tuple[str, ...]:
     """Return the letters of the multipliers of kept rows; `loose` are rows that nothing determines."""
-    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
+    names = [_name(scene, decisions, numbers, k) for k in decisions.independent_rows]
     many, seen, found = Counter(names), Counter[str](), []
-    for k, name in zip(decisions.kept, names, strict=True):
+    for k, name in zip(decisions.independent_rows, names, strict=True):
         seen[name] += 1
         number = f"_{seen[name]}" if many[name] > 1 else ""
         found.append(f"{LETTERS.multiplier}{name}{number}{LETTERS.loose if k in loose else ''}")

@@ -186,7 +186,7 @@ class FreeBodies:
         if self.decisions is None:
             return Samples(self.scene, self.graph)
         assembly = self.decisions.assembly
-        positions = (assembly.typical, *assembly.places)
+        positions = (assembly.regular, *assembly.configurations)
         places = (dict(assembly.parameters) | dict(zip(self.scene.coordinates, q, strict=True)) for q in positions)
         return Samples(self.scene, self.graph, tuple(places))
 

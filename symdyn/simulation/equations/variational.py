@@ -162,11 +162,11 @@ class Flow:
     def independent(self) -> tuple[list[int], list[int]]:
         """Return the independent positions and velocities; prescribed motions are none."""
         system = self.system
-        led = system.scene.led_velocities
+        led = system.scene.prescribed_velocities
         positions = velocities = tuple(range(system.nv))
         if system.decisions.partition is not None:
             w = Workspace(system.opened.scene, system.opened.closing)
-            positions, velocities = w.loops.held_positions[1].independent, w.loops.decisions.partition.independent
+            positions, velocities = w.loops.position_level[1].independent, w.loops.decisions.partition.independent
         found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
         return next(found), next(found)
 

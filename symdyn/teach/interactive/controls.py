@@ -88,19 +88,19 @@ def held(w: Workspace) -> Held:
     whole = decisions.partition
     G, closing = w.loops.G(w.loops.recursive), []
     for block in whole.blocks:
-        rows = tuple(r for r in block.rows if labels[decisions.kept[r]].closes)
+        rows = tuple(r for r in block.rows if labels[decisions.independent_rows[r]].closes)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
         if rows:
             closing.append(block if rows == block.rows else replace(block, rows=rows, velocities=used))
     back = Partition((), (), tuple(closing))
-    words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.kept)
+    words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.independent_rows)
     return Held(
         whole.independent,
         _moved(w, back),
         back,
-        tuple(w.scene.driven_velocities) if decisions.driven else (),
+        tuple(w.scene.actuated_velocities) if decisions.actuated else (),
         words,
-        "" if decisions.driven else decisions.fault,
+        "" if decisions.actuated else decisions.fault,
     )
 
 
@@ -127,8 +127,8 @@ def _left_alone(w: Workspace, closing: Partition) -> set[int]:
     """Return the coordinates that no step of blocks with more velocities than rows moves; none without such."""
     blocks = [block for block in closing.blocks if len(block.rows) < len(block.velocities)]
     numbers, decisions = w.loops.numbers, w.loops.decisions
-    at = np.array(decisions.assembly.typical)
-    G = numbers.jacobian(at)[list(decisions.kept)]
+    at = np.array(decisions.assembly.regular)
+    G = numbers.jacobian(at)[list(decisions.independent_rows)]
     moved = np.zeros(len(at))
     for block in blocks:
         steps = np.linalg.pinv(G[np.ix_(block.rows, block.velocities)])
@@ -240,7 +240,7 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
         entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
-    if decisions.kept:
+    if decisions.independent_rows:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
         found = decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
