@@ -55,7 +55,7 @@ class Tied:
     Attributes:
         numbers: it, in numbers.
         functions: "kinematics" H, "turning" Ḣ u, "constraint_residual" r, "constraint_jacobian" G and
-            "constraint_bias" Ġ u of the kept rows, each of its name, q and u.
+            "constraint_bias" Ġ u of the independent rows, each of its name, q and u.
         holding: whether each kept row holds a position.
     """
 
@@ -89,7 +89,7 @@ class Following:
         return position[0], rate[0], second[0]
 
     def matrix(self, q: Array, holding: bool = False) -> Array:
-        """Return H_g over unit rows of tabled velocities over G, of rows that hold positions only on request."""
+        """Return H_g over unit rows of tabled velocities over G, of position-level rows only on request."""
         H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
         if holding:
             return np.vstack([H[self.places], G[self.holding]])

@@ -66,7 +66,7 @@ class PathEquations:
         return self._asked[1]
 
     def matrix(self, t: float, q: Array, holding: bool = False) -> Array:
-        """Return A, of rows that hold positions only on request."""
+        """Return A, of position-level rows only on request."""
         own = self.following.matrix(q)
         if holding and len(self.following.holding):
             own = own[np.concatenate([np.ones(len(own) - len(self.following.holding), bool), self.following.holding])]

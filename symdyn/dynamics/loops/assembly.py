@@ -150,11 +150,11 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
 
 def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     """Return a closed position with its singular values, compared with those of generic configurations."""
-    unsingular, at = numbers.in_quaternions, numbers.to_quaternions(q)
-    length = lever_of(unsingular, at)
-    values = spectrum(unsingular, at, length)
-    near = generic_configurations(unsingular, at, length)
-    ranks = [values.rank, *(spectrum(unsingular, one, length).rank for one in near)]
+    in_quaternions, at = numbers.in_quaternions, numbers.to_quaternions(q)
+    length = lever_of(in_quaternions, at)
+    values = spectrum(in_quaternions, at, length)
+    near = generic_configurations(in_quaternions, at, length)
+    ranks = [values.rank, *(spectrum(in_quaternions, one, length).rank for one in near)]
     here, rank = ranks[0], max(ranks)
     largest, smallest = values.value(0), values.value(rank - 1)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
@@ -162,13 +162,13 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     if rank and smallest < NEAR * largest:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
-            f"{_weakest(unsingular, at, length)} is {where} a change point: the smallest singular value of its "
+            f"{_weakest(in_quaternions, at, length)} is {where} a change point: the smallest singular value of its "
             f"constraints is {smallest:.3g}, the largest {largest:.3g}; accelerations and reactions {then}"
         )
     notes += [
         f"the loop {name} forbids nothing that the other joints of the loop do not forbid already: it has no length, "
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
-        for name in _void_loops(unsingular, [at, numbers.to_quaternions(regular)])
+        for name in _void_loops(in_quaternions, [at, numbers.to_quaternions(regular)])
     ]
     notes += off_planes(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))

@@ -4,7 +4,7 @@ Closed forms are those of planar loops with two unknown moves: four-bars, slider
 from the cut J to the same point P again, as `constraint_rows` does. The unknown moves are u and v, all else is known:
 
     U, V          origins of the two moves       z     normal of the plane
-    d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it, and along
+    d0, d1, d2    J → U,  U → V,  V → P, each in axes on the predecessor side of the unknown move before it, and along
                   the plane: what lies across it adds up to nothing, and is no side of a triangle
 
 Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is γ with

@@ -200,7 +200,7 @@ def independent_symbols(workspace: Workspace, name: str) -> tuple[Expr, ...]:
 
 
 def multiplier_symbols(workspace: Workspace) -> tuple[Expr, ...]:
-    """Return the symbols of the multipliers of a closed scene's kept rows."""
+    """Return the symbols of the multipliers of a closed scene's independent rows."""
     return direction(workspace.graph, MULTIPLIERS, len(workspace.loops.decisions.independent_rows))
 
 

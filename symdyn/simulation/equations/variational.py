@@ -4,7 +4,7 @@
 
     along      δẋ = ∂f/∂x δx + ∂f/∂p δp              tangents of the graph, one direction a call, or a batch
     against    (λᵀ ∂f/∂x, λᵀ ∂f/∂p)                  the gradient of λᵀ f, one covector a call, or a batch
-    held       δ(r, G u) of rows that hold positions, and of all rows
+    held       δ(r, G u) of position-level rows, and of all rows
     turned     H(q) v
     led        δ(position, velocity) of prescribed motions, by δp
 

@@ -58,7 +58,7 @@ class Held:
     Attributes:
         velocities: independent ones.
         moved: by coordinate that may be moved by itself the velocity that is its rate, -1 where none is.
-        closing: rows that hold positions, with the velocities that take a state back to them, in the order of solving;
+        closing: position-level rows, with the velocities that take a state back to them, in the order of solving;
             of a contact whose rows need each other, the one that holds its height, with all that they determine.
         drives: velocities with a drive.
         multipliers: (owner, words) of each, such as ("hinge", "force along x").
@@ -212,7 +212,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
 
 
 def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> dict[int, Expr]:
-    """Return x with G x = b in the rows that hold positions, by velocity; the least one where more than one does."""
+    """Return x with G x = b in the position-level rows, by velocity; the least one where more than one does."""
     x: dict[int, Expr] = {}
     for block in tied.closing.blocks:
         rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
