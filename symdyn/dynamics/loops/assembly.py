@@ -1,6 +1,6 @@
 """Assembly: coordinates at which every loop is closed, found by Newton's method from a guess.
 
-    r, R, G      residuals, their rates and the rows of the loops: loop_numbers.py
+    r, R, G      residuals, their rates and the constraint rows: loop_numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
 Where σ is smaller than at generic configurations, the mechanism stands at a change point, where branches meet.
@@ -215,7 +215,7 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
 
 
 def _void_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
-    """Return the loops whose rows all vanish at closed positions."""
+    """Return the loops whose constraint rows all vanish at closed positions."""
     sizes = [np.abs(numbers.dimensionless(q, lever_of(numbers, q))).max(axis=1, initial=0.0) for q in positions]
     working = np.max(sizes, axis=0) > NEGLIGIBLE
     owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}

@@ -305,7 +305,7 @@ def _tangent(numbers: Numbers, q: Array, locked: list[int], way: Array) -> Array
 
 
 def consistent(scene: Scene, assembly: Assembly, rates: Mapping[str, float] | None = None) -> Array:
-    """Return velocities that the loops and rows allow, shape (nv,).
+    """Return velocities that constraint rows allow, shape (nv,).
 
     Args:
         scene: the mechanism.

@@ -7,7 +7,7 @@
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
-constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
+constraint manifold too, and Gᵀ λ its generalized force. Rows that a scene declares, linear in the velocities, follow.
 
 The *recursive* formulation walks from J to the child along the tree, through their lowest common ancestor: nothing
 beyond it enters, so that a planar loop on a flying base stays planar. The formulation *by differentiation*
@@ -259,7 +259,7 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
-    """Return the entries in the order of the scene: loops, then rows."""
+    """Return the entries in the order of the scene: loops, then rows that it declares."""
     owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
     place = {owner: k for k, owner in enumerate(owners)}
     return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
@@ -389,7 +389,7 @@ def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
 
 
 def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
-    """Return a row of the scene, whose entries are the formula at unit velocities; it must be linear in them."""
+    """Return a row of a formula, whose entries are the formula at unit velocities; it must be linear in them."""
     formula = left.express(graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)

@@ -1,15 +1,15 @@
 """What is decided about closed loops before their equations are written, once, at assembled positions.
 
-    rows           an independent set of rows of G; zero rows (a planar loop's out of its plane) and rows that depend on
-                   others are redundant
+    rows           an independent set of constraint rows, those of G; zero rows (a planar loop's out of its plane) and
+                   rows that depend on others are redundant
     partition      independent and dependent velocities: G_d u_d = -G_i u_i
 
-What a mechanism is in general, its rank and its zero rows, two generic positions decide; the start may be
-special, and is compared with them. Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
-remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or
-at a generic position where the start has less rank. The choice is static: the generated code divides by
-determinants of blocks, which vanish where the dependent velocities are determined no more. Without loops any position
-can be come to, and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
+What a mechanism is in general, its rank and its zero rows, two generic configurations decide; the start may be special,
+and is compared with them. Constraint rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
+remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or at a
+generic configuration where the start has less rank. The choice is static: the generated code divides by determinants of
+blocks, which vanish where the dependent velocities are determined no more. Without loops any position can be come to,
+and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
 
 Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
 dynamic systems, J. Mechanical Design 104 (1982).
@@ -115,9 +115,9 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
 
 
 def indeterminate_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
-    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes somewhere.
+    """Return the rows with indeterminate multipliers, those that a λ with Gᵀ λ = 0 changes somewhere.
 
-    Generic positions decide, since at a start a relation may leave a row out.
+    Generic configurations decide, since at a start a relation may leave a row out.
     """
     indeterminate = np.zeros(len(numbers.constraints.labels), dtype=bool)
     for q in map(np.array, (assembly.regular, *assembly.configurations)):
@@ -183,7 +183,7 @@ def _partition(
 ) -> Partition:
     """Return the user's partition, or the one that conditioning chooses, those with drives independent if they can be.
 
-    The `choices` are the rows of the `basis` where it is made, and at generic positions; dimensionless, shape (m, n).
+    The `choices` are the rows of the `basis` where it is made, and at generic ones; dimensionless, shape (m, n).
     """
     scene, n, m = numbers.scene, numbers.state.n, len(basis)
     if requested:
@@ -207,7 +207,7 @@ def _partition(
 
 
 def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> list[int] | None:
-    """Return velocities that the rows determine, chosen at the first position where they do; None where nowhere."""
+    """Return velocities that constraint rows determine, chosen at the first position where they do, None if nowhere."""
     for G in choices:
         chosen, quality = pivots(G.T, stages, len(G))
         if quality > NEGLIGIBLE:
@@ -216,7 +216,7 @@ def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> lis
 
 
 def _sure(numbers: Numbers, basis: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
-    """Return the dependent velocities that rows alone determine at every position best, () if none do it well."""
+    """Return dependent velocities that rows without loops determine at every position best, () if none do it well."""
     m = len(basis)
     if numbers.scene.loops or not 0 < m <= len(among) or comb(len(among), m) > CHOICES:
         return ()
@@ -233,7 +233,7 @@ def _sure(numbers: Numbers, basis: Sequence[int], G: Array, among: Sequence[int]
 
 
 def _fails(numbers: Numbers, basis: Sequence[int], G: Array, dependent: Sequence[int], length: float) -> bool:
-    """Whether rows without loops leave dependent velocities nearly undetermined at some position."""
+    """Whether constraint rows without loops leave dependent velocities nearly undetermined at some position."""
     rows = None if numbers.scene.loops or not basis else _drawn(numbers, basis, G, length)
     if rows is None:
         return False

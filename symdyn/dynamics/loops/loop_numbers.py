@@ -1,13 +1,13 @@
 """A scene's loops as numbers, for what is decided numerically: assembly, rank, conditioning, the choice of pivots.
 
     r(q), R      residuals of all loops and their rates R u
-    G(q)         rows of all loops and of the scene
+    G(q)         constraint rows of loops and contacts, and those that the scene declares
     H(q)         q̇ = H u
     h, w         of contacts: how high the lowest point is, and the sine of the angle between axis and normal
 
 A step δ along the velocities moves q by H δ, quaternions stay of unit length. What must not depend on how orientations
 are described (ranks, and what bodies can do) is asked of the mechanism in quaternions. In words a
-row is "force along x of loop cut", "moment about (0.6, 0, 0.8)".
+constraint row is "force along x of loop cut", "moment about (0.6, 0, 0.8)".
 """
 
 from __future__ import annotations
@@ -345,7 +345,7 @@ class Numbers:
         return {k: self.value(x) for k, (name, x) in enumerate(values) if name in given}
 
     def fitting_rates(self, q: Array, rates: Mapping[int, float]) -> Array:
-        """Return velocities that the loops and rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
+        """Return velocities that constraint rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
         from symdyn.dynamics.loops.newton import NEGLIGIBLE
 
         scene, given = self.scene, list(rates)

@@ -2,7 +2,7 @@
 
     u, s_t    bodies with the ground; joints of class t, those that close loops included
     spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and
-              for every component of a row, of which a rolling contact has up to three
+              for every constraint row of the scene, of which a rolling contact has up to three
     by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
               planar that is 3 (u - 1) = n + Σ (t - 3) s_t
     rank      n = nv - rank G, at the assembled position, or round about it at a change point; in angular velocities,
@@ -72,7 +72,7 @@ class Mobility:
 
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
-    """Return the mobility of a scene with loops or rows; DerivationError where they cannot be assembled."""
+    """Return the mobility of a scene with loops or constraint rows; DerivationError where they cannot be assembled."""
     whole, assembly = Numbers(scene).witness(dict(closing.parameters))
     fault = whole.singular_angles(np.array(assembly.regular), everywhere=True)
     numbers, seen = whole.in_quaternions, seen_in_quaternions(whole, assembly)

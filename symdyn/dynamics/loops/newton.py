@@ -1,6 +1,6 @@
-"""Newton's method for closed loops, how closed and how independent a position is, and what messages call its rows.
+"""Newton's method for closed loops, how closed and how independent a position is, and words for constraint rows.
 
-    r, R, G      residuals, their rates and the rows of the loops: loop_numbers.py
+    r, R, G      residuals, their rates and the constraint rows: loop_numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
 Newton's step is the shortest one (the pseudo-inverse of R), so that redundant rows do no harm, and it is halved until

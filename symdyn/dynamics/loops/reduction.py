@@ -11,7 +11,7 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other formulation: 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
 where A = M and no Gᵀ γ will do if M is regular, also at natural positions. The identity of both holds off the
-constraint manifold too. Where rows without loops have no partition that will do at every position, the first
+constraint manifold too. Where constraint rows without loops have no partition that will do at every position, the first
 formulation takes all rows at once as well.
 
 G_d is solved by its blocks (`partition.py`). Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
