@@ -12,8 +12,7 @@ from mechanisms import random_tree
 
 import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one, formulations_of, kept_in_lines
-from symdyn.dynamics.outputs.count import Counts
-from symdyn.dynamics.outputs.named_functions import Argument, Function
+from symdyn.dynamics.outputs.named_functions import Argument, Counts, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
