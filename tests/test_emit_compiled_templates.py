@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.emit.render import OPTIONS, Beside, _environment, jinja2
+from symdyn.emit.compiled_templates import OPTIONS, Beside, jinja2
+from symdyn.emit.render import _environment
 from symdyn.resources import folder
 
 

@@ -1,8 +1,4 @@
-"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability.
-
-What more can be asked of the linear system that is found is a row a word of --show, or a flag. A row finds something of
-a system, tells it in lines, and as data for --json. The endings of files say what is written.
-"""
+"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability."""
 
 from __future__ import annotations
 
@@ -156,6 +152,7 @@ def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     return lines + list(found.notes), found.as_json()
 
 
+# A row finds something of a system, tells it in lines, and as data for --json.
 ASKED: tuple[LinearRequest, ...] = (
     LinearRequest("transfer", _transfer, shown=True),
     LinearRequest("reach", _reach, shown=True),
