@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -310,7 +311,7 @@ def test_a_changed_table_or_loop_is_found(name: str, old: str, new: str, where: 
 def test_a_large_tree_is_loaded_without_deriving_its_lines(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = long_tree(few)
     derived = []
-    monkeypatch.setattr("symdyn.program.lower.derive_one", lambda *given: derived.append(given))
+    monkeypatch.setattr(import_module("symdyn.program.lower"), "derive_one", lambda *given: derived.append(given))
     functions = symdyn.load(scene, functions=ID)
     given = np.random.default_rng(0).uniform(-1, 1, (3, 20, few))
 
