@@ -52,6 +52,7 @@ def test_generated_files_that_prepare_are_what_the_command_line_writes(
     compare("two_link", "two_link_prepared", words, tmp_path, update_golden, capsys)
 
 
+@pytest.mark.long(0)
 def test_generated_files_for_mex_are_what_the_command_line_writes(
     tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -41,6 +41,7 @@ def test_recursive_inverse_dynamics_of_a_chain(n):
     assert_digits(evaluated("inverse_dynamics", "rnea", n), CASES[n]["tau"], "1e-28")
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("n", CASES)
 def test_articulated_body_algorithm_lets_a_chain_fall(n):
     assert_digits(evaluated("forward_dynamics", "aba", n), CASES[n]["free_qdd"], "1e-27")

@@ -204,6 +204,7 @@ FORMULAS = st.recursive(
 )
 
 
+@pytest.mark.long(0)
 @settings(max_examples=150)
 @given(FORMULAS)
 def test_spelling_is_the_inverse_of_parsing(text):

@@ -187,6 +187,7 @@ def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:
     ).scene.parameters  # six axes stay short
 
 
+@pytest.mark.long(0)
 def test_steps_say_what_the_figure_shows() -> None:
     known = {"frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"}
     known |= {"centrifugal", "momenta", "energies", "plots", "body:column", "body:upper_arm", "body:forearm"}
