@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 from collections import Counter
 from pathlib import Path
 
@@ -13,6 +12,17 @@ from . import DRAWN, HERE, drawn, room
 
 ROOT = HERE.parent.parent
 REACHED = ROOT / "build" / "mutants" / "reach.txt"
+TREE = ROOT / "build" / "mutants" / "tree"
+
+
+def checked_out(commit: str) -> Path:
+    """Return a clone with the files of a commit, and with what tests have compiled there before."""
+    found = subprocess.run(["git", "-C", str(ROOT), "rev-parse", commit], check=True, capture_output=True, text=True)
+    if not TREE.exists():
+        subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(TREE)], check=True)
+    subprocess.run(["git", "-C", str(TREE), "fetch", "--quiet"], check=True)
+    subprocess.run(["git", "-C", str(TREE), "checkout", "--quiet", "--force", found.stdout.strip()], check=True)
+    return TREE
 
 
 def main() -> int:
@@ -32,22 +42,19 @@ def main() -> int:
         found = Counter((room(one.file), known.get(one.number, "left")) for one in drawn())
         print(*(f"{place:20} {verdict:8} {count}" for (place, verdict), count in sorted(found.items())), sep="\n")
         return 0
-    with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / "tree"
-        subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(tree)], check=True)
-        subprocess.run(["git", "-C", str(tree), "checkout", "--quiet", given.at], check=True)
-        if given.what == "draw":
-            from .draw import draw
+    tree = checked_out(given.at)
+    if given.what == "draw":
+        from .draw import draw
 
-            print(*draw(tree), sep="\n")
-        elif given.what == "reach":
-            from .run import reach
+        print(*draw(tree), sep="\n")
+    elif given.what == "reach":
+        from .run import reach
 
-            reach(tree, drawn(), given.words, REACHED)
-        else:
-            from .run import reached, record
+        reach(tree, drawn(), given.words, REACHED)
+    else:
+        from .run import reached, record
 
-            record(tree, drawn()[: given.first], reached(REACHED), given.record, given.again)
+        record(tree, drawn()[: given.first], reached(REACHED), given.record, given.again)
     return 0
 
 

@@ -19,9 +19,8 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from functools import partial
 from pathlib import Path
-from resource import RLIMIT_CPU, setrlimit
+from resource import RLIMIT_CPU, RLIMIT_DATA, setrlimit
 
 from . import Mutant
 
@@ -31,8 +30,8 @@ FIRST = 12
 ENOUGH = 30.0
 """Seconds of tests that a mutant may live through."""
 
-PATIENCE = 120
-"""Seconds of processor time that a process of tests may take with one mutant."""
+PATIENCE, ROOM = 120, 8 * 2**30
+"""Seconds of processor time, and bytes, that a process of tests may take with one mutant."""
 
 PLUGIN = """
 import json, os, time, coverage, pytest
@@ -133,13 +132,19 @@ def write(path: Path, text: str, moment: int) -> None:
     os.utime(path, (1e9 + moment, 1e9 + moment))
 
 
+def bound() -> None:
+    """Bound what a process may take: a mutant may count to anything."""
+    setrlimit(RLIMIT_CPU, (PATIENCE, PATIENCE))
+    setrlimit(RLIMIT_DATA, (ROOM, ROOM))
+
+
 def run(tree: Path, words: Sequence[str]) -> tuple[str, str] | None:
     """Return what found a mutant, None if all tests pass; by the clock, tests may take ten times their patience."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *words]
     try:
         done = subprocess.run(
             command, cwd=tree, env=os.environ | {"PYTHONPATH": path_of(tree)}, capture_output=True, text=True,
-            timeout=10 * PATIENCE, check=False, preexec_fn=partial(setrlimit, RLIMIT_CPU, (PATIENCE, PATIENCE)),
+            timeout=10 * PATIENCE, check=False, preexec_fn=bound,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return "slow", words[0]
