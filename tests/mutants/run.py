@@ -27,10 +27,10 @@ from . import Mutant
 FIRST = 12
 """Tests that are tried before the others that reach a line: most mutants fail many."""
 
-ENOUGH = 30.0
+ENOUGH = 15.0
 """Seconds of tests that a mutant may live through."""
 
-PATIENCE, ROOM = 120, 8 * 2**30
+PATIENCE, ROOM = 45, 8 * 2**30
 """Seconds of processor time, and bytes, that a process of tests may take with one mutant."""
 
 PLUGIN = """
@@ -157,12 +157,12 @@ def run(tree: Path, words: Sequence[str]) -> tuple[str, str] | None:
 
 
 def record(tree: Path, mutants: Sequence[Mutant], tests: dict[int, list[str]], path: Path, again: bool) -> None:
-    """Judge mutants that have no verdict yet, or those that live, and write it down at once."""
+    """Judge mutants that tests reach and that have no verdict yet, or those that live, and write it down at once."""
     known = verdicts(path)
     for one in mutants:
-        if known.get(one.number) == "alive" if again else one.number not in known:
+        if one.number in tests and known.get(one.number) == ("alive" if again else None):
             begin = time.monotonic()
-            verdict, told = judge(tree, one, tests.get(one.number, []))
+            verdict, told = judge(tree, one, tests[one.number])
             with path.open("a", encoding="utf-8") as out:
                 out.write(f"{one.number}\t{verdict}\t{told}\t{time.monotonic() - begin:.0f}\n")
 
