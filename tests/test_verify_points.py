@@ -61,6 +61,19 @@ def test_bounds_of_several_claims_are_those_of_each_where_nothing_is_divided() -
     assert [bounds.of(*claim) for claim in claims] == [bound(*claim, wanted) for claim in claims]
 
 
+def test_arguments_of_functions_that_may_be_taken_for_one_another_count() -> None:
+    g = Graph()
+    x = g.symbol("x")
+    one, cube, other = (g.function(Op.EXP, argument) for argument in (x, x * x * x, 2 * x))
+    wanted = Needs.of(reachable([cube, one, other]))
+    alone, steep, two = (bound([node], [g.zero], wanted).degree for node in (one, cube, one + other))
+
+    value = bound([x], [g.zero], wanted).degree  # that of a function is an independent one, too
+
+    assert steep - value == 3 * (alone - value) > 0
+    assert two - value == 2**2 * (alone - value)
+
+
 def test_a_divisor_of_several_nodes_counts_as_one() -> None:
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
