@@ -252,6 +252,7 @@ def test_the_page_tells_all_of_it(found, made):
         assert f'<th scope="row">{name}</th>' in page
     for title in ("Parameters", "What the data do not tell", "Driving forces", "Residuals", "Outliers"):
         assert f"<h2>{title}" in page
+    assert ("The data tell every base parameter." in page) == (not found.untold)
     assert "nan" not in re.sub(r"<title>.*?</title>", "", page)
     assert len(page) < 500_000
 

@@ -27,7 +27,7 @@ from . import Mutant
 FIRST = 12
 """Tests that are tried before the others that reach a line: most mutants fail many."""
 
-ENOUGH = 15.0
+ENOUGH = 10.0
 """Seconds of tests that a mutant may live through."""
 
 PATIENCE, ROOM = 45, 8 * 2**30
