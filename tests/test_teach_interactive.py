@@ -530,6 +530,7 @@ def test_the_page_needs_nothing_else_and_is_small() -> None:
     text = interactive_page(scene_of("two_link"))
 
     assert len(text) < 120_000
+    assert len(re.findall(r"^const [cs]\d=Math\.\w+\(q_\d\);$", text, re.MULTILINE)) > 4  # no spaces in formulas
     assert not any(word in text for word in ("src=", "href=", "@import", "url(", "fetch("))
 
 
