@@ -46,6 +46,7 @@ def opened(path: Path) -> tuple[pygltflib.GLTF2, dict[str, dict[str, np.ndarray]
     """Return a file and, by the name of a node, times and values of everything that moves it."""
     file = pygltflib.GLTF2().load(str(path))
     blob = file.binary_blob()
+    assert all(0 < one.pbrMetallicRoughness.baseColorFactor[3] <= 1 for one in file.materials)
 
     def numbers(k: int) -> np.ndarray:
         accessor = file.accessors[k]

@@ -17,6 +17,7 @@ from symdyn.dynamics.outputs.named_functions import Argument, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
+from symdyn.emit.targets.c.loops import LINE, STACK, room
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import Program, formulate, in_lines, lower
@@ -167,6 +168,13 @@ def test_languages_other_than_c_get_lines(target: str, looped_and_lines: tuple[P
     looped, lines = (dict(emit(one, target)) for one in looped_and_lines)
 
     assert (looped == lines) == (target not in ("c", "ufunc"))
+
+
+def test_states_stand_side_by_side_as_far_as_the_stack_has_room() -> None:
+    few, many, most = (room(joints, 8, 6 * joints) for joints in (10, 1500, 10**6))
+
+    assert (few.lanes, many.lanes, most.lanes) == (LINE // 8, LINE // 16, 0)
+    assert 8 * many.lockstep <= STACK
 
 
 def test_at_rest_there_is_no_loop() -> None:
