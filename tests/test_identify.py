@@ -275,7 +275,7 @@ def test_all_faults_of_a_log_are_told_together(tmp_path: Path, capsys: Capture) 
         ({"friction": "stiction"}, "there is no term stiction"),
         ({"units": {"q1": "furlong"}}, "furlong is no unit"),
         ({"units": {"q9": "deg"}}, "has no such column"),
-        ({"band": 0.01}, "too short for a band"),
+        ({"band": 0.01}, "t = 0 s to 10 s is too short for a band"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused(settings: dict[str, Any], words: str) -> None:

@@ -12,6 +12,7 @@ from symdyn.algebra.big import BigFloats, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.verify.points import Bounds, FirstPoints, bound
+from symdyn.verify.written.field import Uninterpreted
 
 SEEDS = [[11, 12], [21, 22]]
 
@@ -49,6 +50,17 @@ def test_a_zero_below_at_one_point_is_unlucky_for_all() -> None:
 
     with pytest.raises(Redraw):
         FirstPoints(wanted, primes, SEEDS).values([1 / (x - place)])
+
+
+def test_sums_that_round_alike_are_one_operation_and_others_are_not() -> None:
+    g = Graph()
+    field, a, b = Uninterpreted(10007, 1, Needs.of([g.one])), 3, 5
+    less_a, less_b = -a % field.p, -b % field.p
+    total, difference = field.operation(Op.ADD, (a, b)), field.operation(Op.SUB, (a, b))
+
+    assert total == field.operation(Op.ADD, (b, a)) == field.operation(Op.ADD, (less_a, less_b))
+    assert difference == field.operation(Op.ADD, (less_b, a)) == field.operation(Op.SUB, (b, a))
+    assert total != difference
 
 
 def test_bounds_of_several_claims_are_those_of_each_where_nothing_is_divided() -> None:
