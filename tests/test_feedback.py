@@ -23,7 +23,7 @@ from symdyn.simulation.equations.implicit import Implicit, differences, slopes
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.controller import placed
 from symdyn.simulation.feedback.gains import Gains, rotation_vector, state_names
-from symdyn.simulation.feedback.loop import Loop
+from symdyn.simulation.feedback.loop import Loop, lateness
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 
@@ -72,6 +72,15 @@ def test_gains_are_the_formula_that_they_say(method: str) -> None:
     assert np.abs(run.tau - same.tau).max() < 1e-4
     assert np.abs(run.tau).max() > 1
     assert run.monitors["energy"] < 1e-5 * run.monitors["energy_scale"]
+
+
+@pytest.mark.parametrize("periods", [1, 3, 6, 7])  # 0.3 and 0.6 are not 3 and 6 times 0.1 in doubles
+def test_a_delay_of_whole_periods_is_whole(periods: int) -> None:
+    def late(delay: float) -> tuple[int, float]:
+        return lateness(Feedback(lambda t, q, u: 0, period=0.1, delay=delay))
+
+    assert late(periods / 10) == (periods, 0.0)
+    assert late(periods / 10 + 0.04) == (periods, pytest.approx(0.04))
 
 
 def test_forces_beside_a_controller_are_added() -> None:

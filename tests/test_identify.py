@@ -291,6 +291,15 @@ def test_what_cannot_be_identified_with_is_refused_in_words() -> None:
         linear_model(symdyn.example("heavy_top"))
 
 
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [("q1=sin(t)", "q1: a log is a CSV file or arrays over t, not a formula"), (lambda t: {"q1": t}, "not a function")],
+)
+def test_what_is_no_log_is_refused_in_words(data: Any, words: str) -> None:
+    with pytest.raises(IdentifyError, match=words):
+        symdyn.identify(scara(), data)
+
+
 def test_masses_without_numbers_need_none() -> None:
     scene = bind(symdyn.example("two_link"), {"h1": 0.5, "g": 9.81})
     true = bind(scene, {"m1": 2, "m2": 1, "h2": 0.4})
