@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -209,6 +210,13 @@ def test_the_difference_on_the_group_is_the_rotation_vector_and_the_way_in_the_m
         q = coordinates(p, b) * np.array([1, 1, 1, sign, sign, sign, sign])
         assert np.allclose(one.away(q), [*a.inv().apply(p - p0), *(a.inv() * b).as_rotvec()], atol=1e-14)
     assert np.array_equal(one.away(one.q0), np.zeros(6))
+    every = replace(one, K=np.eye(6), states=state_names(BODY)[:6], inputs=BODY.drives, initial=(0.0,) * 6)
+    q, small = coordinates(p, b), 1e-3 * np.eye(7)
+    ahead, far = (
+        [every(0.0, q + k * d, np.zeros(6)) - every(0.0, q - k * d, np.zeros(6)) for d in small] for k in (1, 2)
+    )
+    slope = (8 * np.array(ahead) - np.array(far)).T / 12e-3  # of fourth order
+    assert np.allclose(every.slope(0.0, q, np.zeros(6))[:, :7], slope, atol=1e-8)
     assert rotation_vector(np.array([1.0, 1e-200, 0, 0]))[0] == 2e-200
 
 

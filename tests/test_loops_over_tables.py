@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -17,7 +18,7 @@ from symdyn.dynamics.outputs.named_functions import Argument, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
-from symdyn.emit.targets.c.loops import LINE, STACK, room
+from symdyn.emit.targets.c.loops import LINE, STACK, _places, room
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import Program, formulate, in_lines, lower
@@ -175,6 +176,19 @@ def test_states_stand_side_by_side_as_far_as_the_stack_has_room() -> None:
 
     assert (few.lanes, many.lanes, most.lanes) == (LINE // 8, LINE // 16, 0)
     assert 8 * many.lockstep <= STACK
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_place_is_read_before_it_is_used_again_and_none_is_left_over(seed: int) -> None:
+    draw = random.Random(seed)
+    parents = [draw.randrange(max(0, k - 4), k) for k in range(1, 40)]
+    found, most = _places(parents)
+    left = {0: 0}  # which joint's values stand in a place
+    for joint, (parent, (come, go)) in enumerate(zip(parents, found, strict=True), 1):
+        assert left[come] == parent
+        left[go] = joint
+
+    assert most == len(left)
 
 
 def test_at_rest_there_is_no_loop() -> None:
