@@ -113,7 +113,9 @@ def test_a_height_is_solved_and_a_way_is_integrated() -> None:
     fine = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=2001)
 
     assert found["z"] == pytest.approx(0.26 * np.cos(found["q2"]), abs=1e-12)
+    ends = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=2)
     assert found["x"] == pytest.approx(fine["x"][::100], abs=1e-11)
+    assert ends["x"] == pytest.approx(fine["x"][::2000], abs=1e-11)
     way = np.concatenate([[0.0], np.cumsum((fine["x_dot"][1:] + fine["x_dot"][:-1]) / 2 * 0.001)])
     assert fine["x"] == pytest.approx(way, abs=1e-6)
 
