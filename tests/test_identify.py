@@ -186,6 +186,19 @@ def test_samples_that_nothing_explains_are_left_out_and_told() -> None:
     assert np.linalg.norm(found.after - right) < 0.8 * np.linalg.norm(kept.after - right)
 
 
+def test_the_verb_leaves_out_what_nothing_explains_unless_it_is_kept(tmp_path: Path, capsys: Capture) -> None:
+    data = noisy(log(scara(), count=1001), 5, 0.02)
+    data["tau2"][350:352] += 300.0
+    file = tmp_path / "log.csv"
+    np.savetxt(file, np.column_stack([*data.values()]), "%.17g", ",", header=",".join(data), comments="")
+    told = []
+    for more in ([], ["--keep-outliers"]):
+        assert main(["identify", str(EXAMPLES / "scara.toml"), str(file), *more]) == 0
+        told.append("tau2 at t = 3.5" in "".join(capsys.readouterr()))
+
+    assert told == [True, False]
+
+
 def test_data_that_were_held_back_judge_the_fit() -> None:
     found = symdyn.identify(scara(), noisy(log(scara()), 2, 0.1), hold_back=0.25)
 
