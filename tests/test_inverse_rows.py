@@ -80,6 +80,11 @@ def test_laws_that_leave_motions_open_are_refused() -> None:
         followed(read(EXAMPLES / "rolling_disc.toml"), "x=t")
 
 
+def test_a_quaternion_with_a_part_of_its_laws_is_refused() -> None:
+    with pytest.raises(SimulateError, match=r"motion: e2, e3 missing; a quaternion moves as \(e0, e1, e2, e3\)"):
+        followed(read(EXAMPLES / "rolling_disc.toml"), "e0=cos(t)", "e1=sin(t)")
+
+
 @pytest.mark.mends("3.3")
 def test_laws_that_slip_are_refused() -> None:
     with pytest.raises(SimulateError, match=r"t = 0 s: the loops and rows do not allow the velocities of x, phi"):

@@ -171,6 +171,13 @@ def test_languages_other_than_c_get_lines(target: str, looped_and_lines: tuple[P
     assert (looped == lines) == (target not in ("c", "ufunc"))
 
 
+def test_in_lines_nothing_is_a_loop() -> None:
+    program = lower(formulate(tree(3, 9), [ID], LOOP))
+
+    assert [bool(one.function.loop) for one in program.routines] == [True]
+    assert [bool(one.function.loop) for one in in_lines(program).routines] == [False]
+
+
 def test_states_stand_side_by_side_as_far_as_the_stack_has_room() -> None:
     few, many, most = (room(joints, 8, 6 * joints) for joints in (10, 1500, 10**6))
 
