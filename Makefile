@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
+.PHONY: demo quick net test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench bars accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -16,10 +16,13 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 quick: $(READY)  ## a minute: what starts no compiler, browser or LaTeX and takes no long
 	$(BIN)/python -m pytest --quick -n auto --maxprocesses 4 --dist worksteal
 
-test: $(READY)  ## everything that must hold
+net: $(READY)  ## half a minute: whether the program of any example has changed, by hashes
+	$(BIN)/python tests/net.py --compare --programs
+
+test: $(READY)  ## what must hold, every claim in some cases
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=20 --durations-min=1
 
-slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
+slow: $(READY)  ## all other cases, and what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
 	$(BIN)/python -m pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
@@ -50,8 +53,8 @@ doctest: $(READY)
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
 	$(BIN)/python tests/wheel.py
 
-golden: $(READY)  ## rewrite generated/ and docs/walkthroughs/ after a change that is meant
-	$(BIN)/python -m pytest tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
+golden: $(READY)  ## rewrite generated/, docs/walkthroughs/ and what the verbs take after a change that is meant
+	$(BIN)/python -m pytest tests/test_options_table.py tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
 
 docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site

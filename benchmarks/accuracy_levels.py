@@ -21,8 +21,7 @@ import numpy as np
 from bars import Bar
 
 from symdyn.bench.implementations import Implementation, implementations
-from symdyn.bench.reference import reference
-from symdyn.bench.states import draw, positions_of
+from symdyn.bench.reference import draw, positions_of, reference
 from symdyn.program import formulate
 from symdyn.scene import read
 from symdyn.table import Table

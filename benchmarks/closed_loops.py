@@ -25,7 +25,7 @@ from closed_mechanisms import crank_rocker
 
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
-from symdyn.runtime.dialects import FLAGS
+from symdyn.runtime.commands import FLAGS
 
 BY_HAND = r"""
 #include <math.h>

@@ -36,7 +36,7 @@ from native import HERE, MissingError  # noqa: E402
 import symdyn  # noqa: E402
 from symdyn.emit import budgets, emit  # noqa: E402
 from symdyn.emit.code import REALS, SINGLE  # noqa: E402
-from symdyn.emit.targets.gpu.resource_budget import SIZES, Budget  # noqa: E402
+from symdyn.emit.targets.gpu_budget import SIZES, Budget  # noqa: E402
 from symdyn.program import Program, formulate, lower  # noqa: E402
 from symdyn.scene import with_symbols  # noqa: E402
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from cases import EXAMPLES, Array, Case
 
-from symdyn.bench.states import positions_of
+from symdyn.bench.reference import positions_of
 from symdyn.program import quaternion_places
 from symdyn.scene import SceneUnits, read, read_text
 

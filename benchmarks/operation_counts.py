@@ -104,7 +104,7 @@ parameters alone to one call of `prepare`. Here twice a number is a multiplicati
 EMITTED = """
 ## What is emitted
 
-The same for generated programs: formulations chosen by counting, after all passes, which trade operations
+The same for generated programs: the formulations that are preferred, after all passes, which trade operations
 by their cost.
 """
 
@@ -173,7 +173,7 @@ def measured(scene: Scene) -> list[Counts]:
 
 
 def emitted(scene: Scene) -> list[Counts]:
-    """Return the counts of `OUTPUTS` in generated programs: formulations chosen by counting, after all passes."""
+    """Return the counts of `OUTPUTS` in generated programs: the preferred formulations, after all passes."""
     program = lower(formulate(scene, [name for name, _ in OUTPUTS]))
     return [state_dependent_counts(routine.function) for routine in program.routines]
 

@@ -189,18 +189,18 @@ def with_fields(*nouns: type) -> Callable[[F], F]:
 
     def shown(function: F) -> F:
         own, fields, lines = inspect.signature(function), list[inspect.Parameter](), ""
+        said = inspect.cleandoc(function.__doc__ or "")
         for noun in nouns:
-            words = f"{inspect.getdoc(noun)}\n"
             for name, one in inspect.signature(noun).parameters.items():
                 if name not in own.parameters:
                     kind = re.sub(r"^InitVar\[(.*)\]$", r"\1", one.annotation)
                     fields.append(one.replace(kind=one.KEYWORD_ONLY, annotation=kind))
-                    lines += "".join(re.findall(rf"(?m)^    {name}: .*\n(?:     .*\n)*", words)[:1])
+                    told = f"{inspect.getdoc(noun)}\n" if f"\n    {name}: " not in said else ""
+                    lines += "".join(re.findall(rf"(?m)^    {name}: .*\n(?:     .*\n)*", told)[:1])
         _NOUNS[function] = nouns
         first = [one for one in own.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]
         last = [one for one in own.parameters.values() if one.kind is one.KEYWORD_ONLY]
         function.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
-        said = inspect.cleandoc(function.__doc__ or "")
         function.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
         return function
 

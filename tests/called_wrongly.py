@@ -31,8 +31,8 @@ from symdyn.resources import folder
 from symdyn.runtime.loaded import Loaded
 from symdyn.runtime.numeric_function import NumericFunction
 from symdyn.simulation.error_bars import Uncertainty
-from symdyn.simulation.gradients import Sensitivity
 from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.variations import Sensitivity
 from symdyn.study import Runs
 from symdyn.transcription.transcribed import Collocation
 from symdyn.verify.certificate import Certificate

@@ -9,8 +9,8 @@ from mechanisms import shape
 from symdyn.scene import Scene
 from symdyn.scene.values import Body, Joint, Parameter, Pose
 from symdyn.scene.values.body import Particle
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.table import compose
 
 HINGE = shape("revolute")
 HERE = Pose()

@@ -9,12 +9,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections import Counter
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import chosen
 import programs
 import pytest
 from browser import chromium
@@ -64,39 +64,23 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before those are left out that are slow
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out, of quick runs, what starts programs; of long tests, all but a first case of several.
-
-    Of a law that is tried on a wide set of scenes or seeds, what is not every n-th case is slow.
-    """
-    places: Counter[str] = Counter()
+    """Mark as slow what other cases of the same law stand for; leave out of quick runs what takes long or programs."""
+    functions = chosen.by_function(items).values()
+    config.stash[chosen.UNMET] = [name for cases in functions for name in chosen.unmet(cases)]
+    for cases in functions:
+        for item in chosen.spared(cases):
+            item.add_marker(pytest.mark.slow)
     for item in items:
-        if wide := item.get_closest_marker("wide"):
-            if places[_function(item)] % wide.args[0]:
-                item.add_marker(pytest.mark.slow)
-            places[_function(item)] += 1
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.runs("chromium"))
-    if not config.getoption("--quick"):
-        return
-    cases = Counter(_function(item) for item in items)
-    seen: set[str] = set()
-    kept, left = [], []
-    for item in items:
-        name = _function(item)
-        long = item.get_closest_marker("long")
-        out = long and (long.args == (0,) or cases[name] == 1 or name in seen)
-        (left if out or item.get_closest_marker("runs") else kept).append(item)
-        seen.add(name)
-    config.hook.pytest_deselected(items=left)
-    items[:] = kept
+    if config.getoption("--quick"):
+        kept = {item for cases in functions for item in chosen.quick(cases)}
+        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+        items[:] = [item for item in items if item in kept]
 
 
 def pytest_collection_finish() -> None:
     gc.freeze()  # what was imported stays
-
-
-def _function(item: pytest.Item) -> str:
-    return item.nodeid.partition("[")[0]
 
 
 @pytest.hookimpl(wrapper=True)

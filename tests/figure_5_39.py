@@ -18,7 +18,7 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.values import Body, Joint, Load, Place
-from symdyn.scene.values.table import compose
+from symdyn.scene.values.entry import compose
 from symdyn.spatial import Transform
 from symdyn.verdict import Verdict
 from symdyn.verify.certificate import on_unit_sphere

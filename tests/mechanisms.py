@@ -8,14 +8,13 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding
 from symdyn.scene.values.body import Particle
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.joint import Coupling, Limits
-from symdyn.scene.values.table import compose
 
 AXES = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -2, 2), (3, 0, 4), (1, 2, 3)]
 ANGLES = [0, Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 2), Fraction(-2, 3), 1, Fraction(37, 180)]

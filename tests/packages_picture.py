@@ -42,11 +42,10 @@ PACKAGES = {  # package: the packages it may import, and with them those below
 FOLDERS = {  # package: folder: the folders of the same package that it may import; "" are the package's own files
     "dynamics": {
         "mechanism": [],
-        "lagrange": ["mechanism"],
         "recursive": ["mechanism"],
-        "loops": ["lagrange", "mechanism"],
+        "loops": ["mechanism"],
         "reactions": ["loops", "mechanism"],
-        "outputs": ["reactions", "loops", "recursive", "lagrange", "mechanism"],
+        "outputs": ["reactions", "loops", "recursive", "mechanism"],
         "closed_forms": ["outputs", "loops", "recursive", "mechanism"],
     },
     "runtime": {"": [], "backends": [""]},
@@ -77,7 +76,6 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
         "interactive": ["derivations", "", "languages"],
         "render": ["interactive", "practice", "derivations", "", "languages"],
     },
-    "program": {"passes": [], "": ["passes"]},
     "verify": {"written": [], "": ["written"]},
 }
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from symdyn.dynamics import Equations, Workspace, derive_one, formulations_of
 from symdyn.dynamics.reactions.dalembert import Equilibrium
-from symdyn.dynamics.reactions.recursion import as_rows
+from symdyn.dynamics.reactions.free_bodies import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene
 from symdyn.verify.equality import Claim, eliminate

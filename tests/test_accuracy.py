@@ -55,6 +55,7 @@ def test_the_reference_is_the_same_function_to_forty_digits(text, output):
         assert gap < np.max(np.abs(known)) * Decimal("1e-40")
 
 
+@pytest.mark.wide("SCARA")
 @pytest.mark.runs
 @pytest.mark.parametrize("text", ["PUMA 560", "SCARA", "7-axis arm, last link 1e-12 times as heavy"])
 def test_code_is_as_accurate_as_the_textbook(text):

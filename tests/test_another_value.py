@@ -52,6 +52,7 @@ def state(system: StateEquations) -> np.ndarray:
     return np.concatenate([start.q + away, start.u + away, np.zeros(int(system.works))])
 
 
+@pytest.mark.wide("double_pendulum", "four_bar")
 @pytest.mark.parametrize("name", CASES)
 def test_equations_at_other_values_are_those_of_a_scene_of_numbers(name: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")
@@ -223,6 +224,7 @@ def test_decisions_that_may_not_hold_are_not_taken_over() -> None:
     assert not known.hold(opened(bind(scene, {"c": 1.2})).numbers(), start)  # which it does not close
 
 
+@pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize("name", ["four_bar", "rolling_disc", "governor"])
 def test_where_the_start_is_given_nothing_is_assembled(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, parameter = read(EXAMPLES / f"{name}.toml"), {"four_bar": "m2", "rolling_disc": "m", "governor": "k"}[name]
@@ -277,6 +279,7 @@ sys.stdout.buffer.write(pickle.dumps(equations.rates(0.05, x)))
 """
 
 
+@pytest.mark.slow
 def test_a_process_with_an_empty_cache_reads_a_pickle(tmp_path: Path) -> None:
     equations, _ = results(tmp_path)
     x = state(equations)
@@ -293,6 +296,7 @@ def rates(equations: StateEquations, x: np.ndarray) -> np.ndarray:
     return equations.rates(0.05, x)
 
 
+@pytest.mark.slow
 def test_processes_that_are_spawned_take_equations_and_give_trajectories(tmp_path: Path) -> None:
     equations, _ = results(tmp_path)
     x = state(equations)
@@ -304,6 +308,7 @@ def test_processes_that_are_spawned_take_equations_and_give_trajectories(tmp_pat
     assert np.array_equal(run.q, simulate(equations.scene, until=0.1, values={"l": 0.4}).q)
 
 
+@pytest.mark.wide("cart_pole")
 @pytest.mark.parametrize("name", ["cart_pole", "four_bar"])
 def test_inverse_dynamics_and_reactions_compile_nothing_for_another_value(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -331,6 +336,7 @@ def test_values_are_given_with_the_call_of_inverse_dynamics() -> None:
     assert np.array_equal(given.table()[1], inverse(bound, read_motion(bound, law), t).table()[1])
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", ["four_bar", "governor"])
 def test_reactions_of_a_run_compile_nothing_for_another_value(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = read(EXAMPLES / f"{name}.toml"), {"until": 0.1, "method": "dop853", "reactions": "joint"}
@@ -353,6 +359,7 @@ def test_what_numbers_choose_otherwise_is_another_function_of_reactions() -> Non
     assert one != other
 
 
+@pytest.mark.slow
 def test_reactions_are_right_however_the_plane_of_a_loop_leans() -> None:
     scene = read_text(LEANING)
     t, law = np.array([0.0, 0.1]), {"alpha": "-1 + 0.1*t"}

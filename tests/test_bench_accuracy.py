@@ -15,9 +15,8 @@ from arms import puma560, spatial_arm
 from symdyn.algebra.big import BigFloats
 from symdyn.bench import Measured, bench
 from symdyn.bench.implementations import implementations
-from symdyn.bench.reference import Solve, linear, reference
+from symdyn.bench.reference import REGIONS, Positions, Solve, draw, linear, near_singular, positions_of, reference
 from symdyn.bench.report import Dot, Series, log_log
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate
@@ -64,6 +63,7 @@ def test_an_error_of_one_ulp_is_measured_as_such(routine):
     assert known.errors(off)[1, 1] == np.inf
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_every_implementation_computes_the_same_function(real):
@@ -189,6 +189,7 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
         assert any(point["best"] for curve in curves for point in curve["points"])
 
 
+@pytest.mark.slow
 @pytest.mark.wide(4)
 @pytest.mark.runs
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rssr", "heavy_top"])
@@ -288,6 +289,7 @@ def test_double_doubles_stand_on_the_same_curve():
         assert known.errors(results)[3, 4] == pytest.approx(1e-25, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.runs
 def test_what_double_doubles_have_no_function_for_is_measured_without_them():
     rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], force="2*tanh(u)")

@@ -13,14 +13,13 @@ import pytest
 from scenes_in_time import block
 
 from symdyn.bench.case import Case, Stress, worst
-from symdyn.bench.states import positions_of
+from symdyn.bench.reference import positions_of
 from symdyn.bench.stress import FAMILIES, stress
-from symdyn.bench.stress.chains import shares
-from symdyn.bench.stress.chaos import of_scene
-from symdyn.bench.stress.odd_numbers import _hidden, _minus_zero
+from symdyn.bench.stress.angles import shares
+from symdyn.bench.stress.motions import chaos_of_scene
+from symdyn.bench.stress.odd_numbers import _hidden, _in_numpy, _minus_zero
 from symdyn.bench.stress.scenes import arm, calls, chain, gimbal, heavier, solved, two_link
 from symdyn.bench.stress.solving import BESIDE, FORWARD, states
-from symdyn.bench.stress.traps import _in_numpy
 from symdyn.cli import main
 from symdyn.errors import MethodError, SimulateError
 from symdyn.scene import body, prismatic, read, scene
@@ -177,6 +176,7 @@ def test_a_method_that_this_machine_lacks_is_not_run(monkeypatch):
     assert [one.what for one in stress(unreal(), ["chaos"]).not_shown] == ["chaos"]
 
 
+@pytest.mark.wide("stiff")
 @pytest.mark.parametrize("family", ["angles", "traps", "stiff"])
 def test_the_built_in_cases_hold(family):
     found = stress(families=[family])
@@ -217,6 +217,7 @@ def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero(
     assert {case.metric for case in found.cases} >= {"backward error of accelerations and of loops / eps"}
 
 
+@pytest.mark.slow
 def test_a_scene_whose_forces_name_time_is_solved_at_times():
     slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(t)")
     found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab], units="none"), ["solving"])
@@ -287,4 +288,4 @@ def test_families_are_listed_and_misspelt_ones_told(capsys):
 def test_the_motion_of_a_scene_with_dry_friction_is_judged_by_its_equations():
     found = block("friction = { coulomb = 1.0, smoothing = 0.001 }")
 
-    assert [case for case in of_scene(found) if not case.passed] == []
+    assert [case for case in chaos_of_scene(found) if not case.passed] == []

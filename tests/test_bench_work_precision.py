@@ -11,13 +11,12 @@ from mpmath import mp
 from symdyn.bench import Bench, Curve, MotionPrecision, Point
 from symdyn.bench.measurements import UNTIL, lively, marked, motion
 from symdyn.bench.report import html, markdown, pictures
+from symdyn.bench.stress.motions import RUBBED
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
-from symdyn.bench.stress.stiff import RUBBED
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.extended import FINEST, truth
-from symdyn.simulation.timed_runs import TimedRuns
+from symdyn.simulation.timed_runs import FINEST, TimedRuns, truth
 
 pytestmark = pytest.mark.runs()
 
@@ -72,6 +71,7 @@ def test_the_truth_has_more_digits_than_a_double() -> None:
     assert gap < 1e-17
 
 
+@pytest.mark.slow
 def test_the_truth_sees_dry_friction_turn() -> None:
     """A series of tanh is flat to the last digit and steps over the turn; three other methods agree with the truth."""
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")

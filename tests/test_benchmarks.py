@@ -38,6 +38,7 @@ def test_our_code_is_measured_and_reported(tmp_path):
     assert "| symdyn: C, one state a call |" in text
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_derivatives_are_measured_against_50_digits_and_bars_without_a_peer_are_told_apart(tmp_path):
     words = ["--quick", "--robots", "puma560", "--peers", "ours_c", "--rounds", "1", "-o", str(tmp_path)]
@@ -67,6 +68,7 @@ def test_the_part_about_derivatives_takes_its_own_place_in_the_page(monkeypatch)
         placed("# another page", old)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("script", "there"), [("run.py", "two_link, puma560, arm7"), ("derivatives.py", "puma560, arm7, anymal, chain16")]
 )
@@ -97,6 +99,7 @@ def test_a_peer_that_computes_something_else_is_not_timed(monkeypatch):
         bench.ready(case, "gravity_forces", [Peer], {})
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("what", ["inverse dynamics to plain C", "inverse dynamics to library"])
 @needs_gcc
 def test_generation_is_timed_by_itself(what):
@@ -109,6 +112,7 @@ def test_no_script_hides_a_module_of_the_tests():
     assert not {p.name for p in FOLDER.glob("*.py")} & {p.name for p in Path(__file__).parent.glob("*.py")}
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @needs_gcc
 def test_every_accuracy_is_measured_beside_double():
@@ -160,6 +164,7 @@ def test_the_machine_says_how_many_products_its_core_begins_in_a_cycle(monkeypat
     assert str(core).endswith("GHz")
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 def test_large_mechanisms_are_held_to_their_bars():
     done = run("64", "--loops", "--tables", "--runs", "1", script="large_mechanisms.py")

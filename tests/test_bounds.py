@@ -17,7 +17,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach.student.vocabulary import Names
+from symdyn.teach.student.grammar import Names
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -176,6 +176,7 @@ def test_files_have_a_bound_of_bytes(name: str, fill: Callable[[Path], None], tm
         read(tmp_path / name)
 
 
+@pytest.mark.long
 @pytest.mark.mends("2.bytes")
 @pytest.mark.parametrize("words", [["simulate", "--until", "1", "--forces"], ["inverse", "--motion"]])
 def test_files_of_numbers_have_a_bound_of_bytes(
@@ -322,6 +323,7 @@ def test_no_scene_begins_as_a_device_of_windows(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.mends("2.device")
 @pytest.mark.parametrize("format", ["md", "html", "latex", "notebook"])
 def test_no_lesson_is_called_as_a_device_of_windows(format: str) -> None:

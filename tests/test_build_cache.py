@@ -140,6 +140,7 @@ DAMAGES = {
 }
 
 
+@pytest.mark.wide("empty", "a half", "flipped bits", "a link")
 @pytest.mark.mends("1.5")
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_entry_is_compiled_again_with_a_word(cache, damage):
@@ -193,6 +194,7 @@ def test_a_stranger_in_a_folder_of_the_users_own_is_the_user(cache, planted):
     assert planted.exists(), "the harness sees what is run"
 
 
+@pytest.mark.wide(2)
 @pytest.mark.mends("1.5")
 @pytest.mark.parametrize("mode", [0o777, 0o1777, 0o770])
 def test_a_folder_that_others_may_write_to_is_not_used(cache, planted, mode):
@@ -217,6 +219,7 @@ def test_an_entry_that_others_may_write_to_is_not_run(cache, planted):
     assert "others may write to it; it is compiled again" in talk
 
 
+@pytest.mark.wide(2)
 @pytest.mark.mends("1.5")
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can give files away")
 @pytest.mark.parametrize("what", ["entry", "folder"])
@@ -243,6 +246,7 @@ def test_a_library_in_use_does_not_see_what_becomes_of_its_file(cache):
     assert (status, answer) == (0, TORQUE["1"])
 
 
+@pytest.mark.wide("a half", "a pipe")
 @pytest.mark.parametrize("damage", ["a half", "flipped bits", "a pipe", "a link"])
 def test_the_file_itself_is_loaded_where_memory_cannot_be(cache, damage, monkeypatch):
     monkeypatch.delattr(os, "memfd_create", raising=False)
@@ -272,6 +276,7 @@ def test_what_a_killed_build_leaves_is_taken_away_by_the_next_and_what_a_running
     assert [path.suffix for path in cache.iterdir()] == [".so"]
 
 
+@pytest.mark.slow
 @pytest.mark.mends("1.5")
 def test_a_motion_is_computed_over_a_damaged_entry_and_says_so(tmp_path):
     words = ["simulate", str(ARM.with_name("pendulum.toml")), "--until", "0.1", "--every", "0.1", "--method", "dop853"]

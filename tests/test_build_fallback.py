@@ -74,7 +74,7 @@ def left_behind(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("load")
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", [door for door in DOORS if door != "bench"])  # which has a cache of its own
 def test_a_cache_that_cannot_be_written_ends_no_work(tmp_path, door):
@@ -86,6 +86,7 @@ def test_a_cache_that_cannot_be_written_ends_no_work(tmp_path, door):
     assert left_behind(tmp_path) == ["cache"]
 
 
+@pytest.mark.wide("load")
 @pytest.mark.parametrize("door", ["load", "simulate"])
 def test_a_full_disk_ends_no_work(tmp_path, door):
     compiler = tmp_path / "cc"  # fails as compilers do there, and only there
@@ -103,7 +104,7 @@ def test_a_full_disk_ends_no_work(tmp_path, door):
     assert "Traceback" not in talk
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("load")
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_missing_compiler_ends_no_work(tmp_path, door):
@@ -114,6 +115,7 @@ def test_a_missing_compiler_ends_no_work(tmp_path, door):
     assert "Traceback" not in talk
 
 
+@pytest.mark.wide("load")
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", ["load", "bench"])
 def test_missing_headers_of_python_end_no_work(tmp_path, door):
@@ -124,6 +126,7 @@ def test_missing_headers_of_python_end_no_work(tmp_path, door):
     assert "Traceback" not in talk
 
 
+@pytest.mark.wide("load")
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", ["load", "lambdify", "simulate"])
 def test_no_folder_to_compile_in_ends_no_work(tmp_path, door):
@@ -179,6 +182,7 @@ def failing(folder: Path, way: str) -> str:
     return f"{folder}{os.pathsep}{os.environ['PATH']}"
 
 
+@pytest.mark.heavy("what it opens is held")
 @pytest.mark.parametrize("way", WAYS)
 def test_however_compiling_fails_the_numpy_module_answers(
     way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

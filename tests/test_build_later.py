@@ -91,6 +91,7 @@ def test_help_and_names_work_before_any_call(cache):
     assert fresh.mass_matrix([0.0, 1.0], **values).shape == (2, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_prepared_parameters_reach_functions_that_are_compiled_apart(cache):
     arm, plain = symdyn.load(ARM, "inverse_dynamics", prepare=True), symdyn.load(ARM, "inverse_dynamics")
@@ -185,6 +186,7 @@ def test_whoever_interrupts_a_load_at_once_does_not_wait_for_compilers(cache, tm
     assert noted(tmp_path) == ["1"]
 
 
+@pytest.mark.heavy("quadruped")
 @pytest.mark.wide(4)
 @pytest.mark.parametrize("path", sorted(ARM.parent.glob("*.toml")), ids=lambda path: path.stem)
 def test_how_functions_are_called_is_known_before_they_are_derived(path):

@@ -254,6 +254,7 @@ def test_missing_headers_are_named_with_the_way_out(program, monkeypatch, tmp_pa
         build_extension(emit(program, "ufunc"))
 
 
+@pytest.mark.slow
 def test_another_numpy_is_another_library(program, monkeypatch):
     first = build_extension(emit(program, "ufunc"))[0]
     assert build_extension(emit(program, "ufunc"))[0] == first
@@ -279,6 +280,7 @@ print(module.scalar([0, 0], np.tile([2.0, 3.0], (20, 1)), [10]).sum())
 """
 
 
+@pytest.mark.slow
 def test_processes_that_build_at_once_all_succeed(monkeypatch, tmp_path):
     monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "cache"))
     environment = {**os.environ, "PYTHONPATH": f"{Path(__file__).parent}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}

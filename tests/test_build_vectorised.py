@@ -15,7 +15,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
-from symdyn.runtime.dialects import FLAGS
+from symdyn.runtime.commands import FLAGS
 from symdyn.scene import read
 
 pytestmark = pytest.mark.runs("gcc")
@@ -65,7 +65,7 @@ def arm():
     return lower(derive(read(EXAMPLES / "arm7.toml"), outputs))
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("double-avx2-clang", "float-sse2-gcc")
 @pytest.mark.parametrize("compiler", REPORTS)
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("real", ["double", "float"])

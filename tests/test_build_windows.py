@@ -15,8 +15,8 @@ from symdyn.cli import main
 from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.runtime import build
+from symdyn.runtime.commands import CL, CLANG_CL, GNU, MINGW, Needs, candidates, dialect_of
 from symdyn.runtime.compiler import find_compiler, words_of
-from symdyn.runtime.dialects import CL, CLANG_CL, GNU, MINGW, Needs, candidates, dialect_of
 from symdyn.runtime.library import python_libraries
 
 pytestmark = pytest.mark.runs("cc")

@@ -59,6 +59,7 @@ def by_hand(folder: Path, language: str, files: Sequence[str]) -> subprocess.Com
     return subprocess.run(["./example"], cwd=folder, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.wide("plain-C", "--header-only-CXX")
 @pytest.mark.runs("cmake")
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("option", ["plain", "--header-only"])
@@ -78,6 +79,7 @@ def test_cmake_builds_every_example_every_way(scene: str, words: str, language: 
     by_cmake(tmp_path, language, scene)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("words", ["--batch", "--prepare", "--real float", "--static", "--prepare --real float"])
 def test_the_numbers_come_out_in_every_way(words: str, language: str, tmp_path: Path) -> None:
@@ -112,6 +114,7 @@ def long_chain() -> Program:
     return lower(derive(chain(90), ("inverse_dynamics", "gravity_forces")))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_lone_headers_stand_side_by_side_in_two_files(language: str, tmp_path: Path) -> None:
     """Their helpers, parts and macros do not meet, and what is not called is no warning."""

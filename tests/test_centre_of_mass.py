@@ -70,7 +70,8 @@ def flyer() -> Scene:
     return read_text(FLYER, "flyer.toml")
 
 
-@pytest.mark.long
+@pytest.mark.heavy("forward_dynamics_derivatives")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ASKED)
 def test_it_is_what_pinocchio_says_of_a_free_flyer_with_a_ball(name: str) -> None:
     """Only the quaternion's w has another place: v and ω along the moved frame are Pinocchio's tangent."""

@@ -53,6 +53,7 @@ def test_the_certificate_names_the_choice() -> None:
     assert "independent: chi; Baumgarte: alpha 5, beta 2.5 1/s" in found.notes
 
 
+@pytest.mark.long(0)
 def test_info_names_the_choice(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", FOUR_BAR, "--independent", "psi", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)["result"]

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
-from symdyn.scene import Written, read, with_symbols
-from symdyn.scene.formats import toml_writer
+from symdyn.scene import Written, read, toml, with_symbols
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DATA = Path(__file__).parent / "data"
@@ -129,7 +128,7 @@ def test_what_a_format_cannot_hold_is_refused_or_listed(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lost = ("scara: points cannot be said", "scara: gravity cannot be said")
-    monkeypatch.setattr(toml_writer, "write_text", lambda scene: Written(scene.name, lost))
+    monkeypatch.setattr(toml, "write_text", lambda scene: Written(scene.name, lost))
     out = tmp_path / "arm.toml"
 
     assert main(["convert", SCARA, str(out)]) == 1

@@ -67,6 +67,7 @@ def test_the_page_of_a_plot_tells_what_a_contact_takes(tmp_path: Path) -> None:
     assert "largest friction coefficient that is needed, of contact" in page
 
 
+@pytest.mark.slow
 def test_a_plot_does_not_read_a_stranger_s_matplotlibrc(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
     words = [sys.executable, "-m", "symdyn", "simulate", DOUBLE, "--until", "0.1", "--method", "dop853"]
@@ -227,6 +228,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.wide("dop853")
 @pytest.mark.parametrize("method", ["dop853", "taylor"])
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
     if method == "taylor":

@@ -158,6 +158,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long(0)
 @pytest.mark.wide(3)
 @pytest.mark.parametrize(("name", "still"), CASES)
 def test_derivatives_are_differences_of_neighbours_on_the_manifold(name: str, still: bool) -> None:
@@ -306,6 +307,7 @@ def matrix(near: Neighbours, entries: Sequence[Any], columns: int) -> Any:
 CHOSEN = ("four_bar", "slider_crank", "rssr", "rsup", "rolling_disc", "cart_with_wheel")
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(
     "name", [*CHOSEN, pytest.param("spatial_slider_crank", marks=pytest.mark.slow), "body hung up by a ball"]
 )
@@ -410,6 +412,7 @@ def held_to_the_ground(state: dict[str, Any], point: Sequence[float]) -> Scene:
     return read_text(f'{text}[[loop]]\n{foot}parent = "ground"\nchild = "hand"\n')
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("number", [0, 3])
 def test_a_robot_held_to_the_ground_has_pinocchios_derivatives(number: int) -> None:
     facts = json.loads((DATA / "closed_derivatives_pinocchio.json").read_text(encoding="utf-8"))

@@ -81,6 +81,7 @@ PAIRS += [("four_bar", "implicit_midpoint"), ("free_body", "implicit_midpoint")]
 """Scenes and methods: one scene by all, every scene by one, and what is held at nodes that are no stages."""
 
 
+@pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize(("name", "method"), dict.fromkeys(PAIRS))
 def test_derivatives_are_those_of_complex_steps(name, method):
     """Imaginary steps of 1e-30 have no cancellation; what is differentiated here is evaluated without our tangents."""
@@ -130,6 +131,7 @@ def test_a_scene_of_every_kind_has_exact_derivatives():
     np.testing.assert_allclose(problem.jacobian(z).toarray(), expected, rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize(("name", "method"), dict.fromkeys(PAIRS))
 def test_the_hessian_is_the_slope_of_the_gradient_of_the_lagrangian(name, method):
     scene, given = example(name), WHAT[name]
@@ -196,7 +198,7 @@ EVERY = ("cart_pole", "four_bar", "rolling_disc")
 """Scenes whose order is looked at by all methods."""
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("cart_pole-trapezoidal", "four_bar-trapezoidal", "free_body-hermite_simpson")
 @pytest.mark.parametrize(
     ("name", "method"),
     [(name, method) for name in MOVES for method in ORDERS if name in EVERY or method == "hermite_simpson"],

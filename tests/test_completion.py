@@ -99,6 +99,7 @@ def in_zsh(line: str, folder: Path) -> set[str]:
 ASKED: dict[str, Callable[[str, Path], set[str]]] = {"bash": in_bash, "zsh": in_zsh, "fish": in_fish}
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long(0)
 @pytest.mark.parametrize(
     ("shell", "line", "words"),

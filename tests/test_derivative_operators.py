@@ -138,6 +138,7 @@ def words_of(request: str) -> list[str]:
 # Against differences
 
 
+@pytest.mark.heavy("mixed", "coupled")
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_derivatives_are_what_differences_in_fifty_digits_tend_to(name: str) -> None:
@@ -255,7 +256,7 @@ def test_second_derivatives_commute_but_for_brackets() -> None:
 
 
 @pytest.mark.usefixtures("numpy_alone")
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["two_link", "heavy_top", "led"])
 def test_all_formulations_of_all_words_are_proved_equal(name: str) -> None:
     """Of the top with its quaternion, half Hessians with brackets against whole ones, too."""
@@ -270,6 +271,7 @@ def test_all_formulations_of_all_words_are_proved_equal(name: str) -> None:
 # What it costs
 
 
+@pytest.mark.heavy("8", "16")
 @pytest.mark.parametrize("name", ["arm7", "puma560", "quadruped", 4, 8, 16])
 def test_a_product_with_derivatives_costs_little_more_than_the_function(name: str | int) -> None:
     """Of arms, of a robot on legs, and of chains in a plane, where all that is turned is a vector of two components."""

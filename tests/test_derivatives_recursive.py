@@ -82,7 +82,7 @@ def agree(scene: Scene) -> None:
         assert np.isfinite(recursive[:, :3]).all()
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(6)
 @pytest.mark.parametrize(
     "scene", [*OPEN, *TREES[:4], *COUPLED[:3], *LOADED, *OF_KINDS, *IN_ROWS, *BALLS], ids=lambda scene: scene.name
 )
@@ -132,6 +132,7 @@ def test_a_joint_that_moves_no_mass_is_named(led: bool) -> None:
 PROVED = [COUPLED[3], jointed("spherical"), jointed("custom")]
 
 
+@pytest.mark.heavy("coupled3")
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("scene", PROVED, ids=lambda scene: scene.name)
 def test_all_formulations_are_proved_equal(scene: Scene) -> None:

@@ -33,7 +33,8 @@ def test_every_key_of_numbers_says_its_dimension() -> None:
     """But the formula of a row, each term of which is alike, in whatever unit."""
     from symdyn.scene.forces import FORCES
     from symdyn.scene.joints import JOINTS
-    from symdyn.scene.values.key import NUMBER, NUMBERS, SHAPES, VECTOR, Key
+    from symdyn.scene.values.key import SHAPES, Key
+    from symdyn.scene.values.shape import NUMBER, NUMBERS, VECTOR
 
     keys = [(name, key) for name, kind in JOINTS.items() for key in kind.keys]
     keys += [(name, part) for name, kind in FORCES.items() for part in kind.parts if isinstance(part, Key)]
@@ -150,6 +151,7 @@ def test_no_unit_is_read_and_then_ignored(old: str, other: str, strange: str) ->
         read_text(text.replace(old, strange))
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("share", [8, pytest.param(10**6, marks=pytest.mark.slow)])
 def test_a_unit_is_heard_at_every_number_of_a_scene(share: int) -> None:
     """A hundredth of the unit of each number: the scene of the number over a hundred, and another one than before."""

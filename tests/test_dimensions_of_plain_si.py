@@ -158,6 +158,7 @@ def test_without_dimensions_letters_have_no_unit_but_what_they_say(
     assert symdyn.equations(read_text(text)).latex(document=True).count(r"\mathrm{m}") == 0
 
 
+@pytest.mark.long(0)
 def test_letters_in_a_long_chain_are_told_in_little_time() -> None:
     """Two thousand letters took 22 s, four times those of half as many."""
 

@@ -31,6 +31,7 @@ def test_the_counts_of_the_page_are_those_of_today(name: str) -> None:
     assert [int(cell) for cell in row.split("|")[2:-1]] == counted
 
 
+@pytest.mark.long(0)
 def test_contracted_hessians_cost_what_the_page_says() -> None:
     w = Workspace(read(ROOT / "examples" / "arm7.toml"))
     for name in ("inverse_dynamics", "forward_dynamics"):

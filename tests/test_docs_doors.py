@@ -12,10 +12,10 @@ import symdyn
 from symdyn import identification, simulation, study
 
 IDENTIFICATION = {
-    "Excitation", "Gain", "Identification", "Identified", "Log", "OutputFit", "Payload",
-    "Regression", "excite", "identified", "identify", "output_error", "with_parameters",
+    "Excitation", "Gain", "Identification", "Identified", "OutputFit", "Payload", "Regression",
+    "excite", "identified", "identify", "output_error", "with_parameters",
 }  # fmt: skip
-SIMULATION = {"Uncertainty"}
+SIMULATION = {"Feedback", "Uncertainty"}
 STUDY = {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"}
 """What is for users; a front offers names to other packages, too."""
 

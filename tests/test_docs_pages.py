@@ -36,6 +36,7 @@ def printed(command: str, capsys: pytest.CaptureFixture[str]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
+@pytest.mark.heavy("howto")
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.usefixtures("numpy_alone")

@@ -24,7 +24,7 @@ pytest.importorskip("myst_nb", reason="MyST-NB is not installed (extra docs)")
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 
-pytestmark = [pytest.mark.long(0)]
+pytestmark = pytest.mark.slow
 
 LOADING = {"src", "srcset", "data", "poster", "xlink:href"}
 """Attributes that a browser fetches; `href` too, but of a link that a reader follows."""

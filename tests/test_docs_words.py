@@ -11,11 +11,12 @@ import pytest
 
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import read_text
-from symdyn.scene.declaration import coupling, declare, declare as body_table, dh, joint_table
+from symdyn.scene.declaration import coupling, declare, joint_table, scene_table
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.joint_table import own_keys
+from symdyn.scene.joints.joint_table import LIMITS, own_keys
+from symdyn.scene.values.key import keys_of, needed_of
 from symdyn.scene.values.names import CLOCK, FORMULA_NAMES
 
 ROOT = Path(__file__).parent.parent
@@ -40,32 +41,56 @@ def tables() -> dict[str, set[str]]:
     return found
 
 
-def keys_of(section: str) -> set[str]:
+def of_elements(section: str) -> set[str]:
     """Return the keys of all kinds of element in one section of a file."""
-    return {key for kind in FORCES.values() if kind.section == section for part in kind.parts for key in part.keys}
+    return {key for kind in FORCES.values() if kind.section == section for key in keys_of(kind.parts)}
 
-
-JOINT = {*joint_table.PLACE_KEYS, *own_keys(), *joint_table.OWN_KEYS, *joint_table.RATE_KEYS, *joint_table.LOCK_KEYS}
 
 WORDS = {
-    "Top level: word": {"name", "gravity", "units", *declare.TABLE_KEYS, *sections(), "loop", "dh"},
-    "Parameters: word": set(declare.PARAMETER_KEYS),
-    "Inputs: word": set(declare.INPUT_KEYS),
-    "Outputs: word": set(declare.OUTPUT_KEYS),
-    "Bodies: word": set(body_table.BODY_KEYS),
-    "Joints: word": JOINT,
-    "Joints: word of `mimic`": set(coupling.MIMIC_KEYS),
-    "Joints: word of `friction`": keys_of("friction"),
-    "Joints: word of `limits`": set(joint_table.LIMIT_KEYS),
-    "Points: word": set(declare.POINT_KEYS),
-    "Springs: word": keys_of("springs"),
-    "Dampers: word": keys_of("dampers"),
-    "Loads: word": keys_of("loads"),
-    "Rows: word": keys_of("rows") | {"type"},
-    "Denavit-Hartenberg tables: word of `dh`": set(dh.TABLE_KEYS),
-    "Denavit-Hartenberg tables: word of a link": set(dh.LINK_KEYS) - {*dh.JOINT_KEYS, *dh.BODY_KEYS},
+    "Top level: word": {*keys_of(scene_table.HEAD), *declare.SECTIONS, *sections(), "loop", "dh"},
+    "Parameters: word": set(keys_of(scene_table.PARAMETER)),
+    "Inputs: word": set(keys_of(scene_table.INPUT)),
+    "Outputs: word": set(keys_of(scene_table.OUTPUT)),
+    "Bodies: word": set(keys_of(scene_table.BODY)),
+    "Joints: word": set(joint_table.joint_keys()),
+    "Joints: word of `mimic`": set(keys_of(coupling.MIMIC)),
+    "Joints: word of `friction`": of_elements("friction"),
+    "Joints: word of `limits`": set(keys_of(LIMITS)),
+    "Points: word": set(keys_of(scene_table.POINT)),
+    "Springs: word": of_elements("springs"),
+    "Dampers: word": of_elements("dampers"),
+    "Loads: word": of_elements("loads"),
+    "Rows: word": of_elements("rows") | {"type"},
+    "Denavit-Hartenberg tables: word of `dh`": {*keys_of(declare.CHAIN), "links"},
+    "Denavit-Hartenberg tables: word of a link": {"name", *keys_of(declare.LINK)},
     "Formulas: word": set(FORMULA_NAMES),
 }
+
+
+NEEDED = {
+    "Parameters": needed_of(scene_table.PARAMETER),
+    "Inputs": needed_of(scene_table.INPUT),
+    "Outputs": needed_of(scene_table.OUTPUT),
+    "Bodies": needed_of(scene_table.BODY),
+    "Joints": [
+        *needed_of(joint_table.place_keys()),
+        *needed_of(key for kind in JOINTS.values() for key in kind.keys),
+        *needed_of(joint_table.ROWS),
+        *needed_of(FORCES["friction"].parts),
+    ],
+    "Points": needed_of(scene_table.POINT),
+    "Springs": needed_of(FORCES["spring"].parts),
+    "Dampers": needed_of(FORCES["damper"].parts),
+    "Loads": needed_of(FORCES["load"].parts),
+    "Denavit-Hartenberg tables": [*needed_of(declare.CHAIN), "links", *needed_of(declare.LINK)],
+}
+
+
+@pytest.mark.parametrize("section", NEEDED)
+def test_the_page_says_which_words_must_be_given(section: str) -> None:
+    page = PAGE.read_text(encoding="utf-8").partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+    rows = [line for line in page.splitlines() if line.endswith("| must be given |")]
+    assert {word for row in rows for word in WORD.findall(row.split("|")[1])} == set(NEEDED[section])
 
 
 @pytest.mark.parametrize("table", WORDS)
@@ -78,7 +103,7 @@ def test_words_that_are_listed_in_sentences_are_all_of_them() -> None:
     loops = text.partition("## Loops")[2].partition("## Points")[0]
     assert set(joint_table.loop_keys()) <= set(WORD.findall(loops))
     links = text.partition("Every link takes")[2].partition("| convention")[0]
-    assert set(WORD.findall(links)) - {"revolute"} == set(dh.JOINT_KEYS)
+    assert set(WORD.findall(links)) - {"revolute"} == set(declare.LINK_OF_JOINT)
     assert f"`{CLOCK}`, which is the time" in text
 
 

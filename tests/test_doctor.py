@@ -93,6 +93,7 @@ def test_a_compiler_that_does_not_compile_is_no_compiler(tmp_path: Path) -> None
     assert "could not compile probe.c" in found["compiler"]["why"]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("mode", [0o777, 0o770])
 def test_a_cache_that_others_may_write_to_is_told(
     mode: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture

@@ -87,6 +87,7 @@ def pyright(path: Path) -> list[tuple[int, str, str]]:
     return [(one["range"]["start"]["line"] + 1, one.get("rule", one["severity"]), one["message"]) for one in told]
 
 
+@pytest.mark.slow
 @pytest.mark.runs("node")
 @pytest.mark.long(0)
 def test_pyright_knows_every_door_and_refuses_the_rest(tmp_path):

@@ -18,16 +18,14 @@ from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
-from symdyn.draw.lettering import Text
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import Label, crosses, places, put
 from symdyn.draw.stage import Stage
-from symdyn.draw.style import SCHEMES
+from symdyn.draw.style import SCHEMES, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
-from symdyn.scene.forces.damper import Damper
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Place, Pose
 
@@ -83,6 +81,7 @@ def whole(one: Scene) -> Drawing:
     return drawing(one, frames=True, labels=("coordinates", "bodies", "joints", "points"))
 
 
+@pytest.mark.heavy("chain20", "quadruped", "helical_twice")
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
@@ -128,6 +127,7 @@ def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: s
     assert {f"label-{q}" for q in first} | {f"label-body-{x.name}" for x in one.bodies} <= shown
 
 
+@pytest.mark.slow
 @pytest.mark.runs
 def test_the_same_scene_gives_the_same_bytes_in_any_process() -> None:
     code = f"import symdyn, symdyn.draw as d; print(d.picture(symdyn.read({str(EXAMPLES / 'puma560.toml')!r})), end='')"

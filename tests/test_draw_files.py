@@ -14,11 +14,10 @@ from arms import EXAMPLES
 from browser import chromium, window
 
 from symdyn.draw import free_body, picture
-from symdyn.draw.lettering import Text
 from symdyn.draw.paint import painted
 from symdyn.draw.pictures import drawing
 from symdyn.draw.plots import outlined
-from symdyn.draw.style import SCHEMES
+from symdyn.draw.style import SCHEMES, Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.errors import DrawError
 from symdyn.scene import read

@@ -101,6 +101,7 @@ AGAIN = "(window.furthest = Math.max(window.furthest ?? 0, Number(time.value))) 
 """Whether a film has begun again, looked at once a picture."""
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 @pytest.mark.runs("chromium")
 def test_pages_and_pictures_play_once_or_for_ever(tmp_path: Path) -> None:

@@ -343,6 +343,7 @@ def test_other_verbs_open_no_mesh(tmp_path: Path) -> None:
     film(scene, [0.0, 1.0], [[0.0], [1.0]], tmp_path / "a.svg", note=pytest.fail)
 
 
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("payload", list(PAYLOADS))
 def test_names_of_a_stranger_stay_names(payload: str, tmp_path: Path) -> None:
@@ -385,6 +386,7 @@ def test_the_validator_of_khronos_finds_nothing(tmp_path: Path) -> None:
     assert validated([broken])[broken]["issues"]["numErrors"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 @pytest.mark.runs("chromium", "npm")
 def test_three_js_draws_bodies_where_they_are_and_frames_that_differ(tmp_path: Path) -> None:

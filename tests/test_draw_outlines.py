@@ -16,7 +16,7 @@ from symdyn.draw.stage import Stage, pose
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
 from symdyn.scene.values import OUTLINES
-from symdyn.scene.values.outline import OutlineKind
+from symdyn.scene.values.body import OutlineKind
 from symdyn.teach.interactive import interactive_page
 
 
@@ -122,6 +122,7 @@ def test_sizes_that_no_double_holds_are_left_out():
         assert "<svg" in symdyn.picture(pendulum(shape={"type": "disc", "radius": radius}))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("chromium")
 def test_in_a_page_a_disc_seen_edge_on_is_a_line_and_turns(tmp_path: Path):

@@ -16,8 +16,8 @@ from symdyn.errors import DerivationError
 from symdyn.runtime import lambdify
 from symdyn.scene import read_text
 from symdyn.scene.values import Joint
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import compose
 
 DATA = Path(__file__).parent / "data"
 

@@ -156,6 +156,7 @@ def test_a_scara_feels_of_its_stroke_the_mass_alone(order):
     assert_formulas(flat(list(zip(order, [0, "d2", "d3", 0], strict=True)), [0, 0, "-g"]), SCARAS[order])
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("one", [*SCENES, *map(robot_scene, ROBOTS)], ids=lambda one: one.name)
 def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):

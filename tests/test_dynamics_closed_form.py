@@ -12,7 +12,7 @@ from calls import counted
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
-from symdyn.dynamics.lagrange.second_kind import Energies
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
@@ -139,6 +139,7 @@ TILTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TILTS)
 def test_odd_constant_angles_print_short_and_exact_to_the_last_digits(name: str) -> None:
     scene, graph = tilted(*TILTS[name]), Graph()

@@ -19,7 +19,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion, joint_motion
-from symdyn.scene.joints.start import resting
+from symdyn.scene.joints.joint_table import resting
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import Verdict
@@ -68,6 +68,7 @@ def test_every_type_has_its_class(kind: str) -> None:
     assert JOINTS[kind].class_t(jointed("revolute", kind).joints[1]) == CLASSES[kind]
 
 
+@pytest.mark.heavy("revolute_spherical_prismatic", "free_universal", "revolute_spherical_rotor0")
 @pytest.mark.long
 @pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *CHAINS, *ROTORS], ids=by_name)
 def test_both_derivations_agree(one: Scene) -> None:
@@ -90,6 +91,7 @@ def test_every_law_holds(one: Scene) -> None:
     assert {"passivity", "power balance"} <= {finding.claim.split(":")[0] for finding in findings}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("orientation", ["quaternion", "zyx", "zxz"])
 def test_a_rotor_at_a_ball_on_the_ground_is_inertia_of_the_body(orientation: str) -> None:
     plain, rotor = jointed("spherical", orientation=orientation), Quantity.number(Fraction(7, 10))

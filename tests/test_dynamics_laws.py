@@ -47,7 +47,7 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
     assert {"beta", Fraction(3, 10)} <= angles  # a parameter; 0.3 rad
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_formulations_of_all_outputs_are_proved_equal(one):
@@ -74,6 +74,7 @@ def kinematics(one):
     return [f"{name}:{place}" for place in names for name, row in OUTPUTS.items() if row.place in ("body", "point")]
 
 
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_every_law_is_proved(one):
@@ -126,6 +127,7 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
     assert any(abs(S[i][j]) > 1e-3 for i in range(n) for j in range(n)) or n == 1
 
 
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("one", "formulation"),
@@ -247,6 +249,7 @@ def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, formulation):
 # Growth and refusal
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "mass_matrix"])
 def test_a_tree_of_thirty_joints_is_derived(name):
     tree = random_tree(5, n=30)

@@ -73,6 +73,7 @@ def test_two_four_bars_in_a_row_pass_their_change_point():
     assert np.abs(made["loop_rate_error"]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_forty_four_bars_in_a_row_take_few_steps_for_twenty_seconds():
     case = oracle("iftomm_closed_form")["A02_N40"]
 

@@ -23,9 +23,8 @@ from symdyn.program import formulate, lower
 from symdyn.runtime import build, lambdify
 from symdyn.runtime.backends.load_functions import load as load_scene
 from symdyn.scene import Quantity, Scene, body, parse, prismatic, revolute, scene
-from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place
 from symdyn.verdict import Verdict
 from symdyn.verify import certify
@@ -225,7 +224,7 @@ LOADED = [
 ]
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide("random4_loaded", "coupled2_loaded", "floating_loaded")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("one", LOADED, ids=lambda one: one.name)
 def test_both_formulations_and_all_laws_are_proved(one):
@@ -454,7 +453,7 @@ def test_every_load_is_printed():
     assert "t = symbols(" in equations_text(one, "sympy").replace("\n", " ")
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_what_is_printed_is_what_is_derived(seed):
     one = with_loads(random_tree(seed, 3), seed)

@@ -43,12 +43,12 @@ from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.runtime import lambdify, run_python
 from symdyn.scene import Quantity, Scene, read_text
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.element import Contact, Place
-from symdyn.scene.values.table import compose
+from symdyn.scene.values.entry import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove
@@ -104,6 +104,7 @@ def flat(rows: object) -> tuple[object, ...]:
     return tuple(entry for row in rows for entry in row)  # type: ignore[attr-defined]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_every_joint_type_agree_on_both_formulations(seed: int) -> None:
@@ -225,6 +226,7 @@ MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lamb
 NAMES = ["crank_rocker", "symbolic_four_bar", "slider_crank", "rssr", "bricard", "two_four_bars"]
 
 
+@pytest.mark.heavy("rssr")
 @pytest.mark.long
 @pytest.mark.parametrize("make", MECHANISMS, ids=NAMES)
 def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Callable[[], Scene]) -> None:

@@ -21,9 +21,8 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, parse
-from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Damper, Spring
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough
@@ -141,6 +140,7 @@ def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     assert verdicts(one, laws(Workspace(one), ("reactions", "inverse_dynamics"))) == {Verdict.DIFFERENT}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [crank_rocker(), slider_crank(), single_loop()], ids=by_name)
 def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(one):
     """Lagrange with multipliers = D'Alembert, identically: off the closed positions too."""
@@ -297,6 +297,7 @@ def test_pin_forces_of_the_four_bar_change_point_included(case, formulation):
 # Generated code
 
 
+@pytest.mark.wide("reactions-two_link", "forward_reactions:joint-four_bar", "reactions-coupled1")
 @pytest.mark.runs
 @pytest.mark.parametrize("one", [two_link(), crank_rocker(), single_loop(), coupled_tree(1, 4)], ids=by_name)
 @pytest.mark.parametrize("output", ["reactions", "forward_reactions:joint"])

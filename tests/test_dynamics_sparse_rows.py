@@ -73,6 +73,7 @@ def test_mechanisms_are_decided_alike_row_by_row(mechanism, monkeypatch):
     assert len(sparse.partition.dependent) == len(dense.partition.dependent)
 
 
+@pytest.mark.long(0)
 def test_sixty_four_bars_move_as_the_same_in_dense_numbers(monkeypatch):
     """200 rows and more are large: their accelerations are those of equations that dense numbers decided."""
     scene = n_four_bar(60)

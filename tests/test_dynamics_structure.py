@@ -107,6 +107,7 @@ def test_a_rod_pushes_along_itself():
 # Natural positions
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.mends("3.2")
 @pytest.mark.parametrize(("yaw", "reduced"), [(0.0, 0.1), (0.3, 0.0), (0.0, 0.0), (0.0, -0.2), (np.pi / 2, 0.0)])

@@ -73,7 +73,7 @@ WITNESSES = {
 }
 
 
-@pytest.fixture(scope="module", params=WITNESSES)
+@pytest.fixture(scope="module", params=["two_link", "cart_pole", pytest.param("spatial_arm", marks=pytest.mark.slow)])
 def witness(request):
     """Return a scene, a state in rationals, and SymPy's M and right-hand side there."""
     one, lagrangian = WITNESSES[request.param]

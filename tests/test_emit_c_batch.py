@@ -130,6 +130,7 @@ def many_angles(count: int) -> Equations:
     return one([f(x) for x in q for f in (g.sin, g.cos)], q)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("count", [2, 7, 8, 9, 17])
 def test_many_angles_are_taken_as_one_is(count, real):
     call, single = (build(lower(each), real=real).f for each in (many_angles(count), sine_and_cosine()))
@@ -263,6 +264,7 @@ def test_every_operation_agrees_with_the_scalar_function(operations, real, name,
     assert np.allclose(batch.T, expected, rtol=tolerance, atol=tolerance)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_trees_agree_with_the_scalar_functions(seed):
     program = lower(derive(random_tree(seed, 5), ("inverse_dynamics", "forward_dynamics", "mass_matrix", "k_D")))
@@ -306,6 +308,7 @@ def fork(joints: int) -> Scene:
     )
 
 
+@pytest.mark.wide("90")
 @pytest.mark.parametrize("joints", [40, 90])
 def test_long_functions_in_parts_agree_with_fifty_digits(joints):
     from symdyn.verify.accuracy import measure
@@ -320,6 +323,7 @@ def test_long_functions_in_parts_agree_with_fifty_digits(joints):
     )
 
 
+@pytest.mark.slow
 def test_a_long_scalar_function_may_write_over_its_arguments():
     built = build(lower(derive(chain(80), ("inverse_dynamics",))))
     q, qd, qdd = np.random.default_rng(1).uniform(-1, 1, (3, 80))
@@ -414,6 +418,7 @@ def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
 # The text
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("equations", [every_op, lambda: derive(random_tree(2, 4), ("inverse_dynamics", "k_C"))])
 @pytest.mark.parametrize("extra", [[], ["-fopenmp-simd"]])
 def test_batch_code_is_clean_c99(equations, extra, real, tmp_path):
@@ -504,6 +509,7 @@ class Counted:
         self.call(count, *places)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("name", ["mass_matrix", "forward_dynamics"])
 @pytest.mark.parametrize("real", ["double", "float"])

@@ -42,6 +42,7 @@ def test_short_angles_reach_the_rows(name: str, angles: str) -> None:
     assert ("*c2 " in text) == (angles == "short")
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("group", ["equations", "matrix"])
 @pytest.mark.parametrize("name", CLOSED)
@@ -153,6 +154,7 @@ def test_rows_without_a_closed_form_are_named_and_say_why(format_: str, tmp_path
     assert ("G_{" in shown) if format_ == "latex" else ("G1_" in shown)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.runs("pdflatex")
 @pytest.mark.parametrize("group", GROUPS)
 @pytest.mark.parametrize("name", ["four_bar", "rsup"])

@@ -94,6 +94,7 @@ def test_every_operation_is_clean_for_any_number(compiler: str, tmp_path: Path) 
     compiled(uses(sources, "double", "float", "stranger::Dual"), tmp_path, "-O1", compiler=compiler)
 
 
+@pytest.mark.wide("g++")
 @pytest.mark.parametrize("compiler", ["g++", pytest.param("clang++", marks=pytest.mark.runs("clang++"))])
 def test_angles_together_and_long_functions_in_parts_are_clean(compiler: str, tmp_path: Path) -> None:
     tree = emit(lower(derive(read(EXAMPLES / "arm7.toml"), ("inverse_dynamics", "mass_matrix"))), "cpp")

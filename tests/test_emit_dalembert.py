@@ -53,6 +53,7 @@ def test_a_spatial_mechanism_has_six_equations_a_body():
     assert "18 = 1 + 17" in text
 
 
+@pytest.mark.long(0)
 def test_an_idle_spin_is_no_drive():
     text = dalembert_text(read("examples/rssr.toml"))
 

@@ -71,6 +71,7 @@ def worst(function, given: list[np.ndarray], found: np.ndarray) -> float:
     return float(largest)
 
 
+@pytest.mark.heavy("arm7")
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("name", "output"), CASES)
@@ -142,6 +143,7 @@ int main(void)
 """
 
 
+@pytest.mark.wide("compiler0")
 @pytest.mark.long
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_it_is_as_right_however_it_is_compiled(compiler, tmp_path):

@@ -16,7 +16,7 @@ from patience import HANG
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import Energies
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.breaking import BREAK, LINE, break_lines, latex_width
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.emit.print.formula_text import Latex, significant, text_of
@@ -387,6 +387,7 @@ def run_script(seed: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=HANG).stdout
 
 
+@pytest.mark.slow
 @pytest.mark.runs
 def test_the_same_bytes_under_any_hash_seed_and_no_sympy_for_latex() -> None:
     first = run_script("1")

@@ -106,6 +106,7 @@ def test_every_file_says_so() -> None:
         assert PROMISE in " ".join(text.replace(" * ", " ").split())
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "four_bar", "heavy_top"])
 def test_every_function_says_which_nan_it_passes_on_and_does_so(name: str) -> None:
     """What a docstring names spoils the result; what it does not name changes nothing."""
@@ -165,10 +166,10 @@ def test_an_exponential_that_would_be_denormal_is_zero_and_raises_nothing() -> N
 
 def test_the_stress_case_sees_a_trap() -> None:
     """An infinite angle raises invalid: the flags that the case reads are those of the compiled code."""
-    from symdyn.bench.stress import traps
+    from symdyn.bench.stress import odd_numbers
 
     real = np.random.default_rng
-    cases = list(traps.builtin())
+    cases = list(odd_numbers.traps())
     assert {case.passed for case in cases} == {True}
     assert len(cases) == 12
 
@@ -181,4 +182,4 @@ def test_the_stress_case_sees_a_trap() -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(np.random, "default_rng", Infinite)
-        assert not all(case.passed for case in traps.builtin())
+        assert not all(case.passed for case in odd_numbers.traps())

@@ -52,6 +52,7 @@ def programs() -> list[Any]:
     return [*made, pytest.param("two_link", ("inverse_dynamics", "mass_matrix"), True, id="prepared")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("scene", "functions", "first"), programs())
 def test_what_was_read_back_is_written_the_same_for_every_target(
     scene: str, functions: tuple[str, ...], first: bool
@@ -200,6 +201,7 @@ def test_faults_of_its_scene_and_of_its_constants_are_told_as_ever() -> None:
         read_program(changed(divide_by_nothing), "g.json")
 
 
+@pytest.mark.long(0)
 def test_cutting_or_changing_any_part_is_read_or_refused_and_nothing_else() -> None:
     text, seen = json.dumps(pendulum()), set()
     for k in range(0, len(text), 7):
@@ -212,6 +214,7 @@ def test_cutting_or_changing_any_part_is_read_or_refused_and_nothing_else() -> N
     assert {"read", "ProgramError", "SceneError"} <= seen
 
 
+@pytest.mark.long(0)
 def test_a_long_chain_of_nodes_nests_nothing() -> None:
     g = Graph()
     q = g.symbol("q1")

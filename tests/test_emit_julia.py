@@ -17,6 +17,8 @@ from symdyn.scene import read
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 
 
+@pytest.mark.long
+@pytest.mark.wide("double_pendulum", "gripper2")
 @pytest.mark.parametrize("path", EXAMPLES[::4], ids=lambda path: path.stem)
 def test_a_module_is_julia_to_the_grammar(path: Path, tmp_path: Path) -> None:
     scene = read(path)

@@ -21,7 +21,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/rnea.py", "f[i] = (sub(f[i][0], moment),", "f[i] = (add(f[i][0], moment),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
     ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
-    ("lagrange/second_kind.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
+    ("mechanism/lagrange.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
     ("recursive/wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
     (
         "recursive/wrenches.py",

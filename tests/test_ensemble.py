@@ -111,7 +111,7 @@ def bound(name: str) -> symdyn.Scene:
     return bind(scene, {p.name: 9.81 if p.name == "g" else 1.0 for p in scene.free_parameters})
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("free_body", "pendulum")
 @pytest.mark.parametrize("name", TREES)
 def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     """Starts of the scene and off it, on every coordinate that is no quaternion and is not prescribed."""
@@ -144,7 +144,7 @@ def test_a_lane_is_a_run_of_simulate(name: str) -> None:
         assert abs(runs[measure][k] - expected) < 1e-5 * max(1.0, abs(one["kinetic_energy"]).max())
 
 
-@pytest.mark.wide(4)
+@pytest.mark.wide("rolling_disc")
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_closed_mechanism_is_run_one_by_one(name: str) -> None:
     scene = bound(name)
@@ -201,6 +201,7 @@ def test_a_run_that_stops_stops_alone_and_says_why() -> None:
     assert runs["min(q1)"][0] == pytest.approx(one["q1"].min(), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_run_that_leaves_what_doubles_hold_does_not_end_the_others() -> None:
     scene = bound("pendulum")
     drive = next(one for one in scene.drives if one)
@@ -265,6 +266,7 @@ print("kept")
 """
 
 
+@pytest.mark.wide("words1")
 @pytest.mark.parametrize("words", [["4000000"], ["100", "radau"]])
 def test_an_interrupt_keeps_what_is_done(words: list[str]) -> None:
     """More runs than are done before the signal is heard, however fast the machine."""

@@ -203,6 +203,7 @@ def test_springs_dampers_and_prescribed_motions_have_their_places() -> None:
     assert moving.motions == {moving["y"]: b * sympy.sin(3 * moving["t"])}
 
 
+@pytest.mark.long(0)
 def test_a_six_axis_arm_takes_no_long() -> None:
     with counted() as calls:
         found = symdyn.equations(symdyn.example("puma560")).sympy()

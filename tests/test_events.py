@@ -163,6 +163,7 @@ def test_a_limit_that_is_left_at_the_start_is_passed_there() -> None:
         assert run.events[-1].t == run.t[-1] == 0.0
 
 
+@pytest.mark.wide("dop853")
 @pytest.mark.long
 @pytest.mark.mends("30.numbers.8")
 @pytest.mark.parametrize("method", [None, "dop853", "taylor"])
@@ -246,6 +247,7 @@ def turning(method: str, until: float, rate: float, phi: float = 0.0, **events: 
     )
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_thousands_of_zeros_in_one_step_are_all_told(method: str) -> None:
     """Without a force a step of Taylor's method is the whole run."""
@@ -264,6 +266,7 @@ def test_zeros_of_third_order_are_all_told(method: str) -> None:
     assert [event.t for event in run.events] == pytest.approx(known, abs=1e-9)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_a_search_that_rounding_ends_says_from_when_on(method: str) -> None:
     run = turning(method, 100.0, 1e-9, 1.000001, reports=ROUNDING)
@@ -300,6 +303,7 @@ UNREAL = {
 """Formulas that are not real for a while, or not finite: what they are, the motion, and when they pass zero."""
 
 
+@pytest.mark.wide("from below, past", "to and fro", "a pole")
 @pytest.mark.long
 @pytest.mark.parametrize("name", UNREAL)
 def test_a_formula_without_a_real_value_for_a_while_passes_zero_where_it_has_one(name: str) -> None:
@@ -312,6 +316,7 @@ def test_a_formula_without_a_real_value_for_a_while_passes_zero_where_it_has_one
         assert run.t[-1] == pytest.approx([*known, one.until][0], abs=10 * COARSE.get(method, 1e-10)), method
 
 
+@pytest.mark.wide("dop853")
 @pytest.mark.parametrize("method", [None, "dop853", "taylor"])
 def test_ensembles_end_their_runs_where_a_formula_has_a_real_value(method: str | None) -> None:
     for formula, known in (

@@ -136,6 +136,8 @@ def test_scenes_that_cannot_be_moved_freely_are_refused_with_the_way_out(name: s
         excite(symdyn.example(name))
 
 
+@pytest.mark.slow
+@pytest.mark.wide("puma560")
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["puma560", "arm7"])
 def test_arms_of_six_and_seven_axes_get_condition_numbers_below_fifteen_within_limits(name: str) -> None:

@@ -175,7 +175,7 @@ def store(folder: Path) -> Refusal:
     """A store that says it holds blocks without end; whoever writes one can seal it."""
     pytest.importorskip("zarr")
     import symdyn
-    from symdyn.study.opened_store import KINDS, opened, zarr
+    from symdyn.study.run_sweep import KINDS, opened, zarr
     from symdyn.study.store import SEAL, seal
 
     path = folder / "s.zarr"
@@ -197,7 +197,7 @@ def store(folder: Path) -> Refusal:
 
 def described(folder: Path) -> Refusal:
     pytest.importorskip("zarr")
-    from symdyn.study.opened_store import opened
+    from symdyn.study.run_sweep import opened
 
     (folder / "s.zarr").mkdir()
     hollow(folder / "s.zarr" / "zarr.json", beyond("bytes of a store's own description"))
@@ -326,6 +326,7 @@ COMPILES = "blocks of a store"
 """What is made by a sweep, which looks for a compiler."""
 
 
+@pytest.mark.heavy("elements of an XML file")
 @pytest.mark.long
 @pytest.mark.parametrize(
     "what", [pytest.param(what, marks=pytest.mark.runs("cc") if what == COMPILES else ()) for what in FILES]

@@ -130,6 +130,7 @@ def test_units_have_their_exponents_where_they_can_be_read(version: str) -> None
     assert units["mN s/g"][0].attrib == {"m": "1", "s": "-1"}
 
 
+@pytest.mark.long(0)
 def test_a_model_starts_where_simulate_does() -> None:
     for name in ("four_bar", "free_body", "rolling_disc", "slider_crank"):
         scene = symdyn.example(name)
@@ -255,6 +256,7 @@ def test_a_binary_is_added_where_the_standard_looks_for_it() -> None:
 CASES = ["pendulum", "heavy_top", "four_bar", "rolling_disc"]
 
 
+@pytest.mark.wide("pendulum-fmi2-gcc", "four_bar-fmi3-clang", "signals-fmi2-clang", "rolling_disc-fmi3-gcc")
 @pytest.mark.long
 @pytest.mark.runs("gcc")
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -281,6 +283,7 @@ def test_an_instance_has_no_state_outside_itself(tmp_path: Path) -> None:
         assert [line for line in symbols.splitlines() if re.search(r" [bBdDcC] ", line) and "NAMES" not in line] == []
 
 
+@pytest.mark.wide("pendulum-plain", "rolling_disc-prepared")
 @pytest.mark.long
 @pytest.mark.runs("gcc")
 @pytest.mark.parametrize(

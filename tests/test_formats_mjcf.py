@@ -136,6 +136,7 @@ def draw(scene: Scene, rng: np.random.Generator) -> np.ndarray:
     return q
 
 
+@pytest.mark.heavy("arm.xml-False", "gimbal.xml-False", "floating.xml-False")
 @pytest.mark.long
 @pytest.mark.parametrize("snap", [True, False])
 @pytest.mark.parametrize("name", FILES)

@@ -353,6 +353,7 @@ def test_names_become_printable_and_stay_apart():
 WORDS = ("", "nan", "1e400", "-1", "0 0 0", "ground", "world", "palm", "q", "fixed", "floating", "9" * 50, "${x}")
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(150))
 def test_a_file_that_was_damaged_is_a_scene_or_a_list_of_faults(seed):
@@ -412,6 +413,7 @@ def robot(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.mends("4.floating")
 @pytest.mark.parametrize("verb", [["info"], ["generate", "-o", "{out}"], ["convert", "{out}.toml"], ["info", "--json"]])
@@ -477,6 +479,7 @@ def test_info_tells_how_the_pose_of_the_tool_is_asked_for(robot, capsys):
     )
 
 
+@pytest.mark.wide("numpy")
 @pytest.mark.long(0)
 @pytest.mark.mends("4.names")
 @pytest.mark.parametrize("target", ["numpy", "c", "js"])
@@ -488,6 +491,7 @@ def test_generated_code_tells_whose_positions_the_coordinates_are(tmp_path, caps
     assert any("q1 shoulder, q2 elbow, q3 slide_left" in text for text in texts)
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("4.digits")
 def test_numbers_that_info_prints_are_exact_and_short_or_rounded_and_marked(robot, capsys):
     long = LIMIT.replace('lower="-1"', 'lower="-2.0943951023931953"')

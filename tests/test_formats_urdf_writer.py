@@ -105,6 +105,7 @@ def test_the_proof_sees_another_number():
     assert prove([claim])[1][0].verdict == Verdict.DIFFERENT
 
 
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("make", [random_tree, coupled_tree])

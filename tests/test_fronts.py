@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import Any, get_args, get_type_hints
 
+import pages
 import pytest
 from test_layers import ROOT, arrows, modules, offered
 
+import symdyn
 from symdyn.simulation import Problem, Run
 
 BUDGETS = tomllib.loads((Path(__file__).parent / "packages.toml").read_text(encoding="utf-8"))
@@ -108,6 +112,64 @@ def test_fewer_names_cross_packages() -> None:
     names = {(source, name) for _, source, name in taken()}
 
     assert len(names) <= BUDGETS["crossing"], f"{len(names)} names"
+
+
+def parts(annotation: Any) -> set[type]:
+    """Return the classes that an annotation is made of."""
+    found = {annotation} if inspect.isclass(annotation) and not get_args(annotation) else set()
+    return found.union(*map(parts, get_args(annotation)))
+
+
+def named_in_docs() -> set[type]:
+    """Return the classes of ours that pages, notebooks and listings of functions call by name."""
+    paths = [pages.ROOT / "README.md", *pages.DOCS.rglob("*.md"), *pages.DOCS.rglob("*.ipynb")]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    names = set(re.findall(r"\b(symdyn(?:\.\w+)*)\.([A-Z]\w*)", text))
+    for module, several in re.findall(r"from (symdyn[\w.]*) import ([\w, ]+)", text):
+        names |= {(module, name.strip()) for name in several.split(",")}
+    return {one for module, name in names if inspect.isclass(one := getattr(import_module(module), name, None))}
+
+
+def glossary() -> list[str]:
+    page = (pages.DOCS / "architecture.md").read_text(encoding="utf-8").partition("## Words")[2]
+    return re.findall(r"(?m)^\| \*\*(.+?)\*\* \| .+ \| .+ \|$", page)
+
+
+def test_users_meet_few_nouns_and_words() -> None:
+    """A noun is a class that `symdyn` offers, that one of its functions returns, or that docs name; errors are one.
+
+    A word is a row of the glossary in `docs/architecture.md`: ours on purpose, at most fifteen, each with the reason.
+    """
+    offers = [one for name in offered("symdyn") if callable(one := getattr(symdyn, name))]
+    met = named_in_docs().union(
+        *(parts(one if inspect.isclass(one) else get_type_hints(one)["return"]) for one in offers)
+    )
+    ours = {one for one in met if one.__module__.startswith("symdyn.") and not issubclass(one, symdyn.SymdynError)}
+    nouns, words = sorted(one.__name__ for one in {*ours, symdyn.SymdynError}), glossary()
+
+    assert 0 < len(words) <= 15
+    assert len(nouns) + len(words) <= BUDGETS["nouns"], f"{nouns}, {words}"
+
+
+def test_nouns_that_go_between_packages_are_offered() -> None:
+    """The table of `docs/architecture.md` names what a front offers, each in the package that it is from."""
+    page = (pages.DOCS / "architecture.md").read_text(encoding="utf-8").partition("| noun |")[2].partition("\n\n")[0]
+    rows = re.findall(r"(?m)^\| (`.+?`) \| `(.+?)` \|", page)
+    missing = [
+        name
+        for names, where in rows
+        for name in re.findall(r"`(\w+)`", names)
+        if not any(inspect.isclass(getattr(one, name, None)) for one in map(import_module, _around(where)))
+    ]
+
+    assert len(rows) > 20
+    assert missing == []
+
+
+def _around(folder: str) -> list[str]:
+    """Return the modules that may offer what is in a folder: its package, and itself where it is a front."""
+    top, inner = f"symdyn.{folder.partition('/')[0]}", f"symdyn.{folder.replace('/', '.')}"
+    return [top, *({inner} & FRONTS.keys())]
 
 
 def test_files_are_few_and_of_one_idea() -> None:

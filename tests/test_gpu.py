@@ -55,7 +55,7 @@ def given(routine: Any, n: int, real: str) -> tuple[list[np.ndarray], list[np.nd
     return rows, columns
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("every_op-double", "two_link-float", "four_bar-double")
 @pytest.mark.runs("g++", "gcc")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["every_op", "two_link", "two_link prepared", "four_bar", "arm7"])
@@ -81,6 +81,7 @@ def test_a_kernel_as_cpp_computes_what_scalar_c_does_to_the_bit(
         assert np.isnan(found[size]).all(), "nothing is written beyond the result"
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs("g++")
 @pytest.mark.parametrize("threads", [24, 32])
 def test_blocks_of_any_size_up_to_the_bound_give_the_same_bits(threads: int, tmp_path: Path) -> None:
@@ -100,6 +101,7 @@ def test_blocks_of_any_size_up_to_the_bound_give_the_same_bits(threads: int, tmp
     assert np.isfinite(found[0]).all()
 
 
+@pytest.mark.long(0)
 def test_what_waits_is_read_back_and_a_wrong_place_is_seen() -> None:
     made = lower(derive(example("arm7"), ["forward_dynamics_derivatives"]))
     sources = emit(made, "gpu")
@@ -132,6 +134,7 @@ def test_the_bytes_that_are_told_hold_what_waits(real: str, size: int) -> None:
     assert int(told) == int(places) * int(block) * size
 
 
+@pytest.mark.wide("two_link-double", "four_bar-float")
 @pytest.mark.runs("g++")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["two_link", "two_link prepared", "four_bar"])

@@ -18,10 +18,10 @@ from test_gpu import given, opencl
 import symdyn
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code.real import REALS
-from symdyn.emit.targets.entries import Entries
-from symdyn.emit.targets.gpu import resource_budget as rooms_of
-from symdyn.emit.targets.gpu.cuda_opencl import budgets
-from symdyn.emit.targets.gpu.resource_budget import Line, shares
+from symdyn.emit.targets import gpu_budget as rooms_of
+from symdyn.emit.targets.emit_program import Entries
+from symdyn.emit.targets.gpu import budgets
+from symdyn.emit.targets.gpu_budget import Line, shares
 from symdyn.program import Program, formulate, lower
 from symdyn.runtime import build, run_python
 from symdyn.verify.written import READERS, printed, prove_texts
@@ -41,6 +41,7 @@ def puma(*requests: str) -> Program:
     return lower(formulate(symdyn.example("puma560"), requests or (SLOPES,)))
 
 
+@pytest.mark.wide("99")
 @pytest.mark.long(1)
 @pytest.mark.usefixtures("little")
 @pytest.mark.runs("g++", "gcc")
@@ -70,6 +71,7 @@ extern "C" void run_rows(unsigned blocks, size_t n, double *a0, double *a1, doub
         assert np.isnan(out[size]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 @pytest.mark.usefixtures("little")
 @pytest.mark.runs("g++")

@@ -26,6 +26,7 @@ def example(name: str) -> Scene:
     return read(EXAMPLES / f"{name}.toml")
 
 
+@pytest.mark.wide("cart_pole", "slider_crank")
 @pytest.mark.parametrize("name", ["double_pendulum", "cart_pole", "governor", "heavy_top", "slider_crank"])
 def test_the_two_doors_agree_to_rounding(name: str) -> None:
     scene, until = example(name), 0.2

@@ -18,6 +18,7 @@ ORACLE = oracle("gradients")
 NAMES = [name for name in ORACLE if name != "source"]
 
 
+@pytest.mark.heavy("rolling_disc-forward")
 @pytest.mark.parametrize("by", ["forward", "adjoint"])
 @pytest.mark.parametrize("name", NAMES)
 def test_gradients_are_those_of_taylor_series_at_30_digits(name: str, by: str) -> None:

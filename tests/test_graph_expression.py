@@ -9,8 +9,7 @@ from graphs import LEAVES
 from oracles import BIG
 
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.graph.identities import LinearForm
-from symdyn.graph.ops import ARITY, FUNCTIONS
+from symdyn.graph.ops import ARITY, FUNCTIONS, LinearForm
 from symdyn.scene import parse
 from symdyn.scene.joints.blocks import as_number
 

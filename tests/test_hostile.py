@@ -90,7 +90,7 @@ def test_latex_that_no_target_shows_is_refused_in_a_sentence(
 def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
     from random_latex import random_symbols
 
-    from symdyn.draw.lettering import Text
+    from symdyn.draw.style import Text
     from symdyn.scene.values import LatexSymbol
     from symdyn.teach.mathematics import inner
 

@@ -106,6 +106,7 @@ def doors(*names: str) -> list[Any]:
     return [pytest.param(name, marks=marks.get(name, ())) for name in names]
 
 
+@pytest.mark.heavy("fmu")
 @pytest.mark.parametrize(
     "door",
     doors(
@@ -132,6 +133,7 @@ def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Pa
     assert opened(paths) == []
 
 
+@pytest.mark.heavy("ipynb")
 @pytest.mark.mends("1.3")
 @pytest.mark.parametrize("door", ["md", "ipynb"])
 def test_no_prose_becomes_a_link_an_image_or_an_element(door: str, scene: Path, tmp_path: Path) -> None:
@@ -180,6 +182,7 @@ SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
 CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
 
 
+@pytest.mark.wide(5)
 @pytest.mark.parametrize("door", doors(*HEAVY, "julia", "numpy", "c", "cpp", "js", "gpu"))
 @pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
 def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
@@ -330,6 +333,7 @@ EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.slow) f
 EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.targets) for x in SEEN_HEAVY]
 
 
+@pytest.mark.heavy("in_xml-fmu-script", "in_comment-fmu-comment of C")
 @pytest.mark.parametrize(("name", "instead", "payload", "door"), EVERY)
 def test_a_harness_sees_what_one_escape_holds_back(
     name: str, instead: Any, payload: str, door: str, tmp_path: Path, request: pytest.FixtureRequest
@@ -379,7 +383,7 @@ def test_names_that_were_not_checked_would_still_be_escaped(door: str, tmp_path:
         (r"l\newwrite\x\immediate\openout\x=canary.txt", "tex"),
         (r"\href{javascript:window.canary=1}{l}", "html"),
         (r"\style{background:url(http://127.0.0.1:9/canary)}{l}", "ipynb"),
-        ('l"""); open("canary", "w"); (r"""', "ipynb"),
+        pytest.param('l"""); open("canary", "w"); (r"""', "ipynb", marks=pytest.mark.slow),
     ],
 )
 def test_latex_that_acts_is_refused_and_a_harness_sees_it_where_it_is_not(

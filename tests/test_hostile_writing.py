@@ -45,7 +45,7 @@ def doors(*names: str) -> list[object]:
     return [pytest.param(name, marks=MENDED.get(name, [])) for name in names]
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("door", doors("walkthrough", "lesson with pictures", "sliders", "draw", "convert"))
 def test_a_link_that_stands_where_a_file_goes_is_replaced_not_followed(door: str, tmp_path: Path) -> None:
     words, name = DOORS[door]
@@ -110,7 +110,7 @@ OWN = {  # beside the cache of compiled code, in runtime/
     "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
     "draw/films.py": "a folder of its own, for ffmpeg",
-    "study/opened_store.py": "a folder of its own, in which Zarr makes a store; it is renamed when it is whole",
+    "study/run_sweep.py": "a folder of its own, in which Zarr makes a store; it is renamed when it is whole",
     "teach/render/latex.py": "a folder of its own, for pdflatex",
 }
 
@@ -128,6 +128,7 @@ def parsed() -> dict[str, list[ast.Call | ast.Import | ast.ImportFrom]]:
     }
 
 
+@pytest.mark.long(0)
 def test_one_file_writes_for_all_doors() -> None:
     found = {name for name, nodes in parsed().items() if any(isinstance(x, ast.Call) and _writes(x) for x in nodes)}
     assert {name for name in found if not name.startswith("runtime/")} == set(OWN)

@@ -12,6 +12,7 @@ from symdyn.identification import identify
 pytestmark = pytest.mark.runs("cc")
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_intervals_of_a_plane_arm_hold_the_truth() -> None:
     found = coverage(ARMS["two_link"], 20)

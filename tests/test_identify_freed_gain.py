@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import minimize_scalar
 from simulated_logs import DRIVEN
 
-from symdyn.identification import Identification, calibrated_gains, identify, identify_logs
-from symdyn.identification.calibrated_gains import bounds, steps
+from symdyn.identification import Identification, identify, identify_logs
 from symdyn.identification.gains import Gains
+from symdyn.identification.identify_logs import bounds, steps
 from symdyn.identification.regression import Rows, solve
 
 TERMS = ("viscous", "coulomb")
@@ -125,7 +125,7 @@ def test_a_verdict_is_that_of_all_gains_fitted_again(
     arm: str, loaded: bool, wrong: int | None, fits: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few, count = said_of(arm, wrong, loaded), len(fits)
-    monkeypatch.setattr(calibrated_gains, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
+    monkeypatch.setattr(identify_logs, "_in_doubt", lambda drives, *_: [(j, 0.0) for j in drives])
     every = said_of(arm, wrong, loaded)
 
     assert few.notes == every.notes
@@ -134,6 +134,7 @@ def test_a_verdict_is_that_of_all_gains_fitted_again(
     assert len(fits) - count == 1 + len(DRIVEN[arm].gains)
 
 
+@pytest.mark.heavy("None-1")
 @pytest.mark.runs("cc")
 @pytest.mark.long
 @pytest.mark.parametrize(("wrong", "count"), [(None, 1), (2, 2)])

@@ -53,6 +53,7 @@ def test_gains_come_out_of_a_log_without_noise(payload: Payload) -> None:
     assert found.names[-2:] == ("gain M1", "gain M2")
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_gains_and_payload_of_a_spatial_arm_come_out_of_a_log_without_noise() -> None:
     found = found_of(PUMA, PUMA.exact(), band=12.0)
@@ -63,6 +64,7 @@ def test_gains_and_payload_of_a_spatial_arm_come_out_of_a_log_without_noise() ->
         assert abs(found[f"payload {name}"] - value) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_intervals_of_gains_hold_the_truth() -> None:
     found = coverage_of_gains(TWO, 20)

@@ -22,6 +22,7 @@ def log(name: str) -> dict[str, np.ndarray]:
     return {column: np.array(run[column]) for column in ("t", *scene.coordinates, "M")}
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_the_drive_of_a_loop_tells_masses_and_stiffness(name: str) -> None:

@@ -34,6 +34,7 @@ def _estimates(scene, noise, seed=1):
     return known, np.linalg.lstsq(rows, tau, rcond=None)[0], noise**2 * np.linalg.inv(rows.T @ rows)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["puma560", "arm7", "scara", "two_link", "four_bar", "cart_pole", "gripper2", "governor"]
 )
@@ -199,6 +200,7 @@ def test_the_same_estimates_give_the_same_bytes():
     assert first.tobytes() == second.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("moves", "noise"), [((0,), 1e-12), ((1,), 1e-9), ((0, 5), 1e-6)])
 def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
     """Standard errors of nearly nothing, some combinations not told, and two bodies that no body can be."""

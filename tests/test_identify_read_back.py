@@ -288,6 +288,7 @@ def test_every_kind_of_parameter_at_every_joint_predicts_from_its_file(seed: int
     predicts(seed, kind, tmp_path)
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(
     "name", [*symdyn.scene.examples(), *(pytest.param(one, marks=pytest.mark.mends("30.robots.1")) for one in MIXED)]
 )

@@ -42,6 +42,7 @@ def test_exact_derivatives_are_made_for_long_runs_alone(monkeypatch: pytest.Monk
     assert long.steps == again.steps
 
 
+@pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize("name", ["cart_pole", "four_bar", "heavy_top", "rolling_disc"])
 def test_differences_and_exact_derivatives_agree(name: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")

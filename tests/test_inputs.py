@@ -10,7 +10,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import DerivationError, SceneError
 from symdyn.scene import Scene, body, given, looked_at, point, prismatic, read_text, revolute, scene
-from symdyn.scene.formats.toml_writer import write_text
+from symdyn.scene.toml import write_text
 from symdyn.teach import check_derivation, rendered, walkthrough
 
 
@@ -132,6 +132,7 @@ def test_a_locked_joint_has_no_drive_to_look_at():
         read_text(text.replace('"point_tip_x"', '"3*M"'), "cart.toml")
 
 
+@pytest.mark.long(0)
 def test_equations_and_lessons_show_the_letter(cart):
     assert "k*u - b*x_dot" in symdyn.equations(cart).text()
     assert "k u_a - b" in symdyn.equations(cart).latex()

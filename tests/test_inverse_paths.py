@@ -311,6 +311,7 @@ def test_freedoms_that_are_left_move_least_or_by_a_law(two_link: Scene) -> None:
     assert not given.notes
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_seven_axes_follow_a_frame(tmp_path: Path) -> None:
     scene = read(EXAMPLES / "arm7.toml")

@@ -63,6 +63,8 @@ def state(scene: Scene, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return q, v, a
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("base", [FREE, TURNING], ids=["free", "turning"])
 @pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 1, 0, 2], [2, 3, 1, 0]], ids=str)
 def test_the_same_mechanism_in_another_order_has_the_same_dynamics_by_names(base: str, order: list[int]) -> None:

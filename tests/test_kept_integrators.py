@@ -16,7 +16,7 @@ import symdyn
 from symdyn.errors import SymdynWarning
 from symdyn.runtime.cache import Kept, seal
 from symdyn.scene import bind
-from symdyn.simulation.integrate import cached_integrators
+from symdyn.simulation.integrate import heyoka_expressions
 
 heyoka = pytest.importorskip("heyoka")
 
@@ -39,7 +39,7 @@ def turning(tolerance: float = 1e-10, speed: float = 1.0):
         MADE.append(tolerance)
         return heyoka.taylor_adaptive(list(zip([x, v], rates, strict=True)), [0.0, 0.0], tol=tolerance)
 
-    return cached_integrators.integrator([x, v, *rates], {"tol": tolerance}, make)
+    return heyoka_expressions.integrator([x, v, *rates], {"tol": tolerance}, make)
 
 
 def end(ta, length: float) -> bytes:
@@ -62,7 +62,7 @@ def test_what_differs_is_made_again(cache, monkeypatch):
     turning(speed=2.0)
     monkeypatch.setattr(heyoka, "__version__", "0")
     turning()
-    monkeypatch.setattr(cached_integrators, "processor", lambda: ("another",))
+    monkeypatch.setattr(heyoka_expressions, "processor", lambda: ("another",))
     turning()
     assert len(MADE) == 5
 
@@ -148,6 +148,7 @@ def test_runs_at_other_values_of_parameters_take_the_same_integrator(cache):
     assert len(list(cache.glob("*.heyoka"))) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 @pytest.mark.long
 @pytest.mark.skipif(not hasattr(heyoka.llvm_state, "set_diskcache_path"), reason="this heyoka keeps nothing")

@@ -19,7 +19,7 @@ def whole(verb: str, times: int) -> None:
 
 
 def test_a_load_that_is_killed_spoils_nothing():
-    whole("load", 6)
+    whole("load", 2)
 
 
 @pytest.mark.slow

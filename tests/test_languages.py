@@ -17,9 +17,8 @@ from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.forces import FORCES
-from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.toml import read_text
+from symdyn.scene.toml import read_text, write_text
 from symdyn.teach import rendered, walkthrough
 
 room = import_module("symdyn.teach.languages")  # a name that its package offers for something else
@@ -158,8 +157,8 @@ CASES = [
 ]
 
 
-@pytest.mark.wide(3)
-@pytest.mark.long
+@pytest.mark.wide("slider_crank-words3")
+@pytest.mark.long(0)
 @pytest.mark.parametrize(("scene", "words"), CASES)
 def test_no_word_of_another_language_is_in_a_lesson(
     made_up: str, scene: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -225,6 +224,7 @@ def test_no_key_of_lessons_stands_in_two_tables(code: str) -> None:
 # What is not on a page
 
 
+@pytest.mark.long(0)
 def test_no_word_of_another_language_is_in_an_answer(
     made_up: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -242,6 +242,8 @@ def test_no_word_of_another_language_is_in_an_answer(
     assert set(foreign(said, "two_link")) <= {"sin", "cos", "tau"}
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide("slider_crank")
 @pytest.mark.parametrize(("scene", "formulation"), [("slider_crank", "multipliers"), ("heavy_top", "quaternions")])
 def test_slovak_lessons_have_decimal_commas(scene: str, formulation: str) -> None:
     page = rendered(walkthrough(read(EXAMPLES / f"{scene}.toml"), "sk", formulation=formulation), "md")[f"{scene}.md"]

@@ -102,6 +102,7 @@ def cases(always: bool) -> list[object]:
     ]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.runs("pdflatex")
 @pytest.mark.parametrize(("scene", "page"), cases(always=True))

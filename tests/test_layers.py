@@ -14,6 +14,19 @@ from tests.packages_picture import FOLDERS, PACKAGES, picture
 
 ROOT = Path(symdyn.__file__).parent
 NAMED = re.compile(rf"symdyn\.({'|'.join(map(re.escape, PACKAGES))})(\.[\w.:]*)?\Z")
+EXTRAS = {
+    "casadi",
+    "clarabel",
+    "control",
+    "dask",
+    "heyoka",
+    "jax",
+    "matplotlib",
+    "sksundae",
+    "torch",
+    "trimesh",
+    "zarr",
+}
 PICTURE = ROOT.parent / "docs" / "pictures" / "packages.svg"
 
 
@@ -100,6 +113,37 @@ def test_every_import_points_down() -> None:
         package = module.split(".")[1] if "." in module else ""
         if package not in ("", "__main__"):
             wrong += [f"{module} imports {target}" for target in targets if target.split(".")[1] not in below(package)]
+
+    assert not wrong, "\n".join(wrong)
+
+
+def at_once(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield the imports that run when a module is imported."""
+    late = {node for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) for node in imports(one)}
+    yield from (node for node in imports(tree) if node not in late)
+
+
+def test_what_does_without_an_extra_imports_nothing_that_needs_it() -> None:
+    needs: dict[str, set[str]] = {}
+    targets: dict[str, set[str]] = {}
+    for module, tree in modules().items():
+        names = {
+            (node.module or "" if isinstance(node, ast.ImportFrom) else node.names[0].name).partition(".")[0]
+            for node in at_once(tree)
+        }
+        needs[module] = names & EXTRAS
+        targets[module] = {
+            home(node.module or "", alias.name)
+            for node in at_once(tree)
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+        }
+    wrong = [
+        f"{module} imports {target}, which needs {', '.join(more)}"
+        for module in targets
+        for target in targets[module] - {""}
+        if (more := needs[target] - needs[module])
+    ]
 
     assert not wrong, "\n".join(wrong)
 

@@ -59,6 +59,8 @@ def undefined(name: str) -> dict[str, list[str]]:
     return {page: lines for page, lines in found.items() if lines}
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide("cart_pole", "cart_with_wheel", "heavy_top")
 @pytest.mark.parametrize("name", SOME)
 def test_every_letter_of_a_lesson_is_defined_in_it(name: str) -> None:
     assert undefined(name) == {}
@@ -169,6 +171,7 @@ def test_what_stands_before_a_box_is_what_is_asked_for(asked: Path) -> None:
             assert re.sub(r"<[^>]*>", "", before[0]) == "0"
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("30.lessons.1.3")
 def test_no_letter_stands_for_a_drive_with_what_else_acts() -> None:
     assert not any(one.sign == "S" for one in page_of(markdown(lessons("cart_pole")["lagrange"])).used)

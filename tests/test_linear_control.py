@@ -23,14 +23,13 @@ from symdyn.linear.locus import read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
-from symdyn.linear.reach import controllability, observability
 from symdyn.linear.regulator import kalman, lqr, read_weights
 from symdyn.linear.sampled import along_a_step, sampled
-from symdyn.linear.transfer import transfers, zeros
+from symdyn.linear.transfer import controllability, observability, transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate
-from symdyn.simulation.gradients import sensitivity
+from symdyn.simulation.variations import sensitivity
 
 pytestmark = pytest.mark.long
 
@@ -85,7 +84,7 @@ def test_a_mass_that_is_pushed_and_whose_place_is_seen_has_no_zeros():
     A, B, C, D = np.eye(2, k=1), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
 
     assert not zeros(A, B, C, D, 1.0).size
-    assert_allclose(zeros(A, B, C + [[0.0, 0.5]], D, 1.0), [-2.0])  # a place and half its rate
+    assert_allclose(zeros(A, B, np.array([[1.0, 0.5]]), D, 1.0), [-2.0])  # a place and half its rate
 
 
 def test_the_bicycle_has_the_matrices_of_its_paper():
@@ -110,6 +109,7 @@ def test_the_bicycle_has_the_matrices_of_its_paper():
         assert_allclose(K[v], 9.81 * paper["K0"] + v**2 * paper["K2"], rtol=2e-12, atol=2e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     make = systems(Problem(example("bicycle")), "v")
@@ -364,6 +364,7 @@ def test_a_disc_rolls_upright_where_it_is_fast_enough():
     ]
 
 
+@pytest.mark.wide("four_bar")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["bicycle", "four_bar"])
 def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
@@ -488,7 +489,7 @@ def test_a_table_of_responses_has_a_column_for_what_follows():
 
 def test_rows_print_what_they_find_and_write_their_files(tmp_path, capsys):
     scene, gains = str(ROOT / "examples" / "cart_pole.toml"), tmp_path / "gains.json"
-    words = ["--transfer", "--reach", "--dt", "0.02", "--lqr", "Q=x:10;theta:100", "R=F:0.1", "--gains", str(gains)]
+    words = ["--show", "transfer,reach", "--dt", "0.02", "--lqr", "Q=x:10;theta:100", "R=F:0.1", "--gains", str(gains)]
     words += ["--bode", str(tmp_path / "r.csv"), "--hertz", "geomspace(0.1,10,5)", "--kalman", "W=F:1", "V=x:1e-4"]
 
     assert main(["linearize", scene, *words]) == 0
@@ -521,7 +522,7 @@ def test_a_range_prints_critical_values_and_writes_the_locus(tmp_path, capsys):
 
 @pytest.mark.parametrize("name", ["rssr", "free_body", "pendulum"])
 def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsys):
-    words = ["--anywhere", "--transfer", "--reach", "--dt", "0.01"]
+    words = ["--anywhere", "--show", "transfer,reach", "--dt", "0.01"]
 
     assert main(["linearize", str(ROOT / "examples" / f"{name}.toml"), *words]) == 0
     assert "observability: rank" in capsys.readouterr().out
@@ -530,12 +531,14 @@ def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsy
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--hertz [1]", "--hertz: belongs to --bode, which is not given"),
+        ("--hertz [1]", "--hertz: belongs to --show bode, which is not given"),
+        ("--show reach,tranfer", '--show: there is no "tranfer"; did you mean transfer?'),
+        ("--bode", "--bode: names no file; --show bode prints the responses"),
         ("--gains g.json", "--gains: belongs to --lqr, which is not given"),
         ("--lqr --gains g.txt --bode r.csv", "--gains: g.txt is no .json file"),
         ("--bode r.txt", "--bode: r.txt is no .csv or .svg or .pdf or .png file"),
         ("--bode nowhere/r.csv", "nowhere/r.csv: there is no folder nowhere"),
-        ("--over b=[1,2] --transfer", "--transfer: is of one system, and --over makes many"),
+        ("--over b=[1,2] --show transfer", "--show transfer: is of one system, and --over makes many"),
         ("--over b=[1,2] --at rest", "--at: rest may be many places"),
         ("--over b=[1,2] --locus l.txt", "--locus: l.txt is no .csv or .svg or .pdf or .png file"),
         ("--over b=[-1,1]", "parameters.b: value = -1 is not positive"),
@@ -583,3 +586,11 @@ def test_gains_at_an_instant_of_a_motion_say_so() -> None:
     cart = read(ROOT / "examples" / "cart_pole.toml")
     (note,) = lqr(linearize(cart, start={"theta": "0.3"}, anywhere=True)).notes
     assert note.startswith("the point is neither of rest nor of a steady motion")
+
+
+@pytest.mark.parametrize("word", ["transfer", "reach"])
+def test_a_flag_that_became_a_word_is_told(word, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["linearize", "cart_pole.toml", f"--{word}"])
+
+    assert f"--{word} is no option of symdyn linearize; it is called --show {word} now" in capsys.readouterr().err

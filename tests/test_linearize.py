@@ -9,16 +9,16 @@ import pytest
 
 import symdyn
 from symdyn.algebra.numeric import Array, Floats
+from symdyn.dynamics import derive_one
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.graph import evaluate
 from symdyn.linear import Linearization, linearize_at_rest, stability
 from symdyn.linear.equilibrium import FAMILY
 from symdyn.linear.prepared import prepared
-from symdyn.linear.record import csv_text
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
-from symdyn.program import Candidates
+from symdyn.linear.system import csv_text
 from symdyn.scene import bind, read_text
 from symdyn.simulation import Problem
 from symdyn.simulation.equations.compiled_routines import opened
@@ -49,7 +49,7 @@ class Moving:
     def __init__(self, linear: Linearization) -> None:
         scene, self.point = linear.scene, linear.point
         self.w, self.numbers = Workspace(scene), opened(scene).numbers()
-        self.entries = Candidates(self.w, "forward_dynamics").cheapest().entries
+        self.entries = derive_one(self.w, "forward_dynamics").entries
         names = linear.states.names
         self.velocities = [scene.velocities.index(name) for name in names[linear.positions :]]
         self.positions = [scene.velocities.index(f"{name}_dot") for name in names[: linear.positions]]

@@ -47,6 +47,7 @@ def asked(scene: Scene) -> list[dict[str, object]]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["cart_pole", "slider_crank"])
 def test_what_is_too_large_or_too_small_never_ends_in_a_traceback(name: str) -> None:
     scene = symdyn.example(name)

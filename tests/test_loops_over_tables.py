@@ -81,7 +81,7 @@ def test_without_gravity_the_ground_stands_still() -> None:
     assert found.verdict == "proved"
 
 
-@pytest.mark.wide(4)
+@pytest.mark.wide("0-double-inverse_dynamics", "1-float-forward_dynamics")
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -97,6 +97,7 @@ def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(
     assert [one.passed for one in found] == [True]
 
 
+@pytest.mark.slow
 @pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
@@ -137,6 +138,7 @@ def long_tree(joints: int) -> Scene:
     return next(one for one in (tree(3, n) for n in range(joints, 2 * joints)) if len(one.velocities) == joints)
 
 
+@pytest.mark.slow
 @pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
@@ -151,6 +153,7 @@ def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any(few: int, name: s
     assert "asked for by its formulation" in emit(lower(formulate(short, [name], loop)), "c").texts[f"{short.name}.h"]
 
 
+@pytest.mark.long(0)
 def test_beside_functions_that_are_no_loops_the_text_is_that_of_all_together() -> None:
     scene = tree(3, 9)
     one, both = (lower(formulate(scene, [ID, "kinetic_energy"], LOOP, lines=lines)) for lines in (False, True))
@@ -287,7 +290,8 @@ def test_every_loop_has_its_row_and_every_row_its_loop() -> None:
     assert formulations == set(TABLE_LOOPS)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.long(0)
+@pytest.mark.wide("double--inverse_dynamics")
 @BOTH
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -303,6 +307,8 @@ def test_the_numbers_of_the_tables_are_read_back(option: str, real: str, name: s
     assert any(one.functions == (name,) for one in found)
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("name", "old", "new", "where"),
     [
@@ -360,6 +366,7 @@ def test_where_a_joint_moves_no_mass_there_is_no_loop(lines: bool) -> None:
         formulate(arm, [FD], FORWARD, lines=lines)
 
 
+@pytest.mark.wide(2)
 @BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")

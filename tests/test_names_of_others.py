@@ -182,6 +182,7 @@ coordinate = "I"
 """
 
 
+@pytest.mark.heavy("batch")
 @pytest.mark.runs("gcc", "g++", "clang")
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])
 def test_a_scene_may_be_called_as_what_c_has(option: str, tmp_path: Path) -> None:
@@ -194,6 +195,7 @@ def test_a_scene_may_be_called_as_what_c_has(option: str, tmp_path: Path) -> Non
         assert compiled(tmp_path, [*words, *STRICT], lines) == ""
 
 
+@pytest.mark.wide("g++")
 @pytest.mark.runs("g++", "clang")
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_headers_of_cpp_leave_macros_too(compiler: str, tmp_path: Path) -> None:

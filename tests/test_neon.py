@@ -69,6 +69,7 @@ def ran(compiler: str, flags: list[str], before: list[str], folder: Path) -> str
     return subprocess.run([*before, program], capture_output=True, text=True, check=True, timeout=HANG).stdout
 
 
+@pytest.mark.wide("double")
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_same_bits_on_arm_as_here(real: str, tmp_path: Path) -> None:
     program = symdyn.lower(symdyn.derive(symdyn.example("arm7"), ["inverse_dynamics", "mass_matrix"]))

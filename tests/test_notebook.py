@@ -214,6 +214,7 @@ FITS = """() => [...document.querySelectorAll('.symdyn-shown img')].filter(x => 
   + document.documentElement.scrollWidth - innerWidth"""
 
 
+@pytest.mark.slow
 @pytest.mark.long(0)
 @pytest.mark.runs("chromium")
 def test_a_notebook_run_by_jupyter_looks_right_in_a_browser(tmp_path: Path) -> None:

@@ -54,6 +54,7 @@ def marks(path: Path) -> list[pytest.MarkDecorator]:
     return [pytest.mark.targets] if path.stem in notebooks.TOOLS else [] if path in SHORTEST else [pytest.mark.slow]
 
 
+@pytest.mark.heavy("linearize")
 @pytest.mark.runs
 @pytest.mark.long(0)
 @pytest.mark.parametrize("path", [pytest.param(one, marks=marks(one)) for one in notebooks.BOOKS], ids=lambda p: p.stem)

@@ -68,12 +68,14 @@ def test_counts_are_these(name):
     assert operation_counts.measured(CASES[name]) == [Counts(*numbers) for numbers in COUNTS[name]]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", EMITTED)
 def test_emitted_counts_are_these(name):
     assert operation_counts.emitted(CASES[name]) == [Counts(*numbers) for numbers in EMITTED[name]]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize("name", DERIVED)
 def test_counts_of_derivatives_are_these(name):
@@ -93,6 +95,7 @@ def test_every_robot_is_counted():
     assert CASES.keys() == COUNTS.keys() == EMITTED.keys() == DERIVED.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_page_is_what_the_command_writes():
     assert operation_counts.PAGE.read_text(encoding="utf-8") == operation_counts.page()

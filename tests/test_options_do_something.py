@@ -36,6 +36,7 @@ def check(verb: str, option: str, folder: Path) -> None:
     assert first != second, f"{given}: nothing differs from {without}"
 
 
+@pytest.mark.heavy("--digits-doctor", "--quiet-doctor")
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("option", "verb"), [(option, verb) for option, verbs in NOTHING.items() for verb in verbs])
@@ -47,6 +48,7 @@ def test_an_option_that_has_nothing_to_do_changes_nothing(option: str, verb: str
     assert first == second
 
 
+@pytest.mark.heavy("bench", "sweep---ignore-limits")
 @pytest.mark.long(0)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("verb", "option"), ROWS[5::SHARE])

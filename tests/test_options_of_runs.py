@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
-from symdyn.cli.simulate import add_options
+from symdyn.cli.options import add_options
 
 pytestmark = pytest.mark.runs()
 
@@ -66,8 +66,19 @@ CASES = {  # option: what stands beside it, without it and with it
     "no_units": ("--stop x-x_dot", "", "--no-units"),
 }
 
-READING = {"symbolic", "snap", "allow_invalid_inertia", "spanning_tree", "floating_base", "scene", "help"}
-"""Options of all verbs that read a scene, most of them about robot files."""
+READING = {
+    "json",
+    "quiet",
+    "digits",
+    "symbolic",
+    "snap",
+    "allow_invalid_inertia",
+    "spanning_tree",
+    "floating_base",
+    "scene",
+    "help",
+}
+"""Options of all verbs, and of those that read a scene, most of them about robot files."""
 
 
 def answer(words: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> tuple[object, ...]:
@@ -83,7 +94,7 @@ def answer(words: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> tupl
 
 def test_every_option_has_a_case() -> None:
     verb = argparse.ArgumentParser()
-    add_options(verb)
+    add_options(verb, "simulate")
 
     assert {one.dest for one in verb._actions} == {*CASES, *READING}
 

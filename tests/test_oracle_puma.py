@@ -25,6 +25,7 @@ def evaluated(scene, name, formulation, state, **more):
     return call(derive(scene, [name], formulation), name, BIG, **{**given, **more})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*CHECKS, "coriolis_matrix"])
 def test_every_formulation_gives_the_published_robot(scene, name):
     for formulation in formulations_of(name):

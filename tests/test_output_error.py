@@ -78,6 +78,7 @@ def test_a_cart_tells_of_its_pole_that_nobody_measures() -> None:
     assert found.measured == ("x",)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_four_bar_tells_masses_by_the_angle_of_its_rocker() -> None:
     truth = {"m2": 2.5, "m3": 4.0}

@@ -44,6 +44,7 @@ def test_the_wheel_carries_templates_and_types_and_every_room(installed: Path) -
     assert not list(installed.rglob("*.pyc"))
 
 
+@pytest.mark.wide("c")
 @pytest.mark.parametrize("target", ["numpy", "c"])
 def test_the_wheel_does_the_main_job_without_a_checkout(installed: Path, target: str, tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1"}
@@ -64,9 +65,9 @@ def test_the_wheel_does_the_main_job_without_a_checkout(installed: Path, target:
 def test_every_extra_is_one_that_pip_knows_and_brings_what_is_imported() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
 
+    brought = packages_distributions()
     for name, extra in EXTRAS.items():
         packages = {re.split(r"[<>=]", entry)[0] for entry in declared[name]}
-        brought = packages_distributions()
         assert all(packages & set(brought.get(module, packages)) for module in extra.modules), name
     assert set(declared) - set(EXTRAS) == {"all", "docs", "bench", "targets", "dev"}
 

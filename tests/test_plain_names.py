@@ -136,6 +136,7 @@ def renamed_all(text: str) -> str:
     return re.sub(r"[A-Za-z]\w*", lambda found: words.get(found[0], found[0]), text)
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 def test_runs_are_the_same(plain: symdyn.Scene, named: symdyn.Scene, tmp_path: Path) -> None:
     runs = []

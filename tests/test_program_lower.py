@@ -154,6 +154,7 @@ def test_a_symbol_that_is_no_argument_is_our_own_mistake():
         lower(one([x * stray], [x]))
 
 
+@pytest.mark.long(0)
 def test_every_lowered_tree_passes_the_check():
     program = lower(derive(random_tree(2, 4)))
     assert program.checked() is program

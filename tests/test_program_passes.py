@@ -12,8 +12,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
-from symdyn.program.passes import PASSES, optimise
-from symdyn.program.passes.factor import factor
+from symdyn.program.passes import PASSES, factor, optimise
 from symdyn.scene import read
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
@@ -28,6 +27,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_every_pass_is_proved_to_change_nothing_and_costs_no_more(scene):

@@ -259,6 +259,7 @@ def test_the_certificate_covers_what_is_prepared():
     assert {(a.function, a.module) for a in certificate.accuracy} >= {("mass_matrix", "ufunc"), ("k_C", "c")}
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("where", ["graph", "code"])
 def test_a_wrong_prepare_fails_the_certificate(where, monkeypatch):
     def wrong(program: Program) -> Program:

@@ -80,6 +80,7 @@ def test_neither_end_is_always_the_better_one_to_begin_at(output, better):
     assert min((schedule, schedule_backwards), key=lambda way: most_alive(lines, way(lines))) is better
 
 
+@pytest.mark.long(0)
 def test_a_long_function_is_cut_where_few_values_wait():
     program = lower(derive(random_tree(1, 16, free=False), ("inverse_dynamics",)))
     rows = plan(program["inverse_dynamics"], program.constants).rows

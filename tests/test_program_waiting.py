@@ -9,7 +9,7 @@ from collections.abc import Hashable
 import pytest
 
 from symdyn.emit.code.schedule import schedule, schedule_in_turn
-from symdyn.emit.targets.gpu.resource_budget import Line, Plan, plan
+from symdyn.emit.targets.gpu_budget import Line, Plan, plan
 
 
 def some_lines(seed: int) -> list[Line]:

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 
+import chosen
 import programs
 import pytest
 
@@ -32,9 +33,15 @@ def test_the_compilers_of_tests_are_those_of_the_build() -> None:
     assert programs.PROGRAMS["cc"] == CANDIDATES
 
 
-def test_a_quick_run_leaves_out_programs_and_long_cases(request: pytest.FixtureRequest) -> None:
+def test_a_quick_run_leaves_out_programs_and_takes_few_cases(request: pytest.FixtureRequest) -> None:
     if request.config.getoption("--quick"):
         assert not [item.nodeid for item in request.session.items if item.get_closest_marker("runs")]
+        assert max(map(len, chosen.by_function(request.session.items).values())) == chosen.QUICK
+
+
+def test_marks_name_cases_that_there_are(request: pytest.FixtureRequest) -> None:
+    if not any("::" in word for word in request.config.args):
+        assert request.config.stash[chosen.UNMET] == []
 
 
 def test_every_mark_names_programs_of_the_table(request: pytest.FixtureRequest) -> None:

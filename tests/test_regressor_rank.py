@@ -62,6 +62,7 @@ def rank(rows: list[list[int]], p: int) -> int:
     return found
 
 
+@pytest.mark.heavy("quadruped")
 @pytest.mark.long
 @pytest.mark.parametrize("name", examples())
 def test_no_column_of_a_tree_is_too_many(name: str) -> None:

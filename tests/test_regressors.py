@@ -31,7 +31,7 @@ SCENES = ("pendulum", "two_link", "spatial_3r", "governor", "scara", "heavy_top"
 CLOSED = ("four_bar", "rssr", "rolling_disc", "spatial_slider_crank")
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("governor", "free_body")
 @pytest.mark.runs("cc")
 @pytest.mark.long
 @pytest.mark.usefixtures("numpy_alone")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.recursive.reduced_tree import reframe, regroup
-from symdyn.dynamics.recursive.rewritings import resting
+from symdyn.dynamics.recursive.reduced_tree import reframe, regroup, resting
 from symdyn.scene import Scene, read_text
 from symdyn.verify.equality import Claim, prove
 

@@ -148,3 +148,67 @@ def test_shapes_of_three_equal_carts_are_the_known_ones_without_rounding() -> No
     assert squares == pytest.approx([2 - 2**0.5, 2, 2 + 2**0.5])
     assert shapes[1][1] == 0.0
     assert abs(shapes[1][0] - shapes[1][2]) == pytest.approx(2)
+
+
+PUCK = """
+name = "puck"
+gravity = "none"
+[bodies.puck]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+inertia_about = "com"
+[joints.table]
+type = "planar"
+parent = "ground"
+child = "puck"
+axis = [0, 0, 1]
+[springs.coil]
+from = "puck"
+to = "ground"
+stiffness = [10, 1]
+"""
+
+
+def test_a_place_at_which_a_spring_has_no_length_is_counted_and_not_listed() -> None:
+    """Its force has no slope there, as it pulls along no way."""
+    found = rests(read_text(PUCK))
+    assert not found.places
+    assert found.lost == found.starts > 0
+
+
+FORK = """
+name = "fork"
+gravity = [0, 0, -9.81]
+[bodies.crown]
+particles = [{ mass = 1, at = [1, 0, 0] }]
+[bodies.wheel]
+mass = 1
+com = [0, 0, 0]
+inertia = [2, 2, 1.5]
+inertia_about = "com"
+[joints.turn]
+type = "revolute"
+parent = "ground"
+child = "crown"
+axis = [1, 0, 0]
+motion = "2*t"
+[joints.axle]
+type = "revolute"
+parent = "crown"
+child = "wheel"
+axis = [0, 1, 0]
+origin = [0, -2, 0]
+[rows.contact]
+type = "rolling"
+body = "wheel"
+axis = [0, 1, 0]
+radius = 0.5
+components = ["along"]
+"""
+
+
+def test_a_motion_in_which_no_velocity_is_free_has_no_other_to_go_to(tmp_path: Path) -> None:
+    path = tmp_path / "fork.toml"
+    path.write_text(FORK)
+    assert main(["walkthrough", str(path), "--detail", "full"]) == 0

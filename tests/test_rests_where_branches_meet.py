@@ -33,6 +33,7 @@ def test_a_governor_is_said_to_rest_where_it_hangs_down(capsys: pytest.CaptureFi
     assert "no position of rest" not in told
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("30.lessons.1.5")
 @pytest.mark.mends("30.class.optimum")
 def test_its_lesson_does_not_say_that_it_rests_nowhere(tmp_path: Path) -> None:

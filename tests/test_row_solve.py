@@ -18,7 +18,7 @@ from symdyn.bench.reference import reference
 from symdyn.dynamics.loops import partition as dense, reduction as reduced_rows
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
-from symdyn.program.row_loop import RowLoop
+from symdyn.program.lower import RowLoop
 from symdyn.program.tunable import quaternion_places
 from symdyn.runtime.c_module import build
 from symdyn.scene import Scene, read_text
@@ -87,9 +87,9 @@ def text_of(program: Program, real: str = "double", option: str = "") -> str:
     return "".join(emit(program, "c", real, option=option).texts.values())
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide("arm7")
 @FEW
-@pytest.mark.long
+@pytest.mark.long(0)
 def test_rows_are_what_lines_compute(name: str) -> None:
     program = program_of(name)
     (routine,) = program.routines
@@ -104,7 +104,7 @@ def test_rows_are_what_lines_compute(name: str) -> None:
     assert RowLoop.of(routine.function) is RowLoop.of(routine.function)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("double-arm7", "float-carried")
 @FEW
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -117,6 +117,7 @@ def test_c_is_within_the_bound_of_its_lines(name: str, real: str) -> None:
     assert [one.passed for one in found] == [True]
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("largest", [2, pytest.param(6, marks=pytest.mark.slow)])
@@ -144,6 +145,7 @@ def test_forces_are_columns_unless_the_inverse_multiplies() -> None:
     assert {entry for row in arm.beside for entry in row} == {None}
 
 
+@pytest.mark.wide("arm7", "carried", "held")
 @ALL
 @pytest.mark.long
 @pytest.mark.runs("cc")
@@ -171,7 +173,7 @@ def natural(function: Any, angle: float, rate: float) -> dict[str, Any]:
     return state
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("-arm7", "batch-carried")
 @FEW
 @pytest.mark.long
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])

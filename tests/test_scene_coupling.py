@@ -148,6 +148,7 @@ def test_a_fixed_joint_is_not_followed():
         read_text(text)
 
 
+@pytest.mark.long(0)
 def test_a_long_chain_of_mimics_is_no_matter_of_depth():
     links = range(2000)
     follow = [None if i == 1999 else {"joint": f"j{i + 1}", "ratio": -1} for i in links]
@@ -252,6 +253,7 @@ def test_two_equal_gears_weigh_like_one_wheel():
     assert call(functions, "inverse_dynamics", Floats(), q=[0.3], qd=[2.0], qdd=[0.0]) == [4 * 0.25 * 2]
 
 
+@pytest.mark.heavy("2")
 @pytest.mark.parametrize("seed", [1, 2, 4])
 def test_closed_forms_of_coupled_trees_are_those_of_the_graph(seed):
     one = coupled_tree(seed, n=3)

@@ -14,7 +14,7 @@ from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.blocks import inverse
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 from symdyn.scene.scene_files import Starter
 
 ROOT = Path(__file__).parent.parent

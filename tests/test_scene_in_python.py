@@ -12,10 +12,12 @@ import pytest
 
 from symdyn.scene import read_text
 from symdyn.scene.build import Elements, FrictionKeys, JointKeys, JointType, LimitKeys, MimicKeys, RotorKeys
-from symdyn.scene.declaration.coupling import MIMIC_KEYS
-from symdyn.scene.declaration.joint_table import LIMIT_KEYS, PLACE_KEYS, joint_keys
+from symdyn.scene.declaration.coupling import MIMIC
+from symdyn.scene.declaration.joint_table import ROTOR, joint_keys
 from symdyn.scene.forces.force_table import kinds_of, sections
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import LIMITS
+from symdyn.scene.values.key import keys_of
 
 ROOT = Path(__file__).parent.parent
 
@@ -70,13 +72,11 @@ def test_ten_lines_are_the_scene_of_a_file():
 
 def test_types_have_the_words_of_the_tables():
     assert set(get_args(JointType)) == set(JOINTS)
-    assert set(JointKeys.__annotations__) == set(joint_keys()) - {*PLACE_KEYS[:3], "drives", "forces"}
-    assert set(LimitKeys.__annotations__) == set(LIMIT_KEYS)
-    assert set(MimicKeys.__annotations__) == set(MIMIC_KEYS)
-    assert set(RotorKeys.__annotations__) == {"inertia", "gear"}
-    assert set(FrictionKeys.__annotations__) == {
-        k for part in kinds_of("friction")["friction"].parts for k in part.keys
-    }
+    assert set(JointKeys.__annotations__) == set(joint_keys()) - {"type", "parent", "child", "drives", "forces"}
+    assert set(LimitKeys.__annotations__) == set(keys_of(LIMITS))
+    assert set(MimicKeys.__annotations__) == set(keys_of(MIMIC))
+    assert set(RotorKeys.__annotations__) == set(keys_of(ROTOR))
+    assert set(FrictionKeys.__annotations__) == set(keys_of(kinds_of("friction")["friction"].parts))
     assert set(Elements.__annotations__) == set(sections())
 
 

@@ -128,6 +128,7 @@ def test_a_lock_that_makes_no_sense_is_refused(second, message):
         arm(**second)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "keys"), [(revolute, {}), (prismatic, {}), (helical, {"pitch": "1/5"})])
 @pytest.mark.parametrize("axis", [[2, -1, 2], [1, 1, 0]])
 def test_an_oblique_axis_is_locked_where_it_is_told(kind, keys, axis):

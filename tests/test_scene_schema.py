@@ -56,6 +56,7 @@ def faults(text: str) -> tuple[str, ...]:
     return ()
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_of_ours_is_valid(path, judge):
     told = [error.message for error in judge.iter_errors(tomllib.loads(path.read_text(encoding="utf-8")))]
@@ -98,6 +99,7 @@ def spoilt(scene: dict[str, Any]) -> Iterator[dict[str, Any]]:
 FAULTY = ["tests/data/every_kind", "tests/data/struts", "examples/scara", "examples/rolling_disc"]
 
 
+@pytest.mark.wide("tests/data/every_kind", "examples/rolling_disc")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", FAULTY)
 def test_faulty_scenes_are_judged_as_the_reader_judges_them(name, judge):
@@ -191,6 +193,34 @@ def test_one_word_is_judged_alike(more, right, judge):
 
     assert judge.is_valid(tomllib.loads(text)) == right
     assert (not faults(text)) == right or seen
+
+
+FOLLOWER = """
+[bodies.pinion]
+mass = 1
+[joints.mesh]
+type = "revolute"
+parent = "ground"
+child = "pinion"
+mimic = { joint = "hinge" }
+"""
+
+
+@pytest.mark.parametrize(("more", "right"), [("drive = false", True), ("drive = 'M'", False), ("start = 1", False)])
+def test_what_follows_another_joint_may_say_that_nothing_drives_it(more, right, judge):
+    text = PENDULUM + FOLLOWER + more
+
+    assert judge.is_valid(tomllib.loads(text)) == (not faults(text)) == right
+
+
+def test_a_word_of_two_tables_is_told_as_each_means_it():
+    found = schema()["properties"]
+    row, output = (found[section]["additionalProperties"] for section in ("rows", "outputs"))
+    formulas = row["properties"]["formula"], output["anyOf"][0]["properties"]["formula"]
+
+    assert "velocities" in formulas[0]["description"]
+    assert "reactions" not in formulas[0]["description"]
+    assert "reactions" in formulas[1]["description"]
 
 
 def test_an_editor_tells_what_every_word_means():

@@ -40,7 +40,7 @@ def bound(one):
     return [routine.function.entries for routine in lower(derive(one, FUNCTIONS), ()).routines]
 
 
-@pytest.mark.wide(4)
+@pytest.mark.wide(8)
 @pytest.mark.long
 @pytest.mark.parametrize("what", KINDS)
 @pytest.mark.parametrize("one", SCENES, ids=by_name)

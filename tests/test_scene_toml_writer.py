@@ -25,7 +25,7 @@ from symdyn.scene import (
     with_symbolic_inertia,
     write_text,
 )
-from symdyn.scene.formats.toml_writer import decimal
+from symdyn.scene.toml import decimal
 from symdyn.scene.values import Parameter, Pose
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.formula import quantity
@@ -49,6 +49,7 @@ def there_and_back(one):
     return back
 
 
+@pytest.mark.wide(4)
 @pytest.mark.long
 @pytest.mark.parametrize("k", range(len(SCENES)), ids=lambda k: f"{k}-{SCENES[k].name}")
 def test_every_scene_reads_back_equal(k):
@@ -164,6 +165,15 @@ def test_integers_fit_into_what_toml_promises():
 
     value = tomllib.loads(write_text(one, "toml").text)["parameters"]["extra"]
     assert value == "12345678901234567890123"
+    assert there_and_back(one) == one
+
+
+def test_a_symbol_that_is_said_to_be_none_reads_back():
+    text = '[parameters]\nm = { value = 1, latex = "" }\n[bodies.bob]\nmass = "m"\ncom = [1, 0, 0]\n'
+    text += '[joints.hinge]\ntype = "revolute"\nparent = "ground"\nchild = "bob"\nforce = "u"\n[inputs.u]\nlatex = ""\n'
+    one = read_text(text)
+
+    assert (one.parameters[0].latex, one.inputs[0].latex) == ("", "")
     assert there_and_back(one) == one
 
 

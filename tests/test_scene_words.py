@@ -29,7 +29,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.velocity_row import linear_parts
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 from symdyn.scene.values import Place
 
 WIDE = everything()
@@ -136,7 +136,7 @@ def test_names_for_numbers_leave_the_values_as_they_are():
     back = bind(one, {})
     numbers = [x for joint in one.loops for _, x in joint.shape if isinstance(x, Quantity)]
     for element in one.elements:
-        numbers += [x for part in FORCES[element.kind].parts for _, x, _ in part.numbers(element)]
+        numbers += [x.quantity for part in FORCES[element.kind].parts for x in part.numbers(element)]
 
     assert back == one
     assert all(quantity.symbols or quantity.express(graph).is_zero for quantity in numbers)

@@ -13,7 +13,7 @@ from flint import arb, fmpq
 from formulas import one
 from test_emit_c_batch import FLAGS_PROGRAM, GCC, LINT, near_multiples, sine_and_cosine
 
-from symdyn.algebra.balls import Balls
+from symdyn.algebra.big import Balls
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import SHORT_SINES, ShortSines
@@ -215,6 +215,7 @@ def test_no_floating_point_flag_is_raised_that_the_numbers_do_not_deserve(flags,
     assert subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout == "0 0 0 0"
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("cc")
 def test_one_state_of_three_angles_takes_them_too_and_an_extension_in_double_alone():

@@ -17,7 +17,7 @@ from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, sim
 from symdyn.simulation.equations.implicit import Implicit
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.record import record
+from symdyn.simulation.panels import record
 
 pytestmark = pytest.mark.runs()
 
@@ -34,6 +34,7 @@ def _ida() -> None:
 # IDA
 
 
+@pytest.mark.heavy("spatial_slider_crank")
 @pytest.mark.usefixtures("_ida")
 @pytest.mark.parametrize(
     ("name", "rates", "forces"),

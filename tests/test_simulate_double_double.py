@@ -16,7 +16,7 @@ from symdyn.graph import Arithmetic, Op, evaluate
 from symdyn.program import lower
 from symdyn.scene import read_text
 from symdyn.simulation import Trajectory, simulate
-from symdyn.simulation.tables import in_full
+from symdyn.simulation.columns import in_full
 
 pytestmark = pytest.mark.runs("cc")
 

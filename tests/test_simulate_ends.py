@@ -141,6 +141,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.mends("2.until")
 def test_an_end_that_no_run_reaches_ends_it_with_its_rows_and_says_why() -> None:
     words = ["simulate", str(EXAMPLES / "pendulum.toml"), "--start", "q1=1", "--until", "1e308", "--method", "dop853"]

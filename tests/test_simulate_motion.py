@@ -15,17 +15,17 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read
 from symdyn.scene.values import Joint
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.formula import parse as formula
-from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.forward import is_stiff
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.panels import record
 from symdyn.simulation.prescribed.forces import SceneMotion
 from symdyn.simulation.prescribed.motion_laws import Law, read_law
-from symdyn.simulation.record import record
 
 pytestmark = pytest.mark.runs()
 

@@ -13,7 +13,7 @@ from latex_reader import LatexReader, displays
 from symdyn.algebra.form import Form, Function, Number, Power, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import Energies
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols
@@ -104,6 +104,7 @@ def test_equations_share_a_display_and_are_aligned_where_they_fit() -> None:
     assert len(re.findall("&=", first)) == 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FILES)
 def test_sympy_with_sub_is_what_is_written_out(name: str) -> None:
     import symdyn
@@ -193,6 +194,7 @@ def test_the_page_shows_what_is_printed() -> None:
     assert equations_text(read_text(RAIL, "rail"), "text") in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.long(0)
 def test_a_student_may_answer_with_lengths_by_their_names() -> None:
     from symdyn.teach import check_derivation
 

@@ -51,6 +51,8 @@ def test_no_mistake_is_right(key: str) -> None:
     assert len({id(one.node) for one in found}) == len(found)
 
 
+@pytest.mark.long
+@pytest.mark.wide("en")
 @pytest.mark.parametrize(
     ("text", "word"),
     [

@@ -71,7 +71,8 @@ def test_a_multiplier_or_the_time_in_a_line_is_judged(name: str, line: str, tmp_
     assert main(["check-derivation", str(text), str(ROOT / "examples" / f"{name}.toml")]) == 1
 
 
-@pytest.mark.long
+@pytest.mark.wide("pendulum")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["pendulum", "cart_with_wheel"])
 def test_letters_in_lines_are_judged_or_refused_in_words(name: str) -> None:
     scene = read(ROOT / "examples" / f"{name}.toml")

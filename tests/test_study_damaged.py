@@ -86,6 +86,7 @@ UNSEEN = ("deleted", "folder", "bit at 0.5", "bit at 0.8", "bit at 1.0")
 """Damages that were once believed; readers of Zarr see the others."""
 
 
+@pytest.mark.wide("deleted", "cut", "bit at 0.5")
 @pytest.mark.parametrize(
     "damage",
     [pytest.param(name, marks=[pytest.mark.mends("30.attacks.3")] if name in UNSEEN else []) for name in DAMAGES],
@@ -181,6 +182,7 @@ def test_a_large_store_is_read_column_by_column_and_says_what_is_spoilt(
         study["end(q1)"]
 
 
+@pytest.mark.wide(3)
 @pytest.mark.mends("30.attacks.3")
 @pytest.mark.mends("30.class.believed")
 @pytest.mark.parametrize("name", ["values", "measures", "codes", "all"])

@@ -11,7 +11,7 @@ import pytest
 import symdyn
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.entry import Faults
 from symdyn.study.design import Design, read_design
 from symdyn.study.distributions import read_over
 from symdyn.study.plots import PLOTS, drawn_runs, fitting, plot, swing
@@ -167,6 +167,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.long(0)
 @pytest.mark.wide(3)
 @pytest.mark.parametrize("kind", sorted(PLOTS))
 def test_each_kind_of_plot_fits_its_study_is_the_same_bytes_and_obeys_no_name(kind: str, tmp_path: Path) -> None:

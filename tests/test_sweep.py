@@ -21,7 +21,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import SimulateError, StudyError, UnknownNameError
 from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.entry import Faults
 from symdyn.study.design import DESIGNS, Design, read_design
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution, read_over
 from symdyn.study.runs import ENDED, FAILED, NOT_MADE, STOPPED
@@ -424,6 +424,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.wide("9")
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="signals")
@@ -496,6 +497,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="limits of files")

@@ -269,6 +269,7 @@ def swept(**more: Any) -> symdyn.study.Runs:
     return symdyn.sweep(symdyn.example("two_link"), **(PLACES | more))
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 def test_a_sweep_whose_worker_is_killed_has_the_same_bytes(tmp_path: Path) -> None:
     expected, killed = swept(block=100), []

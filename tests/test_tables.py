@@ -12,8 +12,7 @@ from mechanisms import jointed
 
 import symdyn
 from symdyn import scene
-from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
-from symdyn.algebra.big import SLOPES, BigFloats
+from symdyn.algebra.big import FUNCTIONS_OF_BALLS, SLOPES, BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.draw.ground import PARTS
 from symdyn.dynamics.mechanism.cost import CATEGORY
@@ -27,7 +26,7 @@ from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.table import Entry
+from symdyn.scene.values.entry import Entry
 from symdyn.teach.languages import languages
 
 NUMERIC = {
@@ -113,6 +112,7 @@ def test_nobody_asks_for_a_target_by_its_name():
     assert asked == []
 
 
+@pytest.mark.long(0)
 def test_nobody_asks_for_a_joint_type_or_a_force_by_its_name():
     asked = []
     for path in sorted(Path(symdyn.__file__).parent.rglob("*.py")):

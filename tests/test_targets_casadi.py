@@ -72,6 +72,7 @@ def test_whole_derivatives_are_blocks_of_the_jacobian_and_single_ones_fill_what_
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", ["heavy_top", "rolling_disc", "four_bar"])
 def test_derivatives_that_are_none_by_the_coordinates_are_no_jacobian(scene: str) -> None:
     asked = ("forward_dynamics", "forward_dynamics_derivatives", "forward_dynamics_by_q", "forward_dynamics_by_qd")

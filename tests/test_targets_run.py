@@ -60,6 +60,7 @@ def test_a_target_computes_what_the_numpy_module_computes(name: str) -> None:
             np.testing.assert_allclose(call(*given), wanted, rtol=1e-13)
 
 
+@pytest.mark.heavy("ufunc")
 def test_verify_measures_what_runs_here(name: str) -> None:
     running(name, lower(spoken(name)))
     found = certify(read(PENDULUM), ("inverse_dynamics", "mass_matrix"), targets=[name]).accuracy

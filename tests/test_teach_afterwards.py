@@ -85,6 +85,7 @@ def value(document: Document, node: Expr, **given: float) -> float:
     return float(evaluate([node], Floats(), {x: given.get(str(x.value), v) for x, v in symbols.items()})[0])
 
 
+@pytest.mark.wide("pendulum", "cart_pole", "elastic_pendulum")
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["pendulum", "two_link", "cart_pole", "double_pendulum", "elastic_pendulum"])
 def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: str) -> None:
@@ -153,6 +154,7 @@ def test_a_rest_that_springs_hold_is_told_exactly() -> None:
     assert {row[-1] for row in table(step(document, "equilibria"))} == {"exactly"}
 
 
+@pytest.mark.heavy("hoop_driven")
 @pytest.mark.parametrize("name", SCENES)
 def test_cyclic_coordinates_are_those_that_sympy_finds(name: str) -> None:
     document = lesson(name)
@@ -189,6 +191,7 @@ def test_a_bead_on_a_turning_hoop_rests_where_books_say() -> None:
     assert value(document, jacobi, theta=q, theta_dot=u) == pytest.approx(by_hand)
 
 
+@pytest.mark.long(0)
 def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
     """Goldstein, 5.7: m g l = φ̇ (I₃ (ψ̇ + φ̇ cos θ) - I cos θ φ̇), with I about the point; no rest at the poles."""
     assert {"cyclic:1", "cyclic:3"} <= keys(lesson("top"))
@@ -200,6 +203,7 @@ def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
     assert weight == pytest.approx(1 * 9.81 * 0.3, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.mends("30.lessons.1.4")
 def test_a_gyroscope_that_rests_in_its_frame_stands_at_every_tilt() -> None:
     """∂W/∂β = sin β α̇ (C γ̇ - (A - C) α̇ cos β): three ways to be zero, and a rate is zero, not some 1e-11 rad/s."""
@@ -255,6 +259,7 @@ def test_what_is_driven_otherwise_has_no_steady_motion() -> None:
     assert "equilibria" in keys(document)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_every_picture_is_a_curve_with_axes_that_can_be_read(language: str) -> None:
     document = lesson("hoop_driven", language)
@@ -318,12 +323,14 @@ def test_frequencies_by_formula_are_numbered_as_the_shapes() -> None:
         assert f"{sqrt(value(document, square, m=1, k=40, l0=0.5, g=9.81)):.4g} rad/s" in row[1]
 
 
+@pytest.mark.long(0)
 def test_a_mass_whose_centre_is_off_the_axis_has_a_centrifugal_force() -> None:
     """Of angles zyx the third turns the top about x, and its centre of mass lies on y."""
     document = walkthrough(read(ROOT / "tests/data/found/heavy_top_zyx.toml"))
     assert not any("there is no centrifugal force" in row[2] for row in table(step(document, "meaning:k_D")))
 
 
+@pytest.mark.long(0)
 def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
     assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
     upright, *_ = table(

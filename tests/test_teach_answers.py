@@ -54,6 +54,7 @@ def test_a_right_answer_is_right_however_it_is_spelled(text: str) -> None:
     assert [answer.right for answer in check_derivation(text, ARM)] == [True]
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.7")
 @pytest.mark.parametrize(
     "text",
@@ -121,6 +122,7 @@ def test_an_equation_that_is_divided_and_wrong_is_told_its_one_fault() -> None:
     assert "wrong sign" in told[1]
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.7")
 @pytest.mark.parametrize("text", ["M_2 = {}", "{} = M_2"])
 def test_the_slope_of_the_kinetic_energy_that_was_forgotten_is_named(text: str) -> None:

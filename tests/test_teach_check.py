@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -21,7 +22,7 @@ from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene, read, read_text
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.student.answer import in_words
+from symdyn.teach.student.answer import Answer, in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.differences import KINDS, split_terms
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
@@ -44,7 +45,10 @@ def two_link() -> Scene:
 
 
 def told(text: str, scene: Scene, **options: object) -> str:
-    answers = check_derivation(text, scene, **options)  # type: ignore[arg-type]
+    return shown(check_derivation(text, scene, **options))  # type: ignore[arg-type]
+
+
+def shown(answers: Iterable[Answer]) -> str:
     return "\n".join(line for answer in answers for line in in_words(answer))
 
 
@@ -188,7 +192,7 @@ def test_a_mistake_is_named(text: str, words: str, two_link: Scene) -> None:
     answers = check_derivation(text, two_link)
 
     assert not all(answer.right for answer in answers)
-    assert words in told(text, two_link)
+    assert words in shown(answers)
 
 
 def test_one_mistake_is_told_once(two_link: Scene) -> None:
@@ -201,6 +205,7 @@ def test_one_mistake_is_told_once(two_link: Scene) -> None:
     ]
 
 
+@pytest.mark.long(0)
 def test_the_books_signs_are_right_when_asked_for(two_link: Scene) -> None:
     text = r"M_1 = k_{z11}\ddot q_1 + k_{z12}\ddot q_2 - k_{C1}\dot q_1\dot q_2 - k_{D12}\dot q_2^2 + k_{G1}"
 
@@ -245,6 +250,7 @@ def four_bar() -> Scene:
     return read(EXAMPLES / "four_bar.toml")
 
 
+@pytest.mark.wide("four_bar", "rsup-latex")
 @pytest.mark.long
 @pytest.mark.parametrize("format", ["latex", "text"])
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rsup", "spatial_slider_crank"])
@@ -355,6 +361,8 @@ def test_hostile_texts_are_refused_soon(text: str, two_link: Scene) -> None:
     assert calls.number < 1_000_000
 
 
+@pytest.mark.long
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(
     "text",
     [

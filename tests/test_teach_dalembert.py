@@ -44,6 +44,7 @@ def value(document: Document, form: Form, state: dict[str, float]) -> float:
     return float(evaluate([node], Floats(), {x: state[str(x.value)] for x in symbols})[0])
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("name", STARTS)
 def test_loops_are_solved_by_formulas_that_hold_where_they_are_closed(name: str) -> None:
@@ -59,6 +60,8 @@ def test_loops_are_solved_by_formulas_that_hold_where_they_are_closed(name: str)
         assert value(document, block.form, others) - value(document, block.right, others) != pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("start", [0.8, 2.5, -1.2])
 def test_a_four_bar_is_assembled_as_it_is_drawn_wherever_it_starts(start: float) -> None:
     text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8").replace("start = 0.8", f"start = {start}")
@@ -145,6 +148,7 @@ def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: s
         assert sum(values[1:]) == pytest.approx(values[0], rel=1e-9, abs=1e-12), term
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_both_formulations_end_in_the_table_that_sets_them_side_by_side(formulation: str, language: str) -> None:

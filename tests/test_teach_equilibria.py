@@ -47,6 +47,7 @@ def number(part: str | Form) -> float:
     return float(evaluate([part.express(Graph())], Floats(), {})[0])
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.2")
 def test_a_top_rests_where_its_weight_has_no_moment_about_the_point() -> None:
     """At q2 = ±π/2 the angles of zyx are singular: k_G vanishes, and the weight pulls the top over."""
@@ -60,6 +61,7 @@ def test_a_top_rests_where_its_weight_has_no_moment_about_the_point() -> None:
     assert any("virtual work of all bodies" in part for part in words)
 
 
+@pytest.mark.long(0)
 def test_rest_at_a_place_where_angles_are_singular_is_kept() -> None:
     found = places(walkthrough(read_text(POLE, "pole")))  # of q2 alone, from the vertical
 

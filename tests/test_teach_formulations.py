@@ -68,6 +68,7 @@ def test_a_joint_that_turns_and_slides_on_one_coordinate_has_reactions_in_its_le
     )
 
 
+@pytest.mark.slow
 @pytest.mark.mends("3.9")
 def test_no_formulation_sends_a_scene_to_a_formulation_that_refuses_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

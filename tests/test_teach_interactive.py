@@ -20,7 +20,7 @@ from symdyn.program import lower
 from symdyn.runtime import run_python
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import absence, interactive, interactive_page, live
 from symdyn.teach.interactive.live import by_hand
@@ -288,6 +288,7 @@ def test_coriolis_and_centrifugal_forces_are_what_the_coefficients_say(browser: 
     np.testing.assert_allclose(single, [-coriolis, -qd @ D[:, 1] * qd[1] ** 2], rtol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["scara", "cart_pole", "heavy_top", "free_body", "everything"])
 def test_the_motion_of_the_masses_is_that_of_the_whole(name: str) -> None:
     """Momentum and angular momentum about the centre of mass, and their rates, by the centroidal outputs."""
@@ -444,6 +445,7 @@ def test_a_motion_that_runs_away_is_stopped_and_told(browser: Any, tmp_path: Pat
 # Without a browser
 
 
+@pytest.mark.long(0)
 def test_terms_that_cancel_are_left_out() -> None:
     """k_G,1 of the arm with an upright first axis is a sum that cancels; by its looks it does not vanish."""
     computed = live(scene_of("scara"))
@@ -485,6 +487,7 @@ def test_wrong_names_and_languages_are_refused() -> None:
         interactive(scene_of("two_link"), language="de")
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 def test_sliders_begin_at_the_state_of_the_lesson_and_come_back_to_it(browser: Any, tmp_path: Path, name: str) -> None:
     """The numbers of the lesson's table of values, as it prints them."""
@@ -686,6 +689,7 @@ def test_what_is_said_of_a_panel_goes_with_it(browser: Any, tmp_path: Path) -> N
         assert page.is_visible("text=Drift is")
 
 
+@pytest.mark.slow
 def test_blocks_in_the_window_take_turns_while_it_plays_and_agree_when_it_stands(browser: Any, tmp_path: Path) -> None:
     """One block of numbers a picture; within a table its terms are of one moment and add up."""
     with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:

@@ -126,6 +126,7 @@ CASES = {  # positions of the sliders of q, rates of independent velocities, acc
 }
 
 
+@pytest.mark.wide("four_bar", "slider_crank")
 @pytest.mark.parametrize("name", CASES)
 def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
     browser: Any, tmp_path: Path, name: str
@@ -178,6 +179,7 @@ def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
     np.testing.assert_allclose(np.delete(rest, passive), 0, atol=1e-9)
 
 
+@pytest.mark.wide("four_bar")
 @pytest.mark.parametrize("name", ["four_bar", "governor"])
 def test_sliders_of_closed_mechanisms_begin_where_the_lesson_shows_numbers(
     browser: Any, tmp_path: Path, name: str
@@ -218,6 +220,7 @@ def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_p
     assert np.abs(list(residual.values()) if isinstance(residual, dict) else residual).max() < 1e-3  # five digits typed
 
 
+@pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
 def test_a_played_motion_is_that_of_the_equations(browser: Any, tmp_path: Path, name: str) -> None:
     scene, path = saved(name, tmp_path)
@@ -266,6 +269,7 @@ def test_roll_pitch_and_yaw_turn_a_ball(browser: Any, tmp_path: Path) -> None:
     assert P[0] == pytest.approx(float(module.potential_energy(np.array([w, x, y, z]), *extra)), rel=1e-12)
 
 
+@pytest.mark.wide("four_bar")
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize(("name", "language", "scheme"), [("four_bar", "sk", "dark"), ("rolling_disc", "en", "light")])
 def test_nothing_overlaps(browser: Any, tmp_path: Path, name: str, language: str, scheme: str, width: int) -> None:

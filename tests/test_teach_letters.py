@@ -71,6 +71,7 @@ def scenes() -> dict[str, Scene]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.mends("5.1")
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("name", ["collide", "greedy"])
@@ -83,6 +84,8 @@ def test_no_letter_of_a_lesson_is_a_symbol_of_the_scene(name: str, formulation: 
     assert {key: text for key, text in introduced.items() if text in own.values()} == {}
 
 
+@pytest.mark.long
+@pytest.mark.heavy("two_link")
 @pytest.mark.mends("5.1")
 @pytest.mark.parametrize("name", ["collide", "greedy", "two_link"])
 def test_one_letter_of_a_lesson_has_one_value(name: str) -> None:

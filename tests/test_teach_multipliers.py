@@ -117,7 +117,8 @@ def by_hand(node: sp.Expr) -> float:
     return float(node.subs({x: value_of_symbol(str(x)) for x in node.free_symbols}).evalf())
 
 
-@pytest.mark.long
+@pytest.mark.heavy("disc")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", HANDS)
 def test_energies_conditions_and_equations_are_what_is_derived_by_hand(name: str) -> None:
     document, hand = lesson(name), HANDS[name]()
@@ -140,6 +141,7 @@ def test_energies_conditions_and_equations_are_what_is_derived_by_hand(name: str
             assert worth(names[f"A:{k},{i + 1}"].node) == pytest.approx(by_hand(row[i]), abs=1e-12)
 
 
+@pytest.mark.long(0)
 @pytest.mark.wide(3)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in HANDS])
 @pytest.mark.parametrize("language", ["en", "sk"])
@@ -204,6 +206,8 @@ def test_rolling_of_a_disc_is_non_holonomic_and_that_of_a_wheel_on_a_cart_is_not
     assert "it holds a position too" in said(cart)
 
 
+@pytest.mark.long
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("language", ["en", "sk"])
 @pytest.mark.parametrize(("name", "formulation"), [("two_link", "lagrange"), ("four_bar", "multipliers")])
 def test_kanes_form_is_the_same_equation_in_one_line(name: str, formulation: str, language: str) -> None:
@@ -220,6 +224,7 @@ def test_an_open_mechanism_is_told_the_other_formulation() -> None:
         walkthrough(scene("two_link"), formulation="multipliers")
 
 
+@pytest.mark.long(0)
 def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() -> None:
     text = """
     name = "rolling_screw"
@@ -244,7 +249,7 @@ def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() ->
     assert "ratios" in {step.key for step, _ in document.blocks()}
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 def test_every_format_takes_it(format: str, tmp_path: Path) -> None:
     assert main(["walkthrough", str(EXAMPLES / "four_bar.toml"), "--formulation", "multipliers", "--language", "sk",

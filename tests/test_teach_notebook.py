@@ -35,7 +35,8 @@ def book(name: str, exercises: bool, language: str = "en") -> str:
     return text
 
 
-@pytest.mark.long
+@pytest.mark.wide(3)
+@pytest.mark.long(0)
 @pytest.mark.parametrize("exercises", [False, True])
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 def test_a_notebook_is_valid_and_the_same_in_every_run(name: str, exercises: bool) -> None:
@@ -66,6 +67,7 @@ def run_cells(text: str) -> list[str]:
     return shown
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_cells_of_a_lesson_find_their_own_formulas_right() -> None:
     shown = "\n".join(run_cells(book("two_link", False)))
@@ -87,7 +89,7 @@ def derived(scene: Scene, change: tuple[str, str] = ("", ""), formulation: str =
     return [line for line in "\n".join(run_cells(json.dumps(cells))).splitlines() if line]
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize(
     ("name", "formulation"),
     [

@@ -33,6 +33,7 @@ def texts(found: str) -> list[str]:
     return [bytes(int(x, 8) for x in one.split("\\")[1:])[2:].decode("utf-16-be") for one in strings]
 
 
+@pytest.mark.wide("two_link")
 @pytest.mark.long
 @pytest.mark.runs("pdflatex", "pdftoppm")
 @pytest.mark.parametrize(

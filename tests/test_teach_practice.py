@@ -56,6 +56,7 @@ def test_grades_ask_for_every_step_for_results_and_for_energies_and_equations_al
     assert shown == {"scene", "principle", "energies", "lagrangian", "equations"}
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_who_derives_alone_is_told_where_everything_is() -> None:
     for language in languages():
@@ -65,6 +66,7 @@ def test_who_derives_alone_is_told_where_everything_is() -> None:
         assert r"| ($0$, $\tfrac{1}{12} m_3 l_3^2$, $\tfrac{1}{12} m_3 l_3^2$, $0$, $0$, $0$) |" in text
 
 
+@pytest.mark.wide("dalembert")
 @pytest.mark.long
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 def test_every_step_can_be_asked_for_by_its_name(formulation: str) -> None:
@@ -129,7 +131,7 @@ def test_nothing_that_follows_is_seen_before_it_is_found(name: str, formulation:
     assert list(told(with_exercises(lesson(name, formulation=formulation), grade))) == []
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("language", languages())
 def test_texts_tell_answers_and_what_follows_after_the_last_question_only(language: str) -> None:
     document = with_exercises(lesson("two_link", language))

@@ -43,6 +43,8 @@ def floats(nodes: list[Expr]) -> list[float]:
     return evaluate(nodes, Floats(), {x: 0.4 + sum(map(ord, str(x.value))) % 83 / 61 for x in symbols})
 
 
+@pytest.mark.long
+@pytest.mark.heavy("spatial_3r", "heavy_top_zyx")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_principle_holds_for_every_coordinate(name: str) -> None:
     document = lesson(name)
@@ -154,6 +156,7 @@ def test_errata_stand_in_an_appendix_with_one_mark_at_each_place() -> None:
     assert all("erratum" not in words for s in lesson("cart_pole").sections for words in [s.key, s.title])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_the_task_comes_first(language: str) -> None:
     document = lesson("cart_pole", language)
@@ -170,6 +173,7 @@ def symbols_of_words(words: Words) -> list[str]:
     return [name for part in words.parts if not isinstance(part, str) for name in part.symbols]
 
 
+@pytest.mark.long(0)
 def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:
     bare = read(SCENES["heavy_top_zyx"])
     assert not bare.parameters

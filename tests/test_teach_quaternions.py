@@ -76,6 +76,7 @@ def test_the_matrix_is_that_of_rodrigues() -> None:
     assert shown == pytest.approx(rotation(list(UNIT.values())).ravel().tolist())
 
 
+@pytest.mark.long(0)
 def test_the_equations_of_the_heavy_top_are_eulers_about_its_point() -> None:
     """I_O ω̇ + ω × I_O ω = h × Rᵀ g, typed in SymPy, with the letters that the lesson gives to numbers."""
     document = lesson("heavy_top")
@@ -92,6 +93,7 @@ def test_the_equations_of_the_heavy_top_are_eulers_about_its_point() -> None:
         assert worth(document.names[f"tau:{i + 1}"].node) == pytest.approx(by_hand)
 
 
+@pytest.mark.long(0)
 def test_what_rolling_says_is_that_the_lowest_point_stands_still() -> None:
     document = lesson("rolling_disc")
     names = [f"flight_{one}" for one in ("vx", "vy", "vz", "wx", "wy", "wz")]
@@ -146,7 +148,8 @@ def test_other_scenes_are_told_their_formulation() -> None:
         walkthrough(read(EXAMPLES / "quadruped.toml"), formulation="quaternions")
 
 
-@pytest.mark.long
+@pytest.mark.wide("heavy_top")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 @pytest.mark.parametrize("name", ["heavy_top", "rolling_disc"])
 def test_every_format_takes_it(format: str, name: str, tmp_path: Path) -> None:

@@ -219,6 +219,7 @@ def is_shown(word: str) -> bool:
     return word in SHOWN or any(word.startswith(kind) and len(word) > len(kind) for kind in POINTING)
 
 
+@pytest.mark.long(0)
 def test_every_word_that_a_step_shows_is_known() -> None:
     for name, formulation in LESSONS:
         document = lesson(name, formulation)
@@ -240,9 +241,10 @@ def test_names_speak_of_vectors() -> None:
         assert pointed(key, owners) == about
 
 
+@pytest.mark.long(0)
 def test_a_lesson_of_too_many_terms_has_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert 'data-n="' in html_page(lesson("cart_pole"))
-    monkeypatch.setattr("symdyn.teach.interactive.numbered.MOST", 50)
-    page = html_page(lesson("cart_pole"))
+    assert 'data-n="' in html_page(lesson("pendulum"))
+    monkeypatch.setattr("symdyn.teach.interactive.numbered.MOST", 10)
+    page = html_page(lesson("pendulum"))
     assert 'data-n="' not in page
     assert 'data-do="numbers"' not in page

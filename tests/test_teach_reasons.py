@@ -76,6 +76,7 @@ origin = { xyz = ["h", 0, 0] }
 """
 
 
+@pytest.mark.long(0)
 def test_axes_that_are_not_parallel_share_no_moment() -> None:
     text = said(walkthrough(read_text(SKEW, "skew")), "meaning:k_z:1,2")
 
@@ -83,6 +84,7 @@ def test_axes_that_are_not_parallel_share_no_moment() -> None:
     assert "resultant" not in text
 
 
+@pytest.mark.heavy("rrr")
 @pytest.mark.long
 @pytest.mark.mends("5.4")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "rrp", "rrr"])
@@ -142,6 +144,7 @@ def test_branches_do_not_act_on_each_other() -> None:
     assert "move nothing that joint 1 carries" in reasons(document, "k_C")["$k_{C,1,12}$"]
 
 
+@pytest.mark.long
 @pytest.mark.mends("5.4")
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_potential_energy_is_explained_by_the_work_of_the_weight(language: str) -> None:
@@ -151,6 +154,7 @@ def test_potential_energy_is_explained_by_the_work_of_the_weight(language: str) 
     assert {"en": "scalar product", "sk": "skalárny súčin"}[language] in text
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.4")
 def test_an_erratum_is_checked_by_energies_and_not_by_a_program() -> None:
     for language, words in (("en", "graph"), ("sk", "grafe")):
@@ -181,6 +185,7 @@ def labels_of(svg: str) -> set[str]:
     return {"".join(text.itertext()).replace(" ", "") for text in texts}
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.10")
 def test_a_body_has_one_number_in_both_lessons() -> None:
     scene = read(EXAMPLES / "two_link.toml")

@@ -116,7 +116,8 @@ def test_a_door_on_two_hinges_has_a_lesson(tmp_path: Path, ending: str, more: li
     assert "upper" in (tmp_path / f"lesson.{ending}").read_text(encoding="utf-8")
 
 
-@pytest.mark.long
+@pytest.mark.wide("hinges-en")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("language", ["en", pytest.param("sk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*SCENES, pytest.param("leaning", marks=pytest.mark.slow)])
 def test_what_ties_nothing_is_named_in_every_format(name: str, language: str) -> None:
@@ -131,6 +132,8 @@ def test_what_ties_nothing_is_named_in_every_format(name: str, language: str) ->
             assert all(rendered(one, format).values())
 
 
+@pytest.mark.long
+@pytest.mark.heavy("leaning")
 @pytest.mark.parametrize("name", ["hinges", "slides", "leaning"])
 def test_its_equations_are_those_without_the_loop(name: str) -> None:
     closed = scene(name)

@@ -74,6 +74,7 @@ def shown(document: Document, key: str = "state") -> dict[str, float]:
     }
 
 
+@pytest.mark.long(0)
 @pytest.mark.mends("5.5")
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 def test_a_prescribed_motion_is_shown_where_it_is(formulation: str) -> None:
@@ -100,6 +101,7 @@ def test_a_loop_with_a_prescribed_motion_is_shown_where_it_is() -> None:
     assert speed == pytest.approx(0, abs=1e-2)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.mends("5.5")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "pendulum", "hoop", "scara"])
@@ -122,17 +124,21 @@ def kinds(scene: Scene) -> list[str]:
     return [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
 
 
+@pytest.mark.long(0)
 def test_limits_of_a_joint_are_kept() -> None:
     text = (FOUND / "hoop_driven.toml").read_text().replace('motion = "Omega*t"\n', "")
     text = text.replace("start = 0.5", "start = 0.0\nlimits = { lower = -0.5, upper = 0.5 }")
     assert 0 < abs(shown(walkthrough(read_text(text, "hoop")))["theta"]) < 0.5
 
 
+@pytest.mark.long(0)
 def test_rates_that_the_scene_starts_with_are_shown() -> None:
     text = (EXAMPLES / "two_link.toml").read_text().replace("[joints.elbow]", "[joints.elbow]\nstart_rates = [2.5]")
     assert shown(walkthrough(read_text(text, "two_link")))["q2_dot"] == 2.5
 
 
+@pytest.mark.long
+@pytest.mark.wide(3)
 @pytest.mark.mends("5.5")
 @pytest.mark.parametrize("language", ["en", "sk"])
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
@@ -195,6 +201,7 @@ def test_values_that_lessons_choose_for_parameters_are_no_two_alike_and_none_is_
     assert min(values) > 0.05
 
 
+@pytest.mark.long(0)
 def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
     """l/3 theta'' = (g sin theta + x'' cos theta) / 2 of a rod on a cart; R theta'' of a bead by hand."""
     cart = shown(walkthrough(read(EXAMPLES / "cart_pole.toml")))
@@ -213,6 +220,7 @@ def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
     assert other["theta_ddot"] == cart["theta_ddot"]
 
 
+@pytest.mark.long(0)
 def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
     text = str(rendered(walkthrough(read(EXAMPLES / "cart_pole.toml")), "md")["cart_pole.md"])
     assert "what the drive of $x$ and what else acts there have to supply together" in text
@@ -262,6 +270,7 @@ stiffness = 1e10
 """
 
 
+@pytest.mark.long
 @pytest.mark.mends("30.also.lessons")
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 def test_a_lesson_of_stiff_springs_is_not_stopped_by_rounding(formulation: str) -> None:

@@ -37,8 +37,8 @@ def point(document: Document, tree: Tree) -> dict[str, float]:
     return {name: 0.31 + sum(ord(x) * (k + 3) for k, x in enumerate(name)) % 89 / 61 for name in names}
 
 
-@pytest.mark.wide(3)
-@pytest.mark.long
+@pytest.mark.wide("two_link")
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", SCENES)
 def test_every_quantity_of_a_lesson_is_what_sympy_derives(name: str) -> None:
     document, tree = derived(name)
@@ -61,6 +61,8 @@ def test_every_quantity_of_a_lesson_is_what_sympy_derives(name: str) -> None:
     assert len(left) > 20
 
 
+@pytest.mark.long
+@pytest.mark.heavy("spatial_3r", "heavy_top_zyx")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_second_opinion_is_itself_a_motion_by_lagrange(name: str) -> None:
     document, tree = derived(name)

@@ -13,8 +13,8 @@ import symdyn
 from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text, write_text
@@ -35,6 +35,7 @@ def values(*nodes: Expr) -> list[float]:
     return [float(x) for x in evaluate(nodes, Floats(), point)]
 
 
+@pytest.mark.heavy("spatial_3r", "slider_crank", "cart_pole")
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_seed_draws_one_variant_that_can_be_read_and_another_seed_another(name: str) -> None:

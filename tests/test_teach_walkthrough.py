@@ -109,7 +109,7 @@ def is_general(document: Document, block: Formula | Braced) -> bool:
     return any(one is not None and one.node is None and one.look is not None for one in named)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(6)
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "formulation"),
@@ -144,6 +144,7 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, formul
             assert shown == pytest.approx(expected, rel=DIGITS.get(name, 1e-9), abs=1e-9), text
 
 
+@pytest.mark.heavy("spatial_3r", "governor")
 @pytest.mark.long
 @pytest.mark.parametrize("name", CUT)
 def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> None:
@@ -256,6 +257,7 @@ def test_errata_of_the_other_formulation_say_what_is_right_and_check_it() -> Non
     assert wrong == pytest.approx(spin + m * h2 * h1 * sin(q2), rel=5e-3)  # (h1 s q1, -h1 c q1) for an acceleration
 
 
+@pytest.mark.wide("two_link")
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "four_bar"])
 def test_parts_of_the_other_formulation(name: str) -> None:
@@ -290,6 +292,7 @@ def test_a_wrong_formula_is_noticed() -> None:
     assert shown != pytest.approx(truth)
 
 
+@pytest.mark.heavy("spatial_3r", "rrp")
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_forms_are_worth_their_names(name: str) -> None:
@@ -421,6 +424,7 @@ mimic = { joint = "j1", ratio = -2 }
 """
 
 
+@pytest.mark.long(0)
 def test_coupled_joints_and_forces_in_time_go_both_formulations() -> None:
     one = read_text(COUPLED, "coupled")
     first, second = walkthrough(one), walkthrough(one, formulation="dalembert")
@@ -441,6 +445,7 @@ def test_languages_have_the_same_keys_and_places() -> None:
             assert "\\" not in text, "prose holds no LaTeX"
 
 
+@pytest.mark.long(0)
 def test_languages_differ_in_prose_only() -> None:
     english, slovak = lesson("two_link", "en"), lesson("two_link", "sk")
     assert [step.key for s in english.sections for step in s.steps] == [
@@ -606,6 +611,7 @@ def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPa
         walkthrough(scene("spatial_3r"))
 
 
+@pytest.mark.long(0)
 def test_until_and_detail_shorten() -> None:
     arm = scene("two_link")
     parts = [walkthrough(arm, until=until).sections for until in ("energies", "lagrangian", "equations")]
@@ -643,6 +649,7 @@ def test_a_lesson_takes_the_formulation_that_fits_its_scene(name: str, formulati
     assert usual_formulation(read(EXAMPLES / f"{name}.toml")) == formulation
 
 
+@pytest.mark.long(0)
 def test_without_gravity_every_position_is_an_equilibrium() -> None:
     zero = Quantity.number(0)
     still = walkthrough(replace(scene("two_link"), gravity=(zero, zero, zero)))
@@ -652,11 +659,13 @@ def test_without_gravity_every_position_is_an_equilibrium() -> None:
     assert "Every position" in str(said.parts[0])
 
 
+@pytest.mark.long(0)
 def test_same_scene_same_bytes() -> None:
     first, second = (rendered(walkthrough(scene("cart_pole")), "md") for _ in range(2))
     assert first == second
 
 
+@pytest.mark.long(0)
 def test_command_writes_markdown_with_its_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["walkthrough", str(EXAMPLES / "cart_pole.toml"), "-o", str(tmp_path)]) == 0
     paths = capsys.readouterr().out.split()
@@ -692,6 +701,7 @@ def test_a_lesson_that_nobody_would_read_is_refused_early() -> None:
     assert calls.number < 700_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", ["atan2(l, h) - 2*(l/h)", "2*l/h", "sqrt(l/h + 1)*(l + h)/h", "l*(1 + l/h)/h"])
 def test_an_angle_that_is_a_formula_of_lengths_is_read_again_from_what_is_printed(angle: str) -> None:
     text = f"""

@@ -18,8 +18,8 @@ from running import solved_at
 from symdyn.dynamics import derive_one
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import body_inertia
-from symdyn.dynamics.reactions.bivectors import inertia_bivector, shift, turned
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium
+from symdyn.dynamics.reactions.free_bodies import inertia_bivector, shift, turned
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity

@@ -91,6 +91,7 @@ def test_a_scene_without_dimensions_shows_no_unit(
     assert found["none"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 def test_the_columns_of_a_run_without_dimensions_have_no_unit() -> None:
     said = CRANE.replace("v = 0", 'v = { value = 0, unit = "V" }').replace('place = "x"', 'place = "x"\nshown = "v"')

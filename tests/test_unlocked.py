@@ -39,6 +39,7 @@ def test_it_is_worked_out_once_an_object() -> None:
     assert Counted.found.__doc__ == "How often it was worked out."
 
 
+@pytest.mark.long(0)
 def test_nobody_takes_that_of_the_standard_library() -> None:
     taken = []
     for path in ROOT.rglob("*.py"):

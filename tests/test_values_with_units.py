@@ -156,7 +156,7 @@ def test_what_is_computed_is_in_si_and_its_unit_too() -> None:
 
 @pytest.mark.mends("30.control.1")
 def test_a_tolerance_without_a_unit_is_in_that_of_its_parameter() -> None:
-    from symdyn.scene.values.table import Faults
+    from symdyn.scene.values.entry import Faults
     from symdyn.study.distributions import read_over
 
     one = pendulum(l='{ value = 500, unit = "mm", tolerance = 5 }')

@@ -14,6 +14,7 @@ from symdyn.verify.building import Building
 pytestmark = pytest.mark.runs("cc")
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_every_length_gives_the_states_one_by_one(real: str) -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix", "kinetic_energy"]))
@@ -25,6 +26,7 @@ def test_every_length_gives_the_states_one_by_one(real: str) -> None:
         assert found.functions == len(code.routines)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [

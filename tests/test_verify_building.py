@@ -15,7 +15,7 @@ from patience import HANG
 import symdyn
 from symdyn.emit import emit
 from symdyn.program import lower
-from symdyn.runtime import RUNNERS, run_octave
+from symdyn.runtime import RUNNERS, interpreters
 from symdyn.runtime.commands import threads
 from symdyn.runtime.compiler import find_compiler
 from symdyn.verify import building as room
@@ -82,6 +82,7 @@ def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[
     return begun, done
 
 
+@pytest.mark.wide("node")
 @pytest.mark.runs
 @pytest.mark.parametrize(("program", "target"), [("octave-cli", "matlab"), ("node", "js")])
 def test_whoever_interrupts_a_call_waits_for_no_interpreter(
@@ -110,11 +111,11 @@ def test_whoever_interrupts_does_not_wait_for_the_compiler_of_octave(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, done = _slow(tmp_path, "mkoctfile", monkeypatch)
-    monkeypatch.setattr(run_octave, "find_octave", lambda: "octave")
+    monkeypatch.setattr(interpreters, "find_octave", lambda: "octave")
 
     def interrupted() -> None:
         with threads() as pool:
-            pool.submit(run_octave.run_matlab, emit(PROGRAM, "matlab", option="mex"))
+            pool.submit(interpreters.run_matlab, emit(PROGRAM, "matlab", option="mex"))
             _wait_for(begun)
             raise KeyboardInterrupt
 

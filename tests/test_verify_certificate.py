@@ -30,7 +30,7 @@ EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 SLOW = ("bicycle",)  # two wheels, whose roots are looked at with all their signs; a part of it is proved in every run
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide("cart_with_wheel", "free_body", "rsup")
 @pytest.mark.parametrize(
     "path",
     [pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else ()) for path in EXAMPLES],
@@ -58,6 +58,7 @@ def test_what_two_wheels_do_is_proved() -> None:
     assert "constraint_jacobian: recursive = differentiation" in proved
 
 
+@pytest.mark.wide("1")
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("seed", range(3))
 def test_random_trees_with_oblique_axes_and_odd_angles_pass(seed: int) -> None:

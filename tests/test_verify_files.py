@@ -50,6 +50,7 @@ def test_files_are_proved_by_what_their_headers_say(folder: Path, capsys: Captur
     assert "CMakeLists.txt, main.c" in str(found["notes"])
 
 
+@pytest.mark.long(0)
 def test_the_certificate_names_the_very_bytes(folder: Path, capsys: Capture) -> None:
     before = written(certificate(folder, capsys))["two_link.c"]["sha256"]
     path = folder / "two_link.c"
@@ -60,6 +61,8 @@ def test_the_certificate_names_the_very_bytes(folder: Path, capsys: Capture) -> 
     assert after["sha256"] != before
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide(2)
 @pytest.mark.parametrize(
     ("file", "old", "new", "told"),
     [
@@ -91,6 +94,7 @@ def test_a_file_that_was_taken_away_is_missed(folder: Path, capsys: Capture) -> 
     assert not found["passed"]
 
 
+@pytest.mark.long(0)
 def test_a_scene_that_has_changed_is_told(folder: Path, capsys: Capture, tmp_path: Path) -> None:
     changed = tmp_path / "elsewhere" / "two_link.toml"
     changed.parent.mkdir()
@@ -126,6 +130,8 @@ def test_a_header_is_data_and_what_is_strange_is_refused(
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide("math.h", "numpy.py")
 @pytest.mark.parametrize("name", ["math.h", "include/math.h", "cmath", "numpy.py", "numpy/__init__.py"])
 def test_a_file_that_hides_what_ours_ask_for_is_found(folder: Path, capsys: Capture, name: str) -> None:
     assert main(["generate", TWO_LINK, "--functions", "mass_matrix", "-o", str(folder)]) == 0

@@ -44,6 +44,7 @@ def findings_of(w):
 # Natural positions
 
 
+@pytest.mark.heavy("bicycle")
 @pytest.mark.long
 @pytest.mark.parametrize(
     "scene",

@@ -7,8 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from symdyn.algebra.balls import Midpoints, RealBalls
-from symdyn.algebra.big import BigFloats, RunningErrors
+from symdyn.algebra.big import BigFloats, Midpoints, RealBalls, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.verify.points import Bounds, FirstPoints, bound

@@ -158,6 +158,7 @@ def test_a_wrong_root_is_different_whatever_the_points(name, seed):
     assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == Verdict.DIFFERENT
 
 
+@pytest.mark.heavy("product under roots, where both exist")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["root of a square", "a factor under a root", "product under roots, where both exist"])
 def test_roots_that_are_not_independent_are_never_proved_by_luck(name):

@@ -15,8 +15,7 @@ import pytest
 from flint import arb
 from mechanisms import random_tree
 
-from symdyn.algebra.balls import Balls
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra.big import Balls, BigFloats
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.errors import VerifyError
@@ -91,6 +90,7 @@ def test_a_distance_is_rounded_up() -> None:
     assert distance(1.0, arb(-1).sqrt()) == math.inf
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs
 @pytest.mark.parametrize("seed", range(2))
 def test_bounds_hold_and_are_sharp(seed: int) -> None:

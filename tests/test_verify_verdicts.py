@@ -88,6 +88,7 @@ KINDS = {
 """Claims about equations, by what they are about."""
 
 
+@pytest.mark.long
 @numpy_alone
 @pytest.mark.mends("30.class.verdicts")
 @pytest.mark.parametrize("kind", KINDS)

@@ -295,6 +295,7 @@ def test_an_edit_a_fault_and_its_repair_are_seen_as_the_file_is_saved(tmp_path: 
     assert not [one for one in (tmp_path / "home").rglob("*") if one.is_file()]
 
 
+@pytest.mark.slow
 @pytest.mark.runs("chromium")
 def test_text_of_a_stranger_stays_text(tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"

@@ -39,6 +39,7 @@ def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
     return prove_texts(numbers, files, languages(name, option))
 
 
+@pytest.mark.long
 @pytest.mark.wide(4)
 @pytest.mark.parametrize("which", [*SCENES, "prepared", "static"])
 def test_what_is_written_is_proved(programs: dict[str, Program], name: str, option: str, which: str) -> None:
@@ -59,6 +60,8 @@ def test_every_operation_is_read(name: str, option: str) -> None:
         assert {one.verdict for one in found} <= {"proved", ""}, found
 
 
+@pytest.mark.long
+@pytest.mark.wide(3)
 def test_a_constant_that_is_one_unit_off_is_found(programs: dict[str, Program], name: str, option: str) -> None:
     numbers = printed(programs["puma560"], "double" if "double" in TARGETS[name].reals else TARGETS[name].reals[0])
     files = files_of(emit(numbers.program, name, numbers.real, option=option))
@@ -82,6 +85,7 @@ def test_a_function_that_is_not_there_is_missed(programs: dict[str, Program], na
     assert not all(one.passed for one in prove_texts(numbers, replace(files, contents=empty), languages(name, option)))
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize(
     ("right", "told"),
     [

@@ -43,6 +43,8 @@ def altered(program: Program, old: str, new: str, option: str = "") -> Written:
     return prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"], files.contents)[0]
 
 
+@pytest.mark.long
+@pytest.mark.wide("two_link", "four_bar-batch-double")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("option", ["", *TARGETS["c"].options])
 @pytest.mark.parametrize("scene", SCENES)
@@ -60,6 +62,7 @@ def test_every_file_of_c_is_proved(scene: str, option: str, real: str) -> None:
         assert bool(blocks) == (option == "batch")
 
 
+@pytest.mark.long(0)
 def test_long_functions_are_read_through_their_parts() -> None:
     program = symdyn.lower(symdyn.derive(chain(90), ["gravity_forces", "inverse_dynamics"]))
 
@@ -67,6 +70,7 @@ def test_long_functions_are_read_through_their_parts() -> None:
     assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
 
 
+@pytest.mark.long(0)
 def test_parts_leave_out_zeros_that_are_there_before() -> None:
     program = symdyn.lower(symdyn.derive(symdyn.example("quadruped"), ["inverse_dynamics_derivatives"]))
     cleared = "    memset(r, 0, sizeof r);\n"

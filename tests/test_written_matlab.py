@@ -21,6 +21,8 @@ def two_link() -> Program:
     return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
 
 
+@pytest.mark.long(0)
+@pytest.mark.wide("two_link", "four_bar")
 @pytest.mark.parametrize("scene", ["two_link", "four_bar", "cart_pole", "puma560"])
 def test_every_file_of_matlab_is_proved(scene: str) -> None:
     program = symdyn.lower(symdyn.derive(symdyn.example(scene)))

@@ -19,7 +19,7 @@ CASES = [
 ]
 
 
-@pytest.mark.wide(2)
+@pytest.mark.wide(4)
 @pytest.mark.parametrize(("name", "option"), CASES)
 def test_a_sample_of_faults_is_caught(name: str, option: str) -> None:
     program = symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "forward_dynamics"]))

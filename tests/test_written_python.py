@@ -20,6 +20,8 @@ def known(program: Program, target: str, option: str = "", real: str = "double")
     return prove_texts(printed(program, real), files, READERS[target], files.contents)
 
 
+@pytest.mark.long
+@pytest.mark.wide("two_link", "four_bar-casadi")
 @pytest.mark.parametrize("target", PYTHON)
 @pytest.mark.parametrize("scene", ["two_link", "four_bar", "cart_pole", "puma560"])
 def test_every_file_is_proved(scene: str, target: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 import symdyn
 from symdyn.scene import read_text
-from symdyn.scene.joints.start import start_of
+from symdyn.scene.joints.joint_table import start_of
 
 
 def _state(scene: symdyn.Scene) -> object:
@@ -66,7 +66,7 @@ def _run(scene: symdyn.Scene) -> object:
 
 
 def _spread(scene: symdyn.Scene) -> object:
-    from symdyn.scene.values.table import Faults
+    from symdyn.scene.values.entry import Faults
     from symdyn.study.first_order import read_spread
 
     return str(read_spread(scene, (), None, Faults("")))

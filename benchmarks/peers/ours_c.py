@@ -14,7 +14,7 @@ from native import address, compiled, loops
 from symdyn.emit import emit
 from symdyn.emit.code import stem
 from symdyn.runtime import find_compiler
-from symdyn.runtime.dialects import FLAGS
+from symdyn.runtime.commands import FLAGS
 
 NAME, FILLING, ALONE = "symdyn", "filling the result's array", "symdyn, arithmetic alone"
 

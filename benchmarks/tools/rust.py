@@ -8,8 +8,8 @@ from harness import Timed
 from symdyn.emit import emit
 from symdyn.runtime import find_compiler
 from symdyn.runtime.c_module import run_rust
+from symdyn.runtime.commands import RUST
 from symdyn.runtime.compiler import RUSTC
-from symdyn.runtime.dialects import RUST
 from tools.cpp import many_states, one_state
 
 

@@ -24,7 +24,7 @@
  *
  *     gravity_forces(q) -> g, shape (2,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 1 mul, 0 add, 1 sincos
+ *         rnea; 1 mul, 0 add, 1 sincos
  *
  *     coriolis_matrix(q, qd) -> C, shape (2, 2); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
@@ -57,7 +57,7 @@
  *
  *     k_G(q) -> k_G, shape (2,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 1 mul, 0 add, 1 sincos
+ *         rnea; 1 mul, 0 add, 1 sincos
  *
  *     pose_tip(q) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tip in the ground frame
@@ -218,7 +218,7 @@ const velocity_forces = (q, qd, out = new Float64Array(2)) => {
 /**
  * Returns the gravity forces g(q) = dP/dq.
  *
- * lagrange; 1 mul, 0 add, 1 sincos.
+ * rnea; 1 mul, 0 add, 1 sincos.
  *
  * @param {ArrayLike<number>} q joint positions, shape (2,); m, rad
  * @param {Float64Array} [out] where the result goes, length 2
@@ -386,7 +386,7 @@ const k_D = (q, out = new Float64Array(4)) => {
 /**
  * Returns the gravity coefficients k_G, which is g(q).
  *
- * lagrange; 1 mul, 0 add, 1 sincos.
+ * rnea; 1 mul, 0 add, 1 sincos.
  *
  * @param {ArrayLike<number>} q joint positions, shape (2,); m, rad
  * @param {Float64Array} [out] where the result goes, length 2

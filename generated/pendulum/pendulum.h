@@ -26,7 +26,7 @@
  *
  *     gravity_forces(q) -> g, shape (1,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 1 mul, 0 add, 1 sincos
+ *         rnea; 1 mul, 0 add, 1 sincos
  *
  *     coriolis_matrix(q, qd) -> C, shape (1, 1); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
@@ -65,7 +65,7 @@
  *
  *     k_G(q) -> k_G, shape (1,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 1 mul, 0 add, 1 sincos
+ *         rnea; 1 mul, 0 add, 1 sincos
  *
  *     pose_tip(q) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tip in the ground frame

@@ -25,7 +25,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     gravity_forces(q) -> g, shape (1,); N m (revolute) or N (prismatic)
         gravity forces g(q) = dP/dq
-        lagrange; 1 mul, 0 add, 1 sincos
+        rnea; 1 mul, 0 add, 1 sincos
 
     coriolis_matrix(q, qd) -> C, shape (1, 1); N m or N per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
@@ -64,7 +64,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     k_G(q) -> k_G, shape (1,); N m (revolute) or N (prismatic)
         gravity coefficients k_G, which is g(q)
-        lagrange; 1 mul, 0 add, 1 sincos
+        rnea; 1 mul, 0 add, 1 sincos
 
     pose_tip(q) -> T, shape (3, 4); 1 and m
         placement [R | p] of tip in the ground frame
@@ -446,7 +446,7 @@ def gravity_forces(q, out=None):
     Returns:
         g, shape (..., 1); N m (revolute) or N (prismatic).
 
-    lagrange; 1 mul, 0 add, 1 sincos.
+    rnea; 1 mul, 0 add, 1 sincos.
     A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
@@ -679,7 +679,7 @@ def k_G(q, out=None):
     Returns:
         k_G, shape (..., 1); N m (revolute) or N (prismatic).
 
-    lagrange; 1 mul, 0 add, 1 sincos.
+    rnea; 1 mul, 0 add, 1 sincos.
     A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(

@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "772cf5b96a423e2b9c1a76983ceeeaaf"
+#define SYMDYN_TOKEN "dd8965653c10906208dd387594187c87"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

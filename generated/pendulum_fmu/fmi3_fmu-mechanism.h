@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "7bc227898ef5adc1e67e467ae76d0dc7"
+#define SYMDYN_TOKEN "eed41183d1c329517b5631ee26cec55a"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

@@ -24,7 +24,7 @@
  *
  *     gravity_forces(q) -> g, shape (6,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 25 mul, 13 add, 4 sincos
+ *         rnea; 28 mul, 12 add, 4 sincos
  *
  *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
@@ -56,7 +56,7 @@
  *
  *     k_G(q) -> k_G, shape (6,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 25 mul, 13 add, 4 sincos
+ *         rnea; 28 mul, 12 add, 4 sincos
  *
  *     pose_tool(q) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tool in the ground frame

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 29 mul, 13 add, 2 div, 2 sincos
+ *         crba; 27 mul, 15 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -173,18 +173,19 @@ void forward_dynamics(const T *q, const T *qd, const T *tau, const T *params, T 
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = c1 * p_g;
-    const T x3 = qd_1 + qd_2;
-    const T x4 = p_m2 * p_h2;
-    const T x5 = T(1.0) / (p_m2 * (p_h2 * p_h2));
-    const T x6 = x4 * x5;
-    const T x7 = c2 * (x4 * x6);
-    const T x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
-    const T x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
-    const T x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
-    const T x11 = T(1.0) / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
-    out[0] = x11;
-    out[1] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
+    const T x2 = qd_1 + qd_2;
+    const T x3 = p_m2 * p_h2;
+    const T x4 = x3 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
+    const T x5 = c2 * x3;
+    const T x6 = p_m2 * (p_h2 * p_h2);
+    const T x7 = x6 + p_h1 * x5;
+    const T x8 = x7 / x6;
+    const T x9 = tau_2 - x4;
+    const T x10 = tau_1 - x1 * (p_h1 * (p_m1 + p_m2)) - x4 + x2 * (x2 * (s2 * (p_h1 * x3)));
+    const T x11 = x6 + p_h1 * (p_m1 * p_h1) + (T(2.0) * p_h1 * (x5 + p_m2 * (T(0.5) * p_h1)) - x7 * x8);
+    const T x12 = (x10 - x8 * x9) / x11;
+    out[0] = x12;
+    out[1] = x9 / x6 - x8 * x12;
 }
 
 template <class T>
@@ -197,13 +198,13 @@ void mass_matrix(const T *q, const T *params, T *out)
     const T p_h1 = params[2];
     const T p_h2 = params[3];
     const T c2 = cos(q_2);
-    const T x1 = p_m2 * (p_h2 * p_h2);
-    const T x2 = c2 * (p_m2 * p_h2);
-    const T x3 = x1 + p_h1 * x2;
-    out[0] = x1 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x2 + p_m2 * (T(0.5) * p_h1));
+    const T x1 = c2 * (p_m2 * p_h2);
+    const T x2 = p_m2 * (p_h2 * p_h2);
+    const T x3 = x2 + p_h1 * x1;
+    out[0] = x2 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x1 + p_m2 * (T(0.5) * p_h1));
     out[1] = x3;
     out[2] = x3;
-    out[3] = x1;
+    out[3] = x2;
 }
 
 template <class T>
@@ -241,8 +242,8 @@ void gravity_forces(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
-    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+    const T x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
     out[1] = x2;
 }
 
@@ -322,7 +323,7 @@ void potential_energy(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = p_m2 * p_h2;
-    out[0] = -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
+    out[0] = p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
 }
 
 template <class T>
@@ -335,13 +336,13 @@ void k_z(const T *q, const T *params, T *out)
     const T p_h1 = params[2];
     const T p_h2 = params[3];
     const T c2 = cos(q_2);
-    const T x1 = p_m2 * (p_h2 * p_h2);
-    const T x2 = c2 * (p_m2 * p_h2);
-    const T x3 = x1 + p_h1 * x2;
-    out[0] = x1 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x2 + p_m2 * (T(0.5) * p_h1));
+    const T x1 = c2 * (p_m2 * p_h2);
+    const T x2 = p_m2 * (p_h2 * p_h2);
+    const T x3 = x2 + p_h1 * x1;
+    out[0] = x2 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x1 + p_m2 * (T(0.5) * p_h1));
     out[1] = x3;
     out[2] = x3;
-    out[3] = x1;
+    out[3] = x2;
 }
 
 template <class T>
@@ -390,8 +391,8 @@ void k_G(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
-    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+    const T x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
     out[1] = x2;
 }
 
@@ -510,7 +511,7 @@ std::array<T, 2> inverse_dynamics(const std::array<T, 2> &q, const std::array<ty
 /**
  * Returns the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q) [rad/s^2 (revolute) or m/s^2 (prismatic)].
  *
- * aba; 29 mul, 13 add, 2 div, 2 sincos.
+ * crba; 27 mul, 15 add, 3 div, 2 sincos.
  *
  * @param q joint positions, 2 entries; rad
  * @param qd joint velocities, 2 entries; rad/s

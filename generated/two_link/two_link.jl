@@ -11,7 +11,7 @@
 #
 #     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
 #         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-#         aba; 29 mul, 13 add, 2 div, 2 sincos
+#         crba; 27 mul, 15 add, 3 div, 2 sincos
 #
 #     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
 #         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -173,7 +173,7 @@ end
     params, length 5; kg, kg, m, m, m/s^2: free parameters: m1, m2, h1, h2, g
     qdd, size (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
 
-    aba; 29 mul, 13 add, 2 div, 2 sincos.
+    crba; 27 mul, 15 add, 3 div, 2 sincos.
     A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
 """
 function forward_dynamics!(out, q, qd, tau, params)
@@ -198,18 +198,19 @@ function forward_dynamics!(out, q, qd, tau, params)
     s1, c1 = sincos(q_1)
     s2, c2 = sincos(q_2)
     x1 = s1 * p_g
-    x2 = c1 * p_g
-    x3 = qd_1 + qd_2
-    x4 = p_m2 * p_h2
-    x5 = T(1.0) / (p_m2 * (p_h2 * p_h2))
-    x6 = x4 * x5
-    x7 = c2 * (x4 * x6)
-    x8 = p_h1 * (p_m1 + p_m2 - c2 * x7)
-    x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)))
-    x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6))
-    x11 = T(1.0) / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10)
-    @inbounds out[1] = x11
-    @inbounds out[2] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)))
+    x2 = qd_1 + qd_2
+    x3 = p_m2 * p_h2
+    x4 = x3 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1)
+    x5 = c2 * x3
+    x6 = p_m2 * (p_h2 * p_h2)
+    x7 = x6 + p_h1 * x5
+    x8 = x7 / x6
+    x9 = tau_2 - x4
+    x10 = tau_1 - x1 * (p_h1 * (p_m1 + p_m2)) - x4 + x2 * (x2 * (s2 * (p_h1 * x3)))
+    x11 = x6 + p_h1 * (p_m1 * p_h1) + (T(2.0) * p_h1 * (x5 + p_m2 * (T(0.5) * p_h1)) - x7 * x8)
+    x12 = (x10 - x8 * x9) / x11
+    @inbounds out[1] = x12
+    @inbounds out[2] = x9 / x6 - x8 * x12
     return out
 end
 
@@ -224,7 +225,7 @@ end
     params, length 5; kg, kg, m, m, m/s^2: free parameters: m1, m2, h1, h2, g
     qdd, size (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
 
-    aba; 29 mul, 13 add, 2 div, 2 sincos.
+    crba; 27 mul, 15 add, 3 div, 2 sincos.
     A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
 """
 function forward_dynamics(q, qd, tau, params)
@@ -256,13 +257,13 @@ function mass_matrix!(out, q, params)
     p_h1 = float(@inbounds params[3])
     p_h2 = float(@inbounds params[4])
     c2 = cos(q_2)
-    x1 = p_m2 * (p_h2 * p_h2)
-    x2 = c2 * (p_m2 * p_h2)
-    x3 = x1 + p_h1 * x2
-    @inbounds out[1, 1] = x1 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x2 + p_m2 * (T(0.5) * p_h1))
+    x1 = c2 * (p_m2 * p_h2)
+    x2 = p_m2 * (p_h2 * p_h2)
+    x3 = x2 + p_h1 * x1
+    @inbounds out[1, 1] = x2 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x1 + p_m2 * (T(0.5) * p_h1))
     @inbounds out[1, 2] = x3
     @inbounds out[2, 1] = x3
-    @inbounds out[2, 2] = x1
+    @inbounds out[2, 2] = x2
     return out
 end
 
@@ -364,8 +365,8 @@ function gravity_forces!(out, q, params)
     s1, c1 = sincos(q_1)
     s2, c2 = sincos(q_2)
     x1 = s1 * p_g
-    x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1)
-    @inbounds out[1] = x2 + x1 * (p_h1 * (p_m1 + p_m2))
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
+    @inbounds out[1] = x1 * (p_h1 * (p_m1 + p_m2)) + x2
     @inbounds out[2] = x2
     return out
 end
@@ -558,7 +559,7 @@ function potential_energy(q, params)
     s1, c1 = sincos(q_1)
     s2, c2 = sincos(q_2)
     x1 = p_m2 * p_h2
-    return -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)))
+    return p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1))
 end
 
 """
@@ -585,13 +586,13 @@ function k_z!(out, q, params)
     p_h1 = float(@inbounds params[3])
     p_h2 = float(@inbounds params[4])
     c2 = cos(q_2)
-    x1 = p_m2 * (p_h2 * p_h2)
-    x2 = c2 * (p_m2 * p_h2)
-    x3 = x1 + p_h1 * x2
-    @inbounds out[1, 1] = x1 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x2 + p_m2 * (T(0.5) * p_h1))
+    x1 = c2 * (p_m2 * p_h2)
+    x2 = p_m2 * (p_h2 * p_h2)
+    x3 = x2 + p_h1 * x1
+    @inbounds out[1, 1] = x2 + p_h1 * (p_m1 * p_h1) + T(2.0) * p_h1 * (x1 + p_m2 * (T(0.5) * p_h1))
     @inbounds out[1, 2] = x3
     @inbounds out[2, 1] = x3
-    @inbounds out[2, 2] = x1
+    @inbounds out[2, 2] = x2
     return out
 end
 
@@ -733,8 +734,8 @@ function k_G!(out, q, params)
     s1, c1 = sincos(q_1)
     s2, c2 = sincos(q_2)
     x1 = s1 * p_g
-    x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1)
-    @inbounds out[1] = x2 + x1 * (p_h1 * (p_m1 + p_m2))
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
+    @inbounds out[1] = x1 * (p_h1 * (p_m1 + p_m2)) + x2
     @inbounds out[2] = x2
     return out
 end

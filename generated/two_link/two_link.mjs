@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 29 mul, 13 add, 2 div, 2 sincos
+ *         crba; 27 mul, 15 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -159,7 +159,7 @@ const inverse_dynamics = (q, qd, qdd, params, out = new Float64Array(2)) => {
 /**
  * Returns the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q).
  *
- * aba; 29 mul, 13 add, 2 div, 2 sincos.
+ * crba; 27 mul, 15 add, 3 div, 2 sincos.
  *
  * @param {ArrayLike<number>} q joint positions, shape (2,); rad
  * @param {ArrayLike<number>} qd joint velocities, shape (2,); rad/s
@@ -190,18 +190,19 @@ const forward_dynamics = (q, qd, tau, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = c1 * p_g;
-  const x3 = qd_1 + qd_2;
-  const x4 = p_m2 * p_h2;
-  const x5 = 1.0 / (p_m2 * (p_h2 * p_h2));
-  const x6 = x4 * x5;
-  const x7 = c2 * (x4 * x6);
-  const x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
-  const x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
-  const x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
-  const x11 = 1.0 / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
-  out[0] = x11;
-  out[1] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
+  const x2 = qd_1 + qd_2;
+  const x3 = p_m2 * p_h2;
+  const x4 = x3 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
+  const x5 = c2 * x3;
+  const x6 = p_m2 * (p_h2 * p_h2);
+  const x7 = x6 + p_h1 * x5;
+  const x8 = x7 / x6;
+  const x9 = tau_2 - x4;
+  const x10 = tau_1 - x1 * (p_h1 * (p_m1 + p_m2)) - x4 + x2 * (x2 * (s2 * (p_h1 * x3)));
+  const x11 = x6 + p_h1 * (p_m1 * p_h1) + (2.0 * p_h1 * (x5 + p_m2 * (0.5 * p_h1)) - x7 * x8);
+  const x12 = (x10 - x8 * x9) / x11;
+  out[0] = x12;
+  out[1] = x9 / x6 - x8 * x12;
   return out;
 };
 
@@ -226,13 +227,13 @@ const mass_matrix = (q, params, out = new Float64Array(4)) => {
   const p_h1 = params[2];
   const p_h2 = params[3];
   const c2 = Math.cos(q_2);
-  const x1 = p_m2 * (p_h2 * p_h2);
-  const x2 = c2 * (p_m2 * p_h2);
-  const x3 = x1 + p_h1 * x2;
-  out[0] = x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)); // 0, 0
+  const x1 = c2 * (p_m2 * p_h2);
+  const x2 = p_m2 * (p_h2 * p_h2);
+  const x3 = x2 + p_h1 * x1;
+  out[0] = x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1)); // 0, 0
   out[1] = x3; // 0, 1
   out[2] = x3; // 1, 0
-  out[3] = x1; // 1, 1
+  out[3] = x2; // 1, 1
   return out;
 };
 
@@ -295,8 +296,8 @@ const gravity_forces = (q, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
-  out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+  const x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+  out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
   out[1] = x2;
   return out;
 };
@@ -424,7 +425,7 @@ const potential_energy = (q, params) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = p_m2 * p_h2;
-  return -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
+  return p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
 };
 
 
@@ -448,13 +449,13 @@ const k_z = (q, params, out = new Float64Array(4)) => {
   const p_h1 = params[2];
   const p_h2 = params[3];
   const c2 = Math.cos(q_2);
-  const x1 = p_m2 * (p_h2 * p_h2);
-  const x2 = c2 * (p_m2 * p_h2);
-  const x3 = x1 + p_h1 * x2;
-  out[0] = x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)); // 0, 0
+  const x1 = c2 * (p_m2 * p_h2);
+  const x2 = p_m2 * (p_h2 * p_h2);
+  const x3 = x2 + p_h1 * x1;
+  out[0] = x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1)); // 0, 0
   out[1] = x3; // 0, 1
   out[2] = x3; // 1, 0
-  out[3] = x1; // 1, 1
+  out[3] = x2; // 1, 1
   return out;
 };
 
@@ -538,8 +539,8 @@ const k_G = (q, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
-  out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+  const x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+  out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
   out[1] = x2;
   return out;
 };

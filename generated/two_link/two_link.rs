@@ -11,7 +11,7 @@
 //
 //     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
 //         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-//         aba; 29 mul, 13 add, 2 div, 2 sincos
+//         crba; 27 mul, 15 add, 3 div, 2 sincos
 //
 //     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
 //         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -136,7 +136,7 @@ pub fn inverse_dynamics(q: &[f64; 2], qd: &[f64; 2], qdd: &[f64; 2], params: &[f
 
 /// Computes the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q) \[rad/s^2 (revolute) or m/s^2 (prismatic)\].
 ///
-/// aba; 29 mul, 13 add, 2 div, 2 sincos.
+/// crba; 27 mul, 15 add, 3 div, 2 sincos.
 ///
 /// * `q`: joint positions, 2 entries; rad
 /// * `qd`: joint velocities, 2 entries; rad/s
@@ -162,19 +162,20 @@ pub fn forward_dynamics(q: &[f64; 2], qd: &[f64; 2], tau: &[f64; 2], params: &[f
     let c1 = cosine1[0];
     let s2 = sine1[1];
     let c2 = cosine1[1];
-    let x4 = p_m2 * p_h2;
-    let x5 = 1.0 / (p_m2 * (p_h2 * p_h2));
-    let x6 = x4 * x5;
+    let x3 = p_m2 * p_h2;
+    let x6 = p_m2 * (p_h2 * p_h2);
     let x1 = s1 * p_g;
-    let x2 = c1 * p_g;
-    let x3 = qd_1 + qd_2;
-    let x7 = c2 * (x4 * x6);
-    let x8 = p_h1 * fma(-c2, x7, p_m1 + p_m2);
-    let x9 = fma(-qd_1, qd_1 * (s2 * (p_h1 * x4)), tau_2);
-    let x10 = p_h1 * fma(-x9, c2 * x6, s2 * fma(x2, x7, x3 * (x3 * x4)));
-    let x11 = 1.0 / (p_h1 * x8) * (fma(-x1, x8, tau_1 - tau_2) + x10);
-    out[0] = x11;
-    out[1] = fma(x5, x9, -fma(x6, fma(c2, fma(p_h1, x11, x1), s2 * x2), x11));
+    let x2 = qd_1 + qd_2;
+    let x4 = x3 * fma(c2, x1, s2 * fma(p_h1, qd_1 * qd_1, c1 * p_g));
+    let x10 = fma(x2, x2 * (s2 * (p_h1 * x3)), fma(-x1, p_h1 * (p_m1 + p_m2), tau_1) - x4);
+    let x5 = c2 * x3;
+    let x9 = tau_2 - x4;
+    let x7 = fma(p_h1, x5, x6);
+    let x8 = x7 / x6;
+    let x11 = fma(p_h1, p_m1 * p_h1, x6) + fma(-x7, x8, 2.0 * p_h1 * fma(p_m2, 0.5 * p_h1, x5));
+    let x12 = fma(-x8, x9, x10) / x11;
+    out[0] = x12;
+    out[1] = fma(-x8, x12, x9 / x6);
 }
 
 /// Computes the mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 \[kg m^2, kg m or kg\].
@@ -194,13 +195,13 @@ pub fn mass_matrix(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 4]) {
     let p_h2 = params[3];
     let (_sine1, cosine1) = sincos(&[q_2]);
     let c2 = cosine1[0];
-    let x1 = p_m2 * (p_h2 * p_h2);
-    let x2 = c2 * (p_m2 * p_h2);
-    let x3 = fma(p_h1, x2, x1);
-    out[0] = fma(2.0 * p_h1, fma(p_m2, 0.5 * p_h1, x2), fma(p_h1, p_m1 * p_h1, x1));
+    let x2 = p_m2 * (p_h2 * p_h2);
+    let x1 = c2 * (p_m2 * p_h2);
+    let x3 = fma(p_h1, x1, x2);
+    out[0] = fma(2.0 * p_h1, fma(p_m2, 0.5 * p_h1, x1), fma(p_h1, p_m1 * p_h1, x2));
     out[1] = x3;
     out[2] = x3;
-    out[3] = x1;
+    out[3] = x2;
 }
 
 /// Computes the Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd \[N m (revolute) or N (prismatic)\].
@@ -252,7 +253,7 @@ pub fn gravity_forces(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 2]) {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = s1 * p_g;
-    let x2 = p_m2 * p_h2 * fma(c2, x1, s2 * (c1 * p_g));
+    let x2 = p_m2 * p_h2 * fma(s2, c1 * p_g, c2 * x1);
     out[0] = fma(x1, p_h1 * (p_m1 + p_m2), x2);
     out[1] = x2;
 }
@@ -361,7 +362,7 @@ pub fn potential_energy(q: &[f64; 2], params: &[f64; 5]) -> f64 {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = p_m2 * p_h2;
-    -(p_g * fma(-s1, s2 * x1, c1 * fma(c2, x1, p_h1 * (p_m1 + p_m2))))
+    p_g * fma(-c1, fma(c2, x1, p_h1 * (p_m1 + p_m2)), s1 * (s2 * x1))
 }
 
 /// Computes the inertia coefficients k\_z of qdd\_j, which is M(q) \[kg m^2, kg m or kg\].
@@ -381,13 +382,13 @@ pub fn k_z(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 4]) {
     let p_h2 = params[3];
     let (_sine1, cosine1) = sincos(&[q_2]);
     let c2 = cosine1[0];
-    let x1 = p_m2 * (p_h2 * p_h2);
-    let x2 = c2 * (p_m2 * p_h2);
-    let x3 = fma(p_h1, x2, x1);
-    out[0] = fma(2.0 * p_h1, fma(p_m2, 0.5 * p_h1, x2), fma(p_h1, p_m1 * p_h1, x1));
+    let x2 = p_m2 * (p_h2 * p_h2);
+    let x1 = c2 * (p_m2 * p_h2);
+    let x3 = fma(p_h1, x1, x2);
+    out[0] = fma(2.0 * p_h1, fma(p_m2, 0.5 * p_h1, x1), fma(p_h1, p_m1 * p_h1, x2));
     out[1] = x3;
     out[2] = x3;
-    out[3] = x1;
+    out[3] = x2;
 }
 
 /// Computes the Coriolis coefficients k\_C of qd\_j qd\_k, columns are the pairs j \< k in lexicographic order \[N m or N per unit of velocity squared\].
@@ -456,7 +457,7 @@ pub fn k_G(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 2]) {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = s1 * p_g;
-    let x2 = p_m2 * p_h2 * fma(c2, x1, s2 * (c1 * p_g));
+    let x2 = p_m2 * p_h2 * fma(s2, c1 * p_g, c2 * x1);
     out[0] = fma(x1, p_h1 * (p_m1 + p_m2), x2);
     out[1] = x2;
 }

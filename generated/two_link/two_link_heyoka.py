@@ -11,7 +11,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-        aba; 29 mul, 13 add, 2 div, 2 sincos
+        crba; 27 mul, 15 add, 3 div, 2 sincos
 
     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -198,7 +198,7 @@ def forward_dynamics(q, qd, tau, params):
     Returns:
         qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic).
 
-    aba; 29 mul, 13 add, 2 div, 2 sincos.
+    crba; 27 mul, 15 add, 3 div, 2 sincos.
     """
     entries = _forward_dynamics(
         _expressions_of(q, 2, "q"),
@@ -226,19 +226,20 @@ def _forward_dynamics(q, qd, tau, params):
     s2 = heyoka.sin(q_2)
     c2 = heyoka.cos(q_2)
     x1 = s1 * p_g
-    x2 = c1 * p_g
-    x3 = qd_1 + qd_2
-    x4 = p_m2 * p_h2
-    x5 = 1.0 / (p_m2 * (p_h2 * p_h2))
-    x6 = x4 * x5
-    x7 = c2 * (x4 * x6)
-    x8 = p_h1 * (p_m1 + p_m2 - c2 * x7)
-    x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)))
-    x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6))
-    x11 = 1.0 / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10)
+    x2 = qd_1 + qd_2
+    x3 = p_m2 * p_h2
+    x4 = x3 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1)
+    x5 = c2 * x3
+    x6 = p_m2 * (p_h2 * p_h2)
+    x7 = x6 + p_h1 * x5
+    x8 = x7 / x6
+    x9 = tau_2 - x4
+    x10 = tau_1 - x1 * (p_h1 * (p_m1 + p_m2)) - x4 + x2 * (x2 * (s2 * (p_h1 * x3)))
+    x11 = x6 + p_h1 * (p_m1 * p_h1) + (2.0 * p_h1 * (x5 + p_m2 * (0.5 * p_h1)) - x7 * x8)
+    x12 = (x10 - x8 * x9) / x11
     return (
-        x11,
-        x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11))),
+        x12,
+        x9 / x6 - x8 * x12,
     )
 
 
@@ -268,14 +269,14 @@ def _mass_matrix(q, params):
     p_h1 = params[2]
     p_h2 = params[3]
     c2 = heyoka.cos(q_2)
-    x1 = p_m2 * (p_h2 * p_h2)
-    x2 = c2 * (p_m2 * p_h2)
-    x3 = x1 + p_h1 * x2
+    x1 = c2 * (p_m2 * p_h2)
+    x2 = p_m2 * (p_h2 * p_h2)
+    x3 = x2 + p_h1 * x1
     return (
-        x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)),  # 0, 0
+        x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1)),  # 0, 0
         x3,  # 0, 1
         x3,  # 1, 0
-        x1,  # 1, 1
+        x2,  # 1, 1
     )
 
 
@@ -349,9 +350,9 @@ def _gravity_forces(q, params):
     s2 = heyoka.sin(q_2)
     c2 = heyoka.cos(q_2)
     x1 = s1 * p_g
-    x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1)
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
     return (
-        x2 + x1 * (p_h1 * (p_m1 + p_m2)),
+        x1 * (p_h1 * (p_m1 + p_m2)) + x2,
         x2,
     )
 
@@ -508,7 +509,7 @@ def _potential_energy(q, params):
     c2 = heyoka.cos(q_2)
     x1 = p_m2 * p_h2
     return (
-        -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1))),
+        p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1)),
     )
 
 
@@ -538,14 +539,14 @@ def _k_z(q, params):
     p_h1 = params[2]
     p_h2 = params[3]
     c2 = heyoka.cos(q_2)
-    x1 = p_m2 * (p_h2 * p_h2)
-    x2 = c2 * (p_m2 * p_h2)
-    x3 = x1 + p_h1 * x2
+    x1 = c2 * (p_m2 * p_h2)
+    x2 = p_m2 * (p_h2 * p_h2)
+    x3 = x2 + p_h1 * x1
     return (
-        x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)),  # 0, 0
+        x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1)),  # 0, 0
         x3,  # 0, 1
         x3,  # 1, 0
-        x1,  # 1, 1
+        x2,  # 1, 1
     )
 
 
@@ -646,9 +647,9 @@ def _k_G(q, params):
     s2 = heyoka.sin(q_2)
     c2 = heyoka.cos(q_2)
     x1 = s1 * p_g
-    x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1)
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
     return (
-        x2 + x1 * (p_h1 * (p_m1 + p_m2)),
+        x1 * (p_h1 * (p_m1 + p_m2)) + x2,
         x2,
     )
 

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 29 mul, 13 add, 2 div, 2 sincos
+ *         crba; 27 mul, 15 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -438,31 +438,32 @@ SYMDYN_ALONE static void forward_dynamics_pass3(double (*restrict x)[1], const d
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd p_g = dd_of(params[8], params[9]);
-    const dd x4 = dd_mul(p_m2, p_h2);
-    const dd x5 = dd_div(dd_of(1.0, 0.0), dd_mul(p_m2, dd_mul_loose(p_h2, p_h2)));
-    const dd x6 = dd_mul(x4, x5);
+    const dd x3 = dd_mul(p_m2, p_h2);
+    const dd x6 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
     for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
-        const dd c1 = dd_of(w[2][k], w[3][k]);
-        const dd x2 = dd_mul(c1, p_g);
         const dd qd_1 = dd_of(x[4][k], x[5][k]);
         const dd qd_2 = dd_of(x[6][k], x[7][k]);
-        const dd x3 = dd_add(qd_1, qd_2);
-        const dd c2 = dd_of(w[6][k], w[7][k]);
-        const dd x7 = dd_mul(c2, dd_mul_loose(x4, x6));
-        const dd x8 = dd_mul(p_h1, dd_sub(dd_add_loose(p_m1, p_m2), dd_mul_loose(c2, x7)));
-        const dd tau_2 = dd_of(x[10][k], x[11][k]);
+        const dd x2 = dd_add(qd_1, qd_2);
         const dd s2 = dd_of(w[4][k], w[5][k]);
-        const dd x9 = dd_sub(tau_2, dd_mul_loose(qd_1, dd_mul_loose(qd_1, dd_mul_loose(s2, dd_mul_loose(p_h1, x4)))));
-        const dd x10 = dd_mul(p_h1, dd_sub(dd_mul_loose(s2, dd_add(dd_mul_loose(x3, dd_mul_loose(x3, x4)), dd_mul_loose(x2, x7))), dd_mul_loose(x9, dd_mul_loose(c2, x6))));
+        const dd c1 = dd_of(w[2][k], w[3][k]);
+        const dd c2 = dd_of(w[6][k], w[7][k]);
+        const dd x4 = dd_mul(x3, dd_add(dd_mul_loose(s2, dd_add(dd_mul_loose(c1, p_g), dd_mul_loose(p_h1, dd_mul_loose(qd_1, qd_1)))), dd_mul_loose(c2, x1)));
         const dd tau_1 = dd_of(x[8][k], x[9][k]);
-        const dd x11 = dd_mul(dd_div(dd_of(1.0, 0.0), dd_mul(p_h1, x8)), dd_add(dd_sub_loose(dd_sub_loose(tau_1, tau_2), dd_mul_loose(x1, x8)), x10));
-        const dd out_2 = dd_sub(dd_mul_loose(x5, x9), dd_add_loose(x11, dd_mul_loose(x6, dd_add(dd_mul_loose(s2, x2), dd_mul_loose(c2, dd_add(x1, dd_mul_loose(p_h1, x11)))))));
+        const dd x10 = dd_add(dd_sub_loose(dd_sub_loose(tau_1, dd_mul_loose(x1, dd_mul_loose(p_h1, dd_add(p_m1, p_m2)))), x4), dd_mul_loose(x2, dd_mul_loose(x2, dd_mul_loose(s2, dd_mul_loose(p_h1, x3)))));
+        const dd x5 = dd_mul(c2, x3);
+        const dd tau_2 = dd_of(x[10][k], x[11][k]);
+        const dd x9 = dd_sub(tau_2, x4);
+        const dd x7 = dd_add(x6, dd_mul_loose(p_h1, x5));
+        const dd x8 = dd_div(x7, x6);
+        const dd x11 = dd_add(dd_add_loose(x6, dd_mul_loose(p_h1, dd_mul_loose(p_m1, p_h1))), dd_sub_loose(dd_mul_loose(dd_scale(p_h1, 2.0), dd_add(x5, dd_mul_loose(p_m2, dd_scale(p_h1, 0.5)))), dd_mul_loose(x7, x8)));
+        const dd x12 = dd_div(dd_sub(x10, dd_mul_loose(x8, x9)), x11);
+        const dd out_2 = dd_sub(dd_div(x9, x6), dd_mul_loose(x8, x12));
         y[2][k] = out_2.hi;
         y[3][k] = out_2.lo;
-        const dd out_1 = x11;
+        const dd out_1 = x12;
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
     }
@@ -503,18 +504,18 @@ SYMDYN_ALONE static void mass_matrix_pass2(double (*restrict x)[1], const double
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
-    const dd x1 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
+    const dd x2 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
     for (size_t k = 0; k < 1; k++) {
-        const dd out_4 = x1;
+        const dd out_4 = x2;
         y[6][k] = out_4.hi;
         y[7][k] = out_4.lo;
         const dd c2 = dd_of(w[0][k], w[1][k]);
-        const dd x2 = dd_mul(c2, dd_mul_loose(p_m2, p_h2));
-        const dd out_1 = dd_add(dd_add_loose(x1, dd_mul_loose(p_h1, dd_mul_loose(p_m1, p_h1))), dd_mul_loose(dd_scale(p_h1, 2.0), dd_add(x2, dd_mul_loose(p_m2, dd_scale(p_h1, 0.5)))));
+        const dd x1 = dd_mul(c2, dd_mul_loose(p_m2, p_h2));
+        const dd out_1 = dd_add(dd_add_loose(x2, dd_mul_loose(p_h1, dd_mul_loose(p_m1, p_h1))), dd_mul_loose(dd_scale(p_h1, 2.0), dd_add(x1, dd_mul_loose(p_m2, dd_scale(p_h1, 0.5)))));
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
-        const dd x3 = dd_add(x1, dd_mul_loose(p_h1, x2));
+        const dd x3 = dd_add(x2, dd_mul_loose(p_h1, x1));
         const dd out_2 = x3;
         y[2][k] = out_2.hi;
         y[3][k] = out_2.lo;
@@ -610,11 +611,11 @@ SYMDYN_ALONE static void gravity_forces_pass3(double (*restrict x)[1], const dou
     for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
+        const dd c2 = dd_of(w[6][k], w[7][k]);
         const dd s2 = dd_of(w[4][k], w[5][k]);
         const dd c1 = dd_of(w[2][k], w[3][k]);
-        const dd c2 = dd_of(w[6][k], w[7][k]);
-        const dd x2 = dd_mul(dd_mul_loose(p_m2, p_h2), dd_add(dd_mul_loose(s2, dd_mul_loose(c1, p_g)), dd_mul_loose(c2, x1)));
-        const dd out_1 = dd_add(x2, dd_mul_loose(x1, dd_mul_loose(p_h1, dd_add(p_m1, p_m2))));
+        const dd x2 = dd_mul(dd_mul_loose(p_m2, p_h2), dd_add(dd_mul_loose(c2, x1), dd_mul_loose(s2, dd_mul_loose(c1, p_g))));
+        const dd out_1 = dd_add(dd_mul_loose(x1, dd_mul_loose(p_h1, dd_add(p_m1, p_m2))), x2);
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
         const dd out_2 = x2;
@@ -814,11 +815,11 @@ SYMDYN_ALONE static void potential_energy_pass3(double (*restrict x)[1], const d
     const dd x1 = dd_mul(p_m2, p_h2);
 #pragma omp simd
     for (size_t k = 0; k < 1; k++) {
-        const dd c1 = dd_of(w[2][k], w[3][k]);
-        const dd c2 = dd_of(w[6][k], w[7][k]);
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd s2 = dd_of(w[4][k], w[5][k]);
-        const dd out_1 = dd_neg(dd_mul(p_g, dd_sub(dd_mul_loose(c1, dd_add(dd_mul_loose(p_h1, dd_add(p_m1, p_m2)), dd_mul_loose(c2, x1))), dd_mul_loose(s1, dd_mul_loose(s2, x1)))));
+        const dd c1 = dd_of(w[2][k], w[3][k]);
+        const dd c2 = dd_of(w[6][k], w[7][k]);
+        const dd out_1 = dd_mul(p_g, dd_sub(dd_mul_loose(s1, dd_mul_loose(s2, x1)), dd_mul_loose(c1, dd_add(dd_mul_loose(p_h1, dd_add(p_m1, p_m2)), dd_mul_loose(c2, x1)))));
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
     }
@@ -857,18 +858,18 @@ SYMDYN_ALONE static void k_z_pass2(double (*restrict x)[1], const double *restri
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
-    const dd x1 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
+    const dd x2 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
     for (size_t k = 0; k < 1; k++) {
-        const dd out_4 = x1;
+        const dd out_4 = x2;
         y[6][k] = out_4.hi;
         y[7][k] = out_4.lo;
         const dd c2 = dd_of(w[0][k], w[1][k]);
-        const dd x2 = dd_mul(c2, dd_mul_loose(p_m2, p_h2));
-        const dd out_1 = dd_add(dd_add_loose(x1, dd_mul_loose(p_h1, dd_mul_loose(p_m1, p_h1))), dd_mul_loose(dd_scale(p_h1, 2.0), dd_add(x2, dd_mul_loose(p_m2, dd_scale(p_h1, 0.5)))));
+        const dd x1 = dd_mul(c2, dd_mul_loose(p_m2, p_h2));
+        const dd out_1 = dd_add(dd_add_loose(x2, dd_mul_loose(p_h1, dd_mul_loose(p_m1, p_h1))), dd_mul_loose(dd_scale(p_h1, 2.0), dd_add(x1, dd_mul_loose(p_m2, dd_scale(p_h1, 0.5)))));
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
-        const dd x3 = dd_add(x1, dd_mul_loose(p_h1, x2));
+        const dd x3 = dd_add(x2, dd_mul_loose(p_h1, x1));
         const dd out_2 = x3;
         y[2][k] = out_2.hi;
         y[3][k] = out_2.lo;
@@ -1008,11 +1009,11 @@ SYMDYN_ALONE static void k_G_pass3(double (*restrict x)[1], const double *restri
     for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
+        const dd c2 = dd_of(w[6][k], w[7][k]);
         const dd s2 = dd_of(w[4][k], w[5][k]);
         const dd c1 = dd_of(w[2][k], w[3][k]);
-        const dd c2 = dd_of(w[6][k], w[7][k]);
-        const dd x2 = dd_mul(dd_mul_loose(p_m2, p_h2), dd_add(dd_mul_loose(s2, dd_mul_loose(c1, p_g)), dd_mul_loose(c2, x1)));
-        const dd out_1 = dd_add(x2, dd_mul_loose(x1, dd_mul_loose(p_h1, dd_add(p_m1, p_m2))));
+        const dd x2 = dd_mul(dd_mul_loose(p_m2, p_h2), dd_add(dd_mul_loose(c2, x1), dd_mul_loose(s2, dd_mul_loose(c1, p_g))));
+        const dd out_1 = dd_add(dd_mul_loose(x1, dd_mul_loose(p_h1, dd_add(p_m1, p_m2))), x2);
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
         const dd out_2 = x2;

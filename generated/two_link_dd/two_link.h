@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 29 mul, 13 add, 2 div, 2 sincos
+ *         crba; 27 mul, 15 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 29 mul, 13 add, 2 div, 2 sincos
+ *         crba; 27 mul, 15 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -160,26 +160,27 @@ __kernel void two_link_forward_dynamics(ulong n, __global const float *restrict 
     const float s2 = sincos(q_2, &c2);
     const float p_g = params[4];
     const float x1 = s1 * p_g;
-    const float x2 = c1 * p_g;
     const float qd_1 = qd[0 * n + k];
     const float qd_2 = qd[1 * n + k];
-    const float x3 = qd_1 + qd_2;
+    const float x2 = qd_1 + qd_2;
     const float p_m2 = params[1];
     const float p_h2 = params[3];
-    const float x4 = p_m2 * p_h2;
-    const float x5 = 1.0f / (p_m2 * (p_h2 * p_h2));
-    const float x6 = x4 * x5;
-    const float x7 = c2 * (x4 * x6);
+    const float x3 = p_m2 * p_h2;
     const float p_h1 = params[2];
-    const float p_m1 = params[0];
-    const float x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
-    const float tau_2 = tau[1 * n + k];
-    const float x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
-    const float x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
+    const float x4 = x3 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
+    const float x6 = p_m2 * (p_h2 * p_h2);
     const float tau_1 = tau[0 * n + k];
-    const float x11 = 1.0f / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
-    out[0 * n + k] = x11;
-    out[1 * n + k] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
+    const float p_m1 = params[0];
+    const float x10 = tau_1 - x1 * (p_h1 * (p_m1 + p_m2)) - x4 + x2 * (x2 * (s2 * (p_h1 * x3)));
+    const float x5 = c2 * x3;
+    const float tau_2 = tau[1 * n + k];
+    const float x9 = tau_2 - x4;
+    const float x7 = x6 + p_h1 * x5;
+    const float x8 = x7 / x6;
+    const float x11 = x6 + p_h1 * (p_m1 * p_h1) + (2.0f * p_h1 * (x5 + p_m2 * (0.5f * p_h1)) - x7 * x8);
+    const float x12 = (x10 - x8 * x9) / x11;
+    out[1 * n + k] = x9 / x6 - x8 * x12;
+    out[0 * n + k] = x12;
 }
 
 /*
@@ -199,13 +200,13 @@ __kernel void two_link_mass_matrix(ulong n, __global const float *restrict q, __
     const float c2 = cos(q_2);
     const float p_m2 = params[1];
     const float p_h2 = params[3];
-    const float x2 = c2 * (p_m2 * p_h2);
-    const float x1 = p_m2 * (p_h2 * p_h2);
+    const float x1 = c2 * (p_m2 * p_h2);
+    const float x2 = p_m2 * (p_h2 * p_h2);
     const float p_h1 = params[2];
     const float p_m1 = params[0];
-    out[0 * n + k] = x1 + p_h1 * (p_m1 * p_h1) + 2.0f * p_h1 * (x2 + p_m2 * (0.5f * p_h1));
-    const float x3 = x1 + p_h1 * x2;
-    out[3 * n + k] = x1;
+    out[0 * n + k] = x2 + p_h1 * (p_m1 * p_h1) + 2.0f * p_h1 * (x1 + p_m2 * (0.5f * p_h1));
+    const float x3 = x2 + p_h1 * x1;
+    out[3 * n + k] = x2;
     out[1 * n + k] = x3;
     out[2 * n + k] = x3;
 }
@@ -261,10 +262,10 @@ __kernel void two_link_gravity_forces(ulong n, __global const float *restrict q,
     const float x1 = s1 * p_g;
     const float p_m2 = params[1];
     const float p_h2 = params[3];
-    const float x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    const float x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
     const float p_h1 = params[2];
     const float p_m1 = params[0];
-    out[0 * n + k] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+    out[0 * n + k] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
     out[1 * n + k] = x2;
 }
 
@@ -382,7 +383,7 @@ __kernel void two_link_potential_energy(ulong n, __global const float *restrict 
     const float p_g = params[4];
     const float p_h1 = params[2];
     const float p_m1 = params[0];
-    out[0 * n + k] = -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
+    out[0 * n + k] = p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
 }
 
 /*
@@ -402,13 +403,13 @@ __kernel void two_link_k_z(ulong n, __global const float *restrict q, __global c
     const float c2 = cos(q_2);
     const float p_m2 = params[1];
     const float p_h2 = params[3];
-    const float x2 = c2 * (p_m2 * p_h2);
-    const float x1 = p_m2 * (p_h2 * p_h2);
+    const float x1 = c2 * (p_m2 * p_h2);
+    const float x2 = p_m2 * (p_h2 * p_h2);
     const float p_h1 = params[2];
     const float p_m1 = params[0];
-    out[0 * n + k] = x1 + p_h1 * (p_m1 * p_h1) + 2.0f * p_h1 * (x2 + p_m2 * (0.5f * p_h1));
-    const float x3 = x1 + p_h1 * x2;
-    out[3 * n + k] = x1;
+    out[0 * n + k] = x2 + p_h1 * (p_m1 * p_h1) + 2.0f * p_h1 * (x1 + p_m2 * (0.5f * p_h1));
+    const float x3 = x2 + p_h1 * x1;
+    out[3 * n + k] = x2;
     out[1 * n + k] = x3;
     out[2 * n + k] = x3;
 }
@@ -483,10 +484,10 @@ __kernel void two_link_k_G(ulong n, __global const float *restrict q, __global c
     const float x1 = s1 * p_g;
     const float p_m2 = params[1];
     const float p_h2 = params[3];
-    const float x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    const float x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
     const float p_h1 = params[2];
     const float p_m1 = params[0];
-    out[0 * n + k] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
+    out[0 * n + k] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
     out[1 * n + k] = x2;
 }
 

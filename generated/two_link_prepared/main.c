@@ -28,14 +28,14 @@ int main(void)
     static const double q[2] = {-1.2479869650639606, 0.4628147188233003};
     static const double qd[2] = {-0.13389748194694207, -0.11143933794994698};
     static const double qdd[2] = {0.563945382521259, -0.9574174942406595};
-    double prepared[14];
-    static const double tau[2] = {-1.480400180446706, 4.220806153783284};
+    double prepared[10];
+    static const double tau[2] = {-3.502219465614872, 3.5162090914730353};
     int off = 0;
     {
-        static const double wanted[14] = {1.2975196626485332, 1.1546577935290463, 0.6227465167293484, 2.0183047966962055, 2.6187901589311773, 0.8112613978679855, 1.052627615281446, 0.9367292956375378, 1.0675442784346787, 0.8660574636088872, 0.7025989885613477, 2.5950393252970665, 0.45581800130766026, 3.1517953806295296};
-        static const double allowed[14] = {1.5e-16, 1.3e-16, 7.3e-17, 7.1e-16, 1.5e-15, 2.8e-16, 6.1e-16, 5.5e-16, 1.1e-15, 1.3e-15, 1.4e-15, 1.5e-15, 3.7e-16, 2.6e-15};
+        static const double wanted[10] = {1.2975196626485332, 1.1546577935290463, 0.6227465167293484, 2.6187901589311773, 0.8112613978679855, 1.052627615281446, 2.5950393252970665, 0.9367292956375378, 0.45581800130766026, 3.1517953806295296};
+        static const double allowed[10] = {1.5e-16, 1.3e-16, 7.3e-17, 1.5e-15, 2.8e-16, 6.1e-16, 1.5e-15, 5.5e-16, 3.7e-16, 2.6e-15};
         two_link_prepare(params, prepared);
-        off += wrong("prepare", 14, prepared, wanted, allowed);
+        off += wrong("prepare", 10, prepared, wanted, allowed);
     }
     {
         static const double wanted[2] = {-0.2153862063017747, -0.1861331109160852};
@@ -45,8 +45,8 @@ int main(void)
         off += wrong("inverse_dynamics", 2, found, wanted, allowed);
     }
     {
-        static const double wanted[2] = {-3.558366313495214, 12.01452194165616};
-        static const double allowed[2] = {2.7e-14, 8.5e-14};
+        static const double wanted[2] = {-3.806746493610227, 11.760462272571639};
+        static const double allowed[2] = {6.0e-14, 1.5e-13};
         double found[2];
         two_link_forward_dynamics(q, qd, tau, prepared, found);
         off += wrong("forward_dynamics", 2, found, wanted, allowed);

@@ -6,9 +6,9 @@
  *
  * Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
  *
- *     prepare(params) -> prepared, shape (14,)
+ *     prepare(params) -> prepared, shape (10,)
  *         values that depend on parameters alone, the argument prepared of all other functions
- *         hoisted; 12 mul, 2 add, 1 div
+ *         hoisted; 10 mul, 2 add
  *
  *     inverse_dynamics(q, qd, qdd, prepared) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
@@ -16,7 +16,7 @@
  *
  *     forward_dynamics(q, qd, tau, prepared) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 23 mul, 12 add, 1 div, 2 sincos
+ *         crba; 17 mul, 13 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, prepared) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -29,7 +29,7 @@
  *         q1, q2
  *     qd, shape (2,); rad/s: joint velocities
  *     qdd, shape (2,); rad/s^2: joint accelerations
- *     prepared, shape (14,): result of prepare(params), from m1, m2, h1, h2, g
+ *     prepared, shape (10,): result of prepare(params), from m1, m2, h1, h2, g
  *     tau, shape (2,); N m: driving forces, positive accelerates the joint
  *
  * Entries of params, in this order:
@@ -51,25 +51,18 @@ void two_link_prepare(const double *params, double *out)
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double p_g = params[4];
-    const double x1 = p_m1 + p_m2;
-    const double x2 = p_m2 * p_h2;
-    const double x3 = p_m2 * (p_h2 * p_h2);
-    const double x4 = 1.0 / x3;
-    const double x5 = x2 * x4;
+    const double x1 = p_m2 * p_h2;
+    const double x2 = p_m2 * (p_h2 * p_h2);
     out[0] = p_h1;
     out[1] = p_h2;
     out[2] = p_g;
-    out[3] = x1;
-    out[4] = p_h1 * x1;
-    out[5] = x2;
-    out[6] = p_h1 * x2;
-    out[7] = x3;
-    out[8] = x4;
-    out[9] = x5;
-    out[10] = x2 * x5;
-    out[11] = 2.0 * p_h1;
-    out[12] = p_m2 * (0.5 * p_h1);
-    out[13] = x3 + p_h1 * (p_m1 * p_h1);
+    out[3] = p_h1 * (p_m1 + p_m2);
+    out[4] = x1;
+    out[5] = p_h1 * x1;
+    out[6] = 2.0 * p_h1;
+    out[7] = x2;
+    out[8] = p_m2 * (0.5 * p_h1);
+    out[9] = x2 + p_h1 * (p_m1 * p_h1);
 }
 
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *prepared, double *out)
@@ -83,9 +76,9 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     const double prepared_1 = prepared[0];
     const double prepared_2 = prepared[1];
     const double prepared_3 = prepared[2];
+    const double prepared_4 = prepared[3];
     const double prepared_5 = prepared[4];
     const double prepared_6 = prepared[5];
-    const double prepared_7 = prepared[6];
     const double s1 = sin(q_1);
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
@@ -93,8 +86,8 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     const double x1 = prepared_3 * s1 + prepared_1 * qdd_1;
     const double x2 = qd_1 + qd_2;
     const double x3 = qdd_1 + qdd_2;
-    const double x4 = prepared_6 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1 + prepared_2 * x3);
-    out[0] = x4 - prepared_7 * (x2 * (s2 * x2) - c2 * x3) + prepared_5 * x1;
+    const double x4 = prepared_5 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1 + prepared_2 * x3);
+    out[0] = x4 - prepared_6 * (x2 * (s2 * x2) - c2 * x3) + prepared_4 * x1;
     out[1] = x4;
 }
 
@@ -109,40 +102,42 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
     const double prepared_1 = prepared[0];
     const double prepared_3 = prepared[2];
     const double prepared_4 = prepared[3];
+    const double prepared_5 = prepared[4];
     const double prepared_6 = prepared[5];
     const double prepared_7 = prepared[6];
+    const double prepared_8 = prepared[7];
     const double prepared_9 = prepared[8];
     const double prepared_10 = prepared[9];
-    const double prepared_11 = prepared[10];
     const double s1 = sin(q_1);
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = prepared_3 * s1;
-    const double x2 = prepared_3 * c1;
-    const double x3 = qd_1 + qd_2;
-    const double x4 = prepared_11 * c2;
-    const double x5 = prepared_1 * (prepared_4 - c2 * x4);
-    const double x6 = tau_2 - qd_1 * (qd_1 * (prepared_7 * s2));
-    const double x7 = prepared_1 * (s2 * (x3 * (prepared_6 * x3) + x2 * x4) - x6 * (prepared_10 * c2));
-    const double x8 = 1.0 / (prepared_1 * x5) * (tau_1 - tau_2 - x1 * x5 + x7);
-    out[0] = x8;
-    out[1] = prepared_9 * x6 - (x8 + prepared_10 * (s2 * x2 + c2 * (x1 + prepared_1 * x8)));
+    const double x2 = qd_1 + qd_2;
+    const double x3 = prepared_5 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1);
+    const double x4 = prepared_5 * c2;
+    const double x5 = prepared_8 + prepared_1 * x4;
+    const double x6 = x5 / prepared_8;
+    const double x7 = tau_2 - x3;
+    const double x8 = tau_1 - prepared_4 * x1 - x3 + x2 * (x2 * (prepared_6 * s2)) - x6 * x7;
+    const double x9 = x8 / (prepared_10 + (prepared_7 * (prepared_9 + x4) - x5 * x6));
+    out[0] = x9;
+    out[1] = x7 / prepared_8 - x6 * x9;
 }
 
 void two_link_mass_matrix(const double *q, const double *prepared, double *out)
 {
     const double q_2 = q[1];
     const double prepared_1 = prepared[0];
-    const double prepared_6 = prepared[5];
+    const double prepared_5 = prepared[4];
+    const double prepared_7 = prepared[6];
     const double prepared_8 = prepared[7];
-    const double prepared_12 = prepared[11];
-    const double prepared_13 = prepared[12];
-    const double prepared_14 = prepared[13];
+    const double prepared_9 = prepared[8];
+    const double prepared_10 = prepared[9];
     const double c2 = cos(q_2);
-    const double x1 = prepared_6 * c2;
+    const double x1 = prepared_5 * c2;
     const double x2 = prepared_8 + prepared_1 * x1;
-    out[0] = prepared_14 + prepared_12 * (prepared_13 + x1);
+    out[0] = prepared_10 + prepared_7 * (prepared_9 + x1);
     out[1] = x2;
     out[2] = x2;
     out[3] = prepared_8;

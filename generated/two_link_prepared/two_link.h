@@ -6,9 +6,9 @@
  *
  * Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
  *
- *     prepare(params) -> prepared, shape (14,)
+ *     prepare(params) -> prepared, shape (10,)
  *         values that depend on parameters alone, the argument prepared of all other functions
- *         hoisted; 12 mul, 2 add, 1 div
+ *         hoisted; 10 mul, 2 add
  *
  *     inverse_dynamics(q, qd, qdd, prepared) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
@@ -16,7 +16,7 @@
  *
  *     forward_dynamics(q, qd, tau, prepared) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         aba; 23 mul, 12 add, 1 div, 2 sincos
+ *         crba; 17 mul, 13 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, prepared) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -29,7 +29,7 @@
  *         q1, q2
  *     qd, shape (2,); rad/s: joint velocities
  *     qdd, shape (2,); rad/s^2: joint accelerations
- *     prepared, shape (14,): result of prepare(params), from m1, m2, h1, h2, g
+ *     prepared, shape (10,): result of prepare(params), from m1, m2, h1, h2, g
  *     tau, shape (2,); N m: driving forces, positive accelerates the joint
  *
  * Entries of params, in this order:
@@ -57,7 +57,7 @@ extern "C" {
 /*
  * values that depend on parameters alone, the argument prepared of all other functions
  *   params[5]
- *   out[14]  prepared
+ *   out[10]  prepared
  * A NaN in params makes what depends on it NaN, and raises nothing.
  */
 void two_link_prepare(const double *params, double *out);
@@ -67,9 +67,9 @@ void two_link_prepare(const double *params, double *out);
  *   q[2]
  *   qd[2]
  *   qdd[2]
- *   prepared[14]
+ *   prepared[10]
  *   out[2]  tau
- * A NaN in q, qd, qdd, prepared[0:3] or prepared[4:7] makes what depends on it NaN, and raises nothing.
+ * A NaN in q, qd, qdd or prepared[0:6] makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *prepared, double *out);
 
@@ -78,18 +78,18 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
  *   q[2]
  *   qd[2]
  *   tau[2]
- *   prepared[14]
+ *   prepared[10]
  *   out[2]  qdd
- * A NaN in q, qd, tau, prepared[0], prepared[2:4], prepared[5:7] or prepared[8:11] makes what depends on it NaN, and raises nothing.
+ * A NaN in q, qd, tau, prepared[0] or prepared[2:10] makes what depends on it NaN, and raises nothing.
  */
 void two_link_forward_dynamics(const double *q, const double *qd, const double *tau, const double *prepared, double *out);
 
 /*
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[2]
- *   prepared[14]
+ *   prepared[10]
  *   out[4]  M, shape (2, 2)
- * A NaN in q[1], prepared[0], prepared[5], prepared[7] or prepared[11:14] makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1], prepared[0], prepared[4] or prepared[6:10] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const double *q, const double *prepared, double *out);
 

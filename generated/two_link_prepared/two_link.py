@@ -5,9 +5,9 @@ Do not edit; change the scene and generate again:
 
 Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
 
-    prepare(params) -> prepared, shape (14,)
+    prepare(params) -> prepared, shape (10,)
         values that depend on parameters alone, the argument prepared of all other functions
-        hoisted; 12 mul, 2 add, 1 div
+        hoisted; 10 mul, 2 add
 
     inverse_dynamics(q, qd, qdd, prepared) -> tau, shape (2,); N m (revolute) or N (prismatic)
         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
@@ -15,7 +15,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     forward_dynamics(q, qd, tau, prepared) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-        aba; 23 mul, 12 add, 1 div, 2 sincos
+        crba; 17 mul, 13 add, 3 div, 2 sincos
 
     mass_matrix(q, prepared) -> M, shape (2, 2); kg m^2, kg m or kg
         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -28,7 +28,7 @@ Arguments:
         q1, q2
     qd, shape (2,); rad/s: joint velocities
     qdd, shape (2,); rad/s^2: joint accelerations
-    prepared, shape (14,): result of prepare(params), from m1, m2, h1, h2, g
+    prepared, shape (10,): result of prepare(params), from m1, m2, h1, h2, g
     tau, shape (2,); N m: driving forces, positive accelerates the joint
 
 Entries of params, in this order:
@@ -255,15 +255,15 @@ def prepare(params, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        prepared, shape (..., 14).
+        prepared, shape (..., 10).
 
-    hoisted; 12 mul, 2 add, 1 div.
+    hoisted; 10 mul, 2 add.
     A NaN in params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _prepare,
         "prepare",
-        (14,),
+        (10,),
         out,
         ("params", params, 5),
     )
@@ -275,26 +275,19 @@ def _prepare(of, params):
     p_h1 = params[2]
     p_h2 = params[3]
     p_g = params[4]
-    x1 = p_m1 + p_m2
-    x2 = p_m2 * p_h2
-    x3 = p_m2 * (p_h2 * p_h2)
-    x4 = 1.0 / x3
-    x5 = x2 * x4
+    x1 = p_m2 * p_h2
+    x2 = p_m2 * (p_h2 * p_h2)
     return (
         p_h1,
         p_h2,
         p_g,
+        p_h1 * (p_m1 + p_m2),
         x1,
         p_h1 * x1,
-        x2,
-        p_h1 * x2,
-        x3,
-        x4,
-        x5,
-        x2 * x5,
         2.0 * p_h1,
+        x2,
         p_m2 * (0.5 * p_h1),
-        x3 + p_h1 * (p_m1 * p_h1),
+        x2 + p_h1 * (p_m1 * p_h1),
     )
 
 
@@ -305,14 +298,14 @@ def inverse_dynamics(q, qd, qdd, prepared, out=None):
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         qdd: joint accelerations, shape (..., 2); rad/s^2.
-        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 14).
+        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 10).
         out: array for the result, of its shape; None makes one.
 
     Returns:
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 14 mul, 9 add, 2 sincos.
-    A NaN in q, qd, qdd, prepared[0:3] or prepared[4:7] makes what depends on it NaN, and raises nothing.
+    A NaN in q, qd, qdd or prepared[0:6] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -322,7 +315,7 @@ def inverse_dynamics(q, qd, qdd, prepared, out=None):
         ("q", q, 2),
         ("qd", qd, 2),
         ("qdd", qdd, 2),
-        ("prepared", prepared, 14),
+        ("prepared", prepared, 10),
     )
 
 
@@ -338,9 +331,9 @@ def _inverse_dynamics(of, q, qd, qdd, prepared):
     prepared_1 = prepared[0]
     prepared_2 = prepared[1]
     prepared_3 = prepared[2]
+    prepared_4 = prepared[3]
     prepared_5 = prepared[4]
     prepared_6 = prepared[5]
-    prepared_7 = prepared[6]
     s1 = sin(q_1)
     c1 = cos(q_1)
     s2 = sin(q_2)
@@ -348,9 +341,9 @@ def _inverse_dynamics(of, q, qd, qdd, prepared):
     x1 = prepared_3 * s1 + prepared_1 * qdd_1
     x2 = qd_1 + qd_2
     x3 = qdd_1 + qdd_2
-    x4 = prepared_6 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1 + prepared_2 * x3)
+    x4 = prepared_5 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1 + prepared_2 * x3)
     return (
-        x4 - prepared_7 * (x2 * (s2 * x2) - c2 * x3) + prepared_5 * x1,
+        x4 - prepared_6 * (x2 * (s2 * x2) - c2 * x3) + prepared_4 * x1,
         x4,
     )
 
@@ -362,14 +355,14 @@ def forward_dynamics(q, qd, tau, prepared, out=None):
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         tau: driving forces, positive accelerates the joint, shape (..., 2); N m.
-        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 14).
+        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 10).
         out: array for the result, of its shape; None makes one.
 
     Returns:
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
-    aba; 23 mul, 12 add, 1 div, 2 sincos.
-    A NaN in q, qd, tau, prepared[0], prepared[2:4], prepared[5:7] or prepared[8:11] makes what depends on it NaN, and raises nothing.
+    crba; 17 mul, 13 add, 3 div, 2 sincos.
+    A NaN in q, qd, tau, prepared[0] or prepared[2:10] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -379,7 +372,7 @@ def forward_dynamics(q, qd, tau, prepared, out=None):
         ("q", q, 2),
         ("qd", qd, 2),
         ("tau", tau, 2),
-        ("prepared", prepared, 14),
+        ("prepared", prepared, 10),
     )
 
 
@@ -395,26 +388,28 @@ def _forward_dynamics(of, q, qd, tau, prepared):
     prepared_1 = prepared[0]
     prepared_3 = prepared[2]
     prepared_4 = prepared[3]
+    prepared_5 = prepared[4]
     prepared_6 = prepared[5]
     prepared_7 = prepared[6]
+    prepared_8 = prepared[7]
     prepared_9 = prepared[8]
     prepared_10 = prepared[9]
-    prepared_11 = prepared[10]
     s1 = sin(q_1)
     c1 = cos(q_1)
     s2 = sin(q_2)
     c2 = cos(q_2)
     x1 = prepared_3 * s1
-    x2 = prepared_3 * c1
-    x3 = qd_1 + qd_2
-    x4 = prepared_11 * c2
-    x5 = prepared_1 * (prepared_4 - c2 * x4)
-    x6 = tau_2 - qd_1 * (qd_1 * (prepared_7 * s2))
-    x7 = prepared_1 * (s2 * (x3 * (prepared_6 * x3) + x2 * x4) - x6 * (prepared_10 * c2))
-    x8 = 1.0 / (prepared_1 * x5) * (tau_1 - tau_2 - x1 * x5 + x7)
+    x2 = qd_1 + qd_2
+    x3 = prepared_5 * (s2 * (prepared_3 * c1 + prepared_1 * (qd_1 * qd_1)) + c2 * x1)
+    x4 = prepared_5 * c2
+    x5 = prepared_8 + prepared_1 * x4
+    x6 = x5 / prepared_8
+    x7 = tau_2 - x3
+    x8 = tau_1 - prepared_4 * x1 - x3 + x2 * (x2 * (prepared_6 * s2)) - x6 * x7
+    x9 = x8 / (prepared_10 + (prepared_7 * (prepared_9 + x4) - x5 * x6))
     return (
-        x8,
-        prepared_9 * x6 - (x8 + prepared_10 * (s2 * x2 + c2 * (x1 + prepared_1 * x8))),
+        x9,
+        x7 / prepared_8 - x6 * x9,
     )
 
 
@@ -423,14 +418,14 @@ def mass_matrix(q, prepared, out=None):
 
     Args:
         q: joint positions, shape (..., 2); rad.
-        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 14).
+        prepared: result of prepare(params), from m1, m2, h1, h2, g, shape (..., 10).
         out: array for the result, of its shape; None makes one.
 
     Returns:
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 3 mul, 3 add, 1 sincos.
-    A NaN in q[1], prepared[0], prepared[5], prepared[7] or prepared[11:14] makes what depends on it NaN, and raises nothing.
+    A NaN in q[1], prepared[0], prepared[4] or prepared[6:10] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _mass_matrix,
@@ -438,7 +433,7 @@ def mass_matrix(q, prepared, out=None):
         (2, 2),
         out,
         ("q", q, 2),
-        ("prepared", prepared, 14),
+        ("prepared", prepared, 10),
     )
 
 
@@ -446,16 +441,16 @@ def _mass_matrix(of, q, prepared):
     cos = of.cos
     q_2 = q[1]
     prepared_1 = prepared[0]
-    prepared_6 = prepared[5]
+    prepared_5 = prepared[4]
+    prepared_7 = prepared[6]
     prepared_8 = prepared[7]
-    prepared_12 = prepared[11]
-    prepared_13 = prepared[12]
-    prepared_14 = prepared[13]
+    prepared_9 = prepared[8]
+    prepared_10 = prepared[9]
     c2 = cos(q_2)
-    x1 = prepared_6 * c2
+    x1 = prepared_5 * c2
     x2 = prepared_8 + prepared_1 * x1
     return (
-        prepared_14 + prepared_12 * (prepared_13 + x1),  # 0, 0
+        prepared_10 + prepared_7 * (prepared_9 + x1),  # 0, 0
         x2,  # 0, 1
         x2,  # 1, 0
         prepared_8,  # 1, 1

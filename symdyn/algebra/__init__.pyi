@@ -1,10 +1,12 @@
 """Names that `symdyn.algebra` offers; each is imported when it is first used."""
 
-from .balls import Balls as Balls, Midpoints as Midpoints, RealBalls as RealBalls
 from .big import (
     AllRoundingError as AllRoundingError,
+    Balls as Balls,
     BigFloats as BigFloats,
     Bounded as Bounded,
+    Midpoints as Midpoints,
+    RealBalls as RealBalls,
     RunningErrors as RunningErrors,
 )
 from .compact import Compactor as Compactor, with_added_angles as with_added_angles, with_squares as with_squares

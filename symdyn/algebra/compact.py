@@ -8,12 +8,12 @@
 Nothing is approximated and nothing is searched by heuristics that could change the value: `Form.express` takes the
 result back to a graph, and over the ring it equals the normal form.
 
-Terms of a sum written as one, as a book does.
+Terms of a sum are written as one, as a book does:
 
-cos a cos b + sin a sin b = cos(a - b)      addition theorems, where two terms are alike but for it: loops meet in
-angles of two branches, whose sums no generator of the ring stands for
-(a + 2 b) a + b² = (a + b)²                 as an angular velocity's is read, which Horner's scheme has taken apart;
-(a + 2 b + 2 c) a + (b + 2 c) b + c² from the inside out
+    cos a cos b + sin a sin b = cos(a - b)      addition theorems, where two terms are alike but for it: loops meet in
+    angles of two branches, whose sums no generator of the ring stands for
+    (a + 2 b) a + b² = (a + b)²                 as an angular velocity's is read, which Horner's scheme has taken apart;
+    (a + 2 b + 2 c) a + (b + 2 c) b + c² from the inside out
 """
 
 from __future__ import annotations

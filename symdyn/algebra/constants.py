@@ -63,7 +63,7 @@ def _settle(
 
     `zeros` are nodes that are known to be zero.
     """
-    from symdyn.algebra.balls import Balls
+    from symdyn.algebra.big import Balls
 
     rest, nothing = [], []
     with Balls(int(digits * BITS_OF_A_DIGIT)) as balls:

@@ -9,11 +9,8 @@ A polynomial in c_a, s_a of a few angles is rewritten in each of several bases, 
 each with s² → 1 - c² or with c² → 1 - s² in every angle. Rewriting goes through exp(i k·q): a Fourier series with
 integer frequencies k, in which a change of angles is a change of k. Parts are small and repeat, so all is memoised.
 
-Trigonometric polynomials as Fourier series, in which a change of angles is a change of integer frequencies.
-
-A polynomial here is a dictionary from monomials in sines and cosines of angles to coefficients.
-
-Collecting terms: sums of products, with common factors taken out, the one that saves most first.
+A polynomial is a dictionary from monomials in sines and cosines of angles to coefficients. Terms are collected as sums
+of products, with common factors taken out, the one that saves most first.
 """
 
 from __future__ import annotations

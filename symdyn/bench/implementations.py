@@ -1,8 +1,7 @@
 """Every way to call one function: C by state, by block and by row, the ufunc, modules of other targets.
 
-Entries of a C file, called by the addresses of arrays: its scalar function in a loop, and those for many states.
-
-Times of calls, measured in turn round after round, so that a machine that is busy for a while is so for all.
+A C file is called by the addresses of arrays: its scalar function in a loop, and those for many states. Times of calls
+are measured in turn, round after round, so that a machine that is busy for a while is so for all.
 """
 
 from __future__ import annotations

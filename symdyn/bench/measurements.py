@@ -1,9 +1,8 @@
 """The nouns of this package: what was measured of one implementation, and all of it together.
 
-Work against precision of a scene's motion: a curve a method, a point a tolerance.
-
-Over a short time the error of the end is measured, against more digits than a double has; over a long one the drift of
-the energy, with the work of what takes it or gives it counted.
+Of a scene's motion it is work against precision: a curve a method, a point a tolerance. Over a short time the error of
+the end is measured, against more digits than a double has; over a long one the drift of the energy, with the work of
+what takes it or gives it counted.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Reports of what was measured: one HTML page with its pictures inside, Markdown, and JSON.
 
-Log-log plots as SVG text: points with a word each, series with a colour each; colours follow the reader's theme.
-
-Plain text is enough for a few dozen points, needs no plotting library, and can be read on any page: a point tells its
-word when the pointer rests on it.
+Log-log plots are SVG text: points with a word each, series with a colour each, which follow the reader's theme. That is
+enough for a few dozen points, needs no plotting library, and can be read on any page: a point tells its word when the
+pointer rests on it.
 """
 
 from __future__ import annotations

@@ -15,13 +15,23 @@ import numpy.typing as npt
 
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
-from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
+from symdyn.bench.reference import (
+    REGIONS,
+    Positions,
+    Reference,
+    Solve,
+    draw,
+    linear,
+    near_singular,
+    positions_of,
+    reference,
+    state_of,
+)
 from symdyn.dynamics import Equations, Requested, Workspace, derive_one, formulations_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
-from symdyn.program import Candidates, formulate, lower
+from symdyn.program import formulate, lower
 from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of
 
@@ -29,6 +39,9 @@ Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 STATES, STATES_QUICK = 200, 20
+LONGEST = 16
+"""Velocities up to which formulations that are not preferred are measured beside the one that is."""
+
 MANY = 512
 """States of a call that is timed, where it takes many: they fit the nearest caches."""
 
@@ -47,7 +60,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of a first look.
-        quick: few states, native code with batch code, few tolerances, for a first look.
+        quick: few states, native code with batch code, few tolerances: a first look, in under 20 s.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
@@ -147,20 +160,26 @@ def _positions(scene: Scene, seed: int) -> Positions:
     return replace(anywhere, singular=near_singular(anywhere, matrices, seed))
 
 
+def comparable(scene: Scene, request: str) -> tuple[str, ...]:
+    """Return the formulations of an output that are worth measuring to compare them, in the table's order."""
+    n, formulations = len(scene.velocities), row_of(request, scene)[0].formulations
+    return tuple(name for name in formulations_of(request, scene) if n <= min(LONGEST, formulations[name].up_to))
+
+
 def _function(
     scene: Scene, name: str, positions: Positions, machines: Sequence[str], quick: bool, seed: int
 ) -> list[Measured]:
     """Return every implementation of one function, measured."""
     start = time.perf_counter()
     workspace = Workspace(scene)
-    chosen = Candidates(workspace, name).cheapest()
+    chosen = derive_one(workspace, name)
     derived = time.perf_counter() - start
     if not chosen.entries:
         return []
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
     made = list(implementations(equations, derived, machines, reals, extra=1 if quick else 2))
-    for formulation in () if machines == () else Candidates(workspace, name).names:
+    for formulation in () if machines == () else comparable(scene, name):
         if formulation != chosen.formulation:
             start = time.perf_counter()
             other = Workspace(scene)

@@ -6,7 +6,6 @@ import argparse
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from itertools import takewhile
@@ -14,10 +13,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn import shell
+from symdyn.cli.options import add_options
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
 from symdyn.resources import version
-from symdyn.rounding import DIGITS, showing
+from symdyn.rounding import showing
 
 VERBS = {
     "equations": "print the equations of motion",
@@ -41,7 +41,7 @@ VERBS = {
 }
 """What each verb does; it is a file here, read once it is chosen."""
 
-RENAMED = {"--road": "--formulation"}
+RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach": "--show reach"}
 """Options by the names that they had, for errors alone."""
 
 CTRL_C = 130
@@ -49,7 +49,7 @@ CTRL_C = 130
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose messages are printable, whatever an argument holds; that of a verb reads the verb's file late.
+    """A parser whose messages are printable, whatever an argument holds; that of a verb reads its options late.
 
     Options are written out: `--force` is none of `linearize`, which takes `--forces`, and must not be read as one.
     """
@@ -64,17 +64,15 @@ class Parser(argparse.ArgumentParser):
     def complete(self) -> Parser:
         """Return this parser with all that it takes."""
         if self.verb:
-            module = import_module(f"symdyn.cli.{self.verb.replace('-', '_')}")
-            self.verb, self.description = "", module.__doc__
-            module.add_options(self)
-            add_talk(self)
-            self.set_defaults(run=module.run, parser=self)
+            add_options(self, self.verb)
+            self.verb = ""
+            self.set_defaults(parser=self)
         return self
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
         self.complete()
-        if self.get_default("run") is not None:
+        if self.get_default("parser") is not None:
             before = [*takewhile(lambda word: word != "--", words[0])]
             self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
             for word in before:  # argparse takes "--" away wherever it stands, and leaves a list of nothing
@@ -109,33 +107,13 @@ class Parser(argparse.ArgumentParser):
 
 def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
-    if RENAMED.get(word) in known:
+    if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
+    from difflib import get_close_matches  # help needs none
+
     longer = [name for name in known if len(word) > 2 and name.startswith(word)]
     near = longer or get_close_matches(word, known, n=2)
     return f"; {' or '.join(near)}?" if near else ""
-
-
-def add_talk(verb: argparse.ArgumentParser) -> None:
-    """Add how a verb speaks."""
-    group = verb.add_argument_group("talk")
-    group.add_argument(
-        "--json", action="store_true", help="print one JSON object, the same of every verb: docs/shell.md"
-    )
-    group.add_argument("-q", "--quiet", action="store_true", help="say nothing on stderr but errors")
-    group.add_argument(
-        "--digits",
-        type=_digits,
-        metavar="N",
-        help=f"significant digits of numbers that are rounded for people, 1 to {max(DIGITS.values())}, or all; what "
-        "machines read (CSV, JSON, code) has all of them",
-    )
-
-
-def _digits(text: str) -> int:
-    if text.lstrip("0") in DIGITS:
-        return DIGITS[text.lstrip("0")]
-    raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {max(DIGITS.values())}, or all")
 
 
 class Version(argparse.Action):
@@ -209,7 +187,8 @@ def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
     try:
         with showing(options.digits):
-            status: int = options.run(options)
+            verb = import_module(f"symdyn.cli.{options.verb.replace('-', '_')}")
+            status: int = verb.run(options)
     except SymdynError as fault:
         fail(fault)
         return 1

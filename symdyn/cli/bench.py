@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.bench import Bench, bench
-from symdyn.cli.scene_options import add_reading_options, again, functions_of, read_scene
+from symdyn.cli.scene_options import again, functions_of, read_scene
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit import write
 from symdyn.rounding import in_digits
@@ -19,18 +19,6 @@ LONG = (
     "for two joints, longer for more; --quick is a first look, and --functions takes some of them"
 )
 """Said where all is measured."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all, with --quick the main ones")
-    verb.add_argument("--quick", action="store_true", help="few states, native code, few tolerances: under 20 s")
-    verb.add_argument(
-        "--no-trajectories", dest="trajectories", action="store_false", help="leave out work against precision"
-    )
-    verb.add_argument("--seed", type=int, default=1, help="of the states (default: 1)")
-    verb.add_argument("-o", "--output", metavar="DIR", help="write bench.html, bench.md and bench.json there")
 
 
 def run(options: argparse.Namespace) -> int:

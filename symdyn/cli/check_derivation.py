@@ -11,23 +11,12 @@ import sys
 from pathlib import Path
 
 from symdyn.bounds import BOUNDS
-from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
+from symdyn.cli.scene_options import STDIN, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
 from symdyn.errors import SymdynError, TeachError, printable
-from symdyn.teach import check_derivation, languages
+from symdyn.teach import check_derivation
 
 LARGEST = BOUNDS["bytes of a student's file"]
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    verb.add_argument("file", metavar="FILE", help="LaTeX or plain text; - reads standard input")
-    add_reading_options(verb)
-    verb.add_argument("--what", metavar="NAME", help="what a formula without = is: k_z12, tau1, K, P, L")
-    verb.add_argument(
-        "--book", action="store_true", help="k_C and k_D as the textbook prints them, with the minus in front taken out"
-    )
-    verb.add_argument("--language", choices=languages(), default="en", help="of the answer (default: en)")
 
 
 def run(options: argparse.Namespace) -> int:

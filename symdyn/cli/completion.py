@@ -27,11 +27,6 @@ WORDS: Mapping[tuple[str, str], Callable[[], Sequence[str]]] = {
 """What may be said beside the choices that options have: verb and option, and words."""
 
 
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    verb.add_argument("shell", choices=SHELLS, help="the shell that is to complete")
-
-
 def run(options: argparse.Namespace) -> int:
     """Print the script."""
     try:

@@ -5,19 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import give, print_paths, say
 from symdyn.emit import write
 from symdyn.errors import EmitError
 from symdyn.scene import format_to_write, write_text
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument("output", metavar="OUT", help="file to write; its extension, .toml, .urdf or .par, is the format")
-    verb.add_argument("--lossy", action="store_true", help="list what the format cannot hold and leave it out")
-    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(options: argparse.Namespace) -> int:

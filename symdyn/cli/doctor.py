@@ -22,10 +22,6 @@ from symdyn.table import Table
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich", "platformdirs", "defusedxml")
 
 
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes: nothing of its own."""
-
-
 def run(options: argparse.Namespace) -> int:
     """Look around and tell."""
     found = looked()

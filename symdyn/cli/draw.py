@@ -13,40 +13,12 @@ import sys
 from pathlib import Path
 
 from symdyn.algebra import Array
-from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, scene_and_notes
+from symdyn.cli.scene_options import STDIN, read_scene, scene_and_notes
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import free_body, picture, pose
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneUnits, parse
 from symdyn.scene.values import FormulaError, Unit, fits, split_commas
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument(
-        "-o", "--output", metavar="FILE", help="file to write: .svg, .pdf or .png (default: SVG on standard output)"
-    )
-    verb.add_argument("--at", metavar="LIST", help='values of coordinates, e.g. "q1=0.3, q2=90 deg"')
-    verb.add_argument(
-        "--view", metavar="AZ,EL", help="azimuth and elevation of the viewer in degrees, e.g. --view=-60,30"
-    )
-    verb.add_argument(
-        "--frames", action="store_true", help="the axes of every moved joint frame, x red, y green, z blue"
-    )
-    verb.add_argument(
-        "--labels", metavar="LIST", default="coordinates,bodies", help="any of coordinates,bodies,joints,points"
-    )
-    verb.add_argument(
-        "--body", metavar="NAME", help="the free-body diagram of one body: every force and couple that acts on it"
-    )
-    verb.add_argument(
-        "--watch",
-        action="store_true",
-        help="serve a page that follows the file as it is saved: picture, equations, coordinates to pull, messages; on "
-        "this machine alone, until Ctrl-C",
-    )
-    verb.add_argument("--scheme", choices=("auto", "light", "dark"), default="auto", help="colours (default: auto)")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,10 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from symdyn.cli.scene_options import (
-    add_closing,
-    add_formulation,
-    add_prepare,
-    add_reading_options,
     again,
     closing_of,
     functions_of,
@@ -20,7 +16,6 @@ from symdyn.cli.scene_options import (
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write
-from symdyn.emit.code import REALS, ShortSines
 from symdyn.errors import EmitError
 from symdyn.program import formulate, lower, prepare, tunable
 from symdyn.runtime import complete
@@ -30,38 +25,8 @@ MADE, BEGINNING = b"Written by symdyn generate", 1000
 """What a file beside sources says of itself in its first bytes, so many."""
 
 
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes; targets say what they are and what can be asked of them."""
-    first, *_ = TARGETS
-    add_reading_options(verb)
-    known = "; ".join(f"{name}: {target.text}" for name, target in TARGETS.items())
-    verb.add_argument(
-        "--target", type=_target, choices=tuple(TARGETS), default=first, help=f"{known} (default: {first})"
-    )
-    verb.add_argument(
-        "--functions",
-        metavar="LIST",
-        help="comma-separated, e.g. inverse_dynamics,pose:tool,forward_dynamics_derivatives",
-    )
-    verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type (default: double)")
-    verb.add_argument(
-        "--accuracy",
-        choices=ShortSines.accuracies(),
-        default="",
-        help="faster C in double by shorter sines, whose bound the file tells (default: what the number type allows)",
-    )
-    group = verb.add_mutually_exclusive_group()
-    for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):
-        does = "; ".join(f"{t.title}: {t.options[name]}" for t in TARGETS.values() if name in t.options)
-        group.add_argument(f"--{name}", dest="option", action="store_const", const=name, default="", help=does)
-    add_formulation(verb)
-    add_closing(verb)
-    add_prepare(verb)
-    verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
-    verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
-
-
-def _target(name: str) -> str:
+def target_name(name: str) -> str:
+    """Return the name of a target; argparse.ArgumentTypeError of one that there is not."""
     try:
         return TARGETS[name].name
     except EmitError as fault:

@@ -4,29 +4,33 @@ What `symdyn identify -o` writes: a page, the identified scene, a table of param
 
 `symdyn identify --by output-error`: parameters with which simulated runs are closest to measured ones.
 
+`symdyn identify --excite`: a motion to be measured.
+
 `--payload FILE:BODY:mass=KG`: bodies of known mass that some logs were measured with.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
-from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
-from symdyn.cli.talk import Waiting, give, print_table, print_text, say, wrote
-from symdyn.cli.trajectory_options import pairs
+from symdyn.cli.scene_options import again, read_scene, say_values_alone
+from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
+from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.emit import write
-from symdyn.errors import IdentifyError
-from symdyn.identification import Identification, Outcome, Payload, identify
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification import Identification, Outcome, Payload, excite, identify
 from symdyn.rounding import finite, in_digits
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas
+from symdyn.simulation import CHECKS
 from symdyn.table import Table
 
 
@@ -35,12 +39,10 @@ class FileKind:
     """A kind of file.
 
     Attributes:
-        text: what it is, for the help.
         contents: what stands in it.
         scene: whether it is a scene, which nobody wants to overwrite unawares.
     """
 
-    text: str
     contents: Callable[[Outcome], str]
     scene: bool = False
 
@@ -68,23 +70,15 @@ def _table(outcome: Outcome) -> str:
 
 
 FILES = {
-    ".html": FileKind("a page with all of it", _page),
-    ".toml": FileKind("the identified scene", partial(_scene, format="toml"), True),
-    ".urdf": FileKind("the same as URDF", partial(_scene, format="urdf"), True),
-    ".csv": FileKind("the base parameters", _table),
+    ".html": FileKind(_page),
+    ".toml": FileKind(partial(_scene, format="toml"), True),
+    ".urdf": FileKind(partial(_scene, format="urdf"), True),
+    ".csv": FileKind(_table),
 }
 """By ending."""
 
 MADE = frozenset((".html", ".toml", ".urdf"))
 """Endings of files that tell of the identified scene."""
-
-
-def add_file_options(verb: argparse.ArgumentParser) -> None:
-    """Add what is written, and how inertias are chosen there."""
-    known = "; ".join(f"{ending}: {kind.text}" for ending, kind in FILES.items())
-    verb.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help=f"may be repeated; {known}")
-    verb.add_argument("--total-mass", type=float, metavar="KG", help="of all bodies together, in the identified scene")
-    verb.add_argument("--force", action="store_true", help="overwrite a scene that exists")
 
 
 def check_files(options: argparse.Namespace) -> None:
@@ -126,14 +120,6 @@ OUTPUT_ERROR = "output-error"
 
 RUNS = ("parameters", "start")
 """Options that are of output error alone."""
-
-
-def add_run_options(verb: argparse.ArgumentParser) -> None:
-    """Add what output error takes."""
-    group = verb.add_argument_group("output error, for closed mechanisms and what is not measured")
-    group.add_argument("--by", choices=("regression", OUTPUT_ERROR), default="regression", help="default: regression")
-    group.add_argument("--parameters", metavar="LIST", help="names that are looked for; else all that the data tell")
-    group.add_argument("--start", metavar="LIST", help="guesses of coordinates at the start that were not measured")
 
 
 def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
@@ -234,7 +220,66 @@ def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
     return tuple(known) if len(known) == len(values) else None
 
 
+def run_exciting(options: argparse.Namespace) -> int:
+    """Find the motion, tell of it, write it."""
+    if options.data:
+        raise IdentifyError(f"--excite finds a motion to be measured; {options.data[0]} would be the log of one")
+    try:
+        for name in options.output:
+            CHECKS["table"](Path(name))
+        if options.plot:
+            CHECKS["plot"](Path(options.plot))
+    except SimulateError as fault:
+        raise IdentifyError(fault.faults) from None
+    scene = read_scene(options)
+    say_values_alone(options, scene, "--excite")
+    chosen: dict[str, Any] = {name: one for name in CHOSEN if (one := getattr(options, name)) is not None}
+    with Bar(f"exciting {scene.name}") as progress:
+        found = excite(
+            scene,
+            **chosen,
+            box=flattened(options.box),
+            noise=_noise(options.noise),
+            progress=progress,
+            say=lambda line: say(f"symdyn: {line}"),
+        )
+    for name in options.output:
+        found.run.save(name)
+        wrote(name)
+    if options.plot:
+        found.run.save_plot(options.plot)
+        wrote(options.plot)
+    if options.json:
+        columns = dict(zip(found.names, found.run.table()[1].T.tolist(), strict=True))
+        give(found.as_json() | ({} if options.output else {"columns": columns}))
+    elif options.output:
+        print_text("\n".join(found.lines()))
+    else:
+        for line in found.lines():
+            say(line)
+        sys.stdout.write(found.to_csv())
+    return 0
+
+
+def _noise(text: str | None) -> dict[str, float]:
+    """Return the standard deviations of `tau1=0.5,tau2=0.2`."""
+    found, faults = {}, []
+    for name, number in pairs(text, "--noise").items():
+        try:
+            found[name] = float(number)
+        except ValueError:
+            faults.append(f"--noise: {name}={number} is no number; give N m or N, such as tau1=0.5")
+    if faults:
+        raise IdentifyError(faults)
+    return found
+
+
 EXCITE, REGRESSION = "--excite", "--by regression"
+
+CHOSEN = ("period", "family", "terms", "criterion", "starts", "seed", "every")
+
+EXCITING = (*CHOSEN, "box", "noise", "plot")
+"""Options that are of exciting motions alone."""
 
 WAYS = {
     REGRESSION: ("band", "friction", "hold_back", "units", "payload", "keep_outliers", "output", "total_mass", "force"),
@@ -242,43 +287,6 @@ WAYS = {
     EXCITE: (*EXCITING, "output"),
 }
 """What the verb can do, and the options that are of it; one that would do nothing is refused."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    gained = ", ".join(Identification.gain_units).replace("%", "%%")
-    add_reading_options(verb)
-    verb.add_argument(
-        "data",
-        nargs="*",
-        metavar="DATA.csv",
-        help="columns t, coordinates and driving forces, as simulate writes them; several files are several logs",
-    )
-    verb.add_argument("--band", type=float, metavar="HZ", help="highest frequency used; else from where noise begins")
-    verb.add_argument(
-        "--friction",
-        metavar="LIST",
-        help=f"terms of every drive beside what the scene declares: {', '.join(Identification.friction_terms)}, or all",
-    )
-    verb.add_argument("--hold-back", type=float, metavar="SHARE", help="part of every log that judges the result: 0.25")
-    verb.add_argument(
-        "--units",
-        metavar="LIST",
-        help="columns that are not in SI with radians, e.g. t=ms,q*=deg,tau1=Ncm; "
-        f"drives whose gain is not known, e.g. tau*=A: {gained}; and those whose gain is, tau1=0.12*A",
-    )
-    verb.add_argument(
-        "--payload",
-        action="append",
-        default=[],
-        metavar="P",
-        help=f"what a log was measured with, {FORM}, which tells "
-        "gains; com in the frame of the body, m, and inertia about com, kg m^2, are found where they are not given",
-    )
-    verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
-    add_file_options(verb)
-    add_run_options(verb)
-    add_exciting(verb)
 
 
 def run(options: argparse.Namespace) -> int:

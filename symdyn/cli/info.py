@@ -13,7 +13,7 @@ from operator import itemgetter
 from typing import Any
 
 from symdyn.cli.facts import gather, parts
-from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
+from symdyn.cli.scene_options import closing_of, read_scene
 from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
@@ -23,18 +23,6 @@ from symdyn.table import Table
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb, optional=True)
-    add_formulation(verb)
-    add_closing(verb)
-    alone = verb.add_argument_group("one thing alone")
-    alone.add_argument("--units", action="store_true", help="the unit of every letter and column, and how it is known")
-    alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
-    alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
-    alone.add_argument("--schema", action="store_true", help="the JSON Schema of scenes, for editors; takes no SCENE")
 
 
 @growing()  # once over all of it: each time that the collector wakes it walks every node

@@ -1,4 +1,4 @@
-"""What more can be asked of a linear system that `symdyn linearize` has found: a row a flag.
+"""What more can be asked of a linear system that `symdyn linearize` has found: a row a word of --show, or a flag.
 
 A row finds something of a system, tells it in lines, and as data for --json. The endings of files say what is written.
 """
@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from symdyn.cli.scene_options import split
 from symdyn.cli.talk import say
-from symdyn.cli.trajectory_options import ANIMATED, flattened, reel, seconds
+from symdyn.cli.trajectory_options import flattened, reel
 from symdyn.emit import Contents, write_file
 from symdyn.linear import System, shown
 from symdyn.rounding import in_digits
@@ -31,26 +32,25 @@ class LinearRequest:
     """What more can be asked of a linear system.
 
     Attributes:
-        flag: the option, such as "--lqr".
-        how: further arguments of `add_argument`.
-        find: what it finds: lines to print, and what stands in JSON under the name of the option.
+        name: the word of --show, or the option, without its strokes; what it finds stands under it in JSON.
+        find: what it finds: lines to print, and data.
         writes: the option that names its file, if it has one.
+        shown: whether it is a word of --show.
     """
 
-    flag: str
-    how: Mapping[str, Any]
+    name: str
     find: Callable[[System, argparse.Namespace], tuple[Lines, Any]]
     writes: str = ""
+    shown: bool = False
 
     @property
-    def name(self) -> str:
-        """Name of its value among the options."""
-        return self.flag.removeprefix("--").replace("-", "_")
+    def flag(self) -> str:
+        """How it is asked for."""
+        return f"--show {self.name}" if self.shown else f"--{self.name}"
 
     def given(self, options: argparse.Namespace) -> bool:
         """Whether it is asked for."""
-        value = getattr(options, self.name)
-        return value is not None and value is not False
+        return self.name in (split(options.show) or ()) or getattr(options, self.name, None) is not None
 
 
 def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -91,10 +91,9 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.bode(options.hertz or None)
-    if not options.bode:
-        return found.table().csv().splitlines(), found.as_json()
     title = f"{system.linearization.scene.name}: frequency response"
-    return written(options.bode, found.table().csv, lambda kind: found.plot(title, kind)), found.as_json()
+    lines = [] if options.bode else found.table().csv().splitlines()
+    return lines + written(options.bode or (), found.table().csv, lambda kind: found.plot(title, kind)), found.as_json()
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -152,58 +151,13 @@ def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 
 ASKED: tuple[LinearRequest, ...] = (
-    LinearRequest(
-        "--transfer",
-        {"action": "store_true", "help": "transfer functions from every input to every output: gains, zeros, poles"},
-        _transfer,
-    ),
-    LinearRequest(
-        "--reach",
-        {"action": "store_true", "help": "controllability and observability: ranks, how far from less, hidden modes"},
-        _reach,
-    ),
-    LinearRequest(
-        "--bode",
-        {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .pdf, .png; without a file as CSV"},
-        _bode,
-        "bode",
-    ),
-    LinearRequest(
-        "--dt",
-        {
-            "type": seconds,
-            "metavar": "T",
-            "help": "the sampled system, inputs held for T s; gains are those of it then",
-        },
-        _sampled,
-    ),
-    LinearRequest(
-        "--lqr",
-        {
-            "nargs": "*",
-            "metavar": "WEIGHT",
-            "help": 'the linear quadratic regulator: "Q=x:10;theta:100" "R=F:0.1", what is not named weighs 0 in Q '
-            "and 1 in R; or an .npz file with Q and R; without any all weigh 1",
-        },
-        _lqr,
-        "gains",
-    ),
-    LinearRequest(
-        "--kalman",
-        {
-            "nargs": "*",
-            "metavar": "VARIANCE",
-            "help": 'the gain of a Kalman filter: "W=F:1" of what disturbs states or inputs, "V=x:1e-4" of outputs; '
-            "or an .npz file",
-        },
-        _kalman,
-    ),
-    LinearRequest(
-        "--animate",
-        {"metavar": "FILE", "help": f"every mode as a moving picture, numbered: {ANIMATED}"},
-        _animate,
-        "animate",
-    ),
+    LinearRequest("transfer", _transfer, shown=True),
+    LinearRequest("reach", _reach, shown=True),
+    LinearRequest("bode", _bode, "bode", shown=True),
+    LinearRequest("dt", _sampled),
+    LinearRequest("lqr", _lqr, "gains"),
+    LinearRequest("kalman", _kalman),
+    LinearRequest("animate", _animate, "animate"),
 )
 """What more can be asked, in the order in which it is told."""
 

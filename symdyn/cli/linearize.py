@@ -1,7 +1,4 @@
-"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability.
-
-The flags that ask more of `symdyn linearize`, what is wrong with them, and root loci, which are of many systems.
-"""
+"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability."""
 
 from __future__ import annotations
 
@@ -12,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, written
-from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
+from symdyn.cli.scene_options import read_scene_to_move, split
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
-from symdyn.cli.trajectory_options import add_film_options, collected, flattened, pairs, reel
+from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.errors import LinearizeError
 from symdyn.linear import System, SystemsFile, locus_over
 from symdyn.scene import Scene
-from symdyn.scene.values import Faults, split_commas
+from symdyn.scene.values import Faults, choice, split_commas
 from symdyn.simulation import CHECKS, Problem
 
 ENDINGS = {
@@ -31,26 +28,18 @@ ENDINGS = {
 """What files may be, by the option that names them."""
 
 
-def add_flags(verb: argparse.ArgumentParser) -> None:
-    """Add a flag for every row, and those that say more of them."""
-    group = verb.add_argument_group("of the linear system")
-    for one in ASKED:
-        group.add_argument(one.flag, **one.how)
-    group.add_argument("--hertz", metavar="RANGE", help="frequencies of --bode, Hz: geomspace(0.1,10,200) or [1, 2, 5]")
-    group.add_argument("--gains", metavar="FILE", help="where --lqr writes its gains, .json, for simulate --feedback")
-    add_film_options(group)
-    group = verb.add_argument_group("over a parameter or a speed")
-    group.add_argument("--over", metavar="RANGE", help='eigenvalues over "v=linspace(0,10,100)", and critical values')
-    group.add_argument(
-        "--speed", metavar="LIST", help="rates of a steady motion, which may name that of --over, e.g. x_dot=v"
-    )
-    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg, .pdf or .png")
-
-
 def check_flags(options: argparse.Namespace) -> None:
     """Raise LinearizeError for flags that want another one, or files that could not be written in the end."""
     faults = Faults("")
-    for name, wants in {"hertz": "bode", "gains": "lqr", "locus": "over"}.items():
+    words = {one.name: one for one in ASKED if one.shown}
+    for word in () if options.show is None else split(options.show) or ("",):
+        if word not in words:
+            faults.add("--show", f'there is no "{word}"; {choice(word, words)}')
+    if options.bode == []:
+        faults.add("--bode", "names no file; --show bode prints the responses")
+    if options.hertz is not None and not words["bode"].given(options):
+        faults.add("--hertz", "belongs to --show bode, which is not given")
+    for name, wants in {"gains": "lqr", "locus": "over"}.items():
         if getattr(options, name) is not None and getattr(options, wants) is None:
             faults.add(f"--{name}", f"belongs to --{wants}, which is not given")
     if options.over is not None:
@@ -108,39 +97,6 @@ def locus_over_range(scene: Scene, options: argparse.Namespace) -> tuple[Lines, 
 FORMATS: Mapping[str, Callable[[System], str]] = {"text": System.text, "latex": System.latex}
 
 REST = "rest"
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument(
-        "--at",
-        metavar="LIST",
-        help="coordinates there, e.g. theta=pi,x=0, or rest for all positions of rest; else as the scene starts",
-    )
-    verb.add_argument("--rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    verb.add_argument(
-        "--forces",
-        nargs="+",
-        action="append",
-        metavar="F",
-        help='name=formula of a drive or an input, such as "tau1=-2*q1+r" with [inputs.r]; or a .toml or .csv file',
-    )
-    verb.add_argument("--along", metavar="FILE", help="a run, .csv or .npz, as simulate -o writes it")
-    verb.add_argument(
-        "--outputs",
-        metavar="LIST",
-        help="formulas in coordinates, velocities, point_tip_x, reaction_hinge_fx, ...; default: all coordinates",
-    )
-    verb.add_argument(
-        "--independent", metavar="LIST", help="coordinates that determine the others; else the best conditioned"
-    )
-    verb.add_argument(
-        "--anywhere", action="store_true", help="take points too that are neither of rest nor of a steady motion"
-    )
-    verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
-    verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
-    add_flags(verb)
 
 
 def run(options: argparse.Namespace) -> int:

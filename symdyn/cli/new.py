@@ -9,19 +9,7 @@ from symdyn.cli.talk import print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, SceneError
-from symdyn.scene import Starter, examples
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    verb.add_argument("name", nargs="?", help="name of the scene; NAME.toml is written here (default: the example's)")
-    verb.add_argument(
-        "--template",
-        help="rr, rrp, rrr, cart_pole, puma, arm7, chain, four_bar, slider_crank or n_four_bar; default: NAME, else rr",
-    )
-    verb.add_argument("--example", metavar="EXAMPLE", help=f"a scene that comes with symdyn: {', '.join(examples())}")
-    verb.add_argument("--n", type=int, help="number of links of a chain, of four-bars in a row")
-    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
+from symdyn.scene import Starter
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,7 +7,6 @@ import re
 import shlex
 import sys
 from fractions import Fraction
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,83 +25,6 @@ STDIN = "-"
 
 BY_VALUES = {"bench": (), "draw": (), "inverse": (), "simulate": ("stop", "report"), "stress": ()}
 """Verbs that take parameters by their values alone, and their options that read names."""
-
-
-def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -> None:
-    """Add the scene, which may be left out where it is optional, and the options that say how to read it."""
-    files = "scene or robot file: .toml, .urdf, .mjcf, .xml or .par; - reads TOML or XML from standard input"
-    verb.add_argument("scene", metavar="SCENE", nargs="?" if optional else None, help=files)
-    group = verb.add_argument_group("reading")
-    group.add_argument(
-        "--symbolic",
-        choices=("inertia", "geometry", "all"),
-        help="named parameters in place of numbers, with those numbers as values: for formulas, lessons, files of "
-        "scenes, --over and code whose parameters stay free; other code and its numbers are the same",
-    )
-    group.add_argument(
-        "--no-snap",
-        dest="snap",
-        action="store_false",
-        help="keep 1.57079633 as it is; without this, decimals of eight or more digits that are a multiple of pi at "
-        "all of them become one",
-    )
-    group.add_argument(
-        "--allow-invalid-inertia", action="store_true", help="accept inertias that no body has, with a note for each"
-    )
-    group.add_argument(
-        "--spanning-tree", metavar="LIST", help="joints to cut where joints close loops, e.g. elbow,slider"
-    )
-    group.add_argument(
-        "--floating-base",
-        metavar="NAME",
-        help="a free joint NAME between the ground and the root link of a robot in URDF or MJCF; without this, the "
-        "root is the ground",
-    )
-    group.add_argument(
-        "--no-units", action="store_true", help='check no dimensions, as of a scene that says units = "none" itself'
-    )
-    group.add_argument(
-        "--bind", metavar="LIST", help="values for parameters, e.g. m1=2.5,h1=1/2; what is zero drops out"
-    )
-
-
-def add_formulation(verb: argparse.ArgumentParser) -> None:
-    """Add the choice of the derivation that becomes code: those that a first look at a scene can be had by."""
-    from symdyn.dynamics import OUTPUTS
-
-    looked_at = [row.formulations.items() for row in OUTPUTS.values() if row.default_in == "overview"]
-    formulations = [formulation for some in looked_at for formulation in some]
-    growing = {name for name, formulation in formulations if formulation.up_to < inf}
-    verb.add_argument(
-        "--formulation",
-        choices=sorted(dict.fromkeys(name for name, _ in formulations), key=growing.__contains__),
-        help="take this derivation where a function has it; without this, the one with the fewest operations",
-    )
-
-
-def add_prepare(verb: argparse.ArgumentParser) -> None:
-    """Add the choice to take work on parameters alone out of the calls."""
-    verb.add_argument(
-        "--prepare",
-        action="store_true",
-        help="a function prepare(params) does the work on free parameters alone; its result is the last argument of "
-        "all others, in place of params",
-    )
-
-
-def add_closing(verb: argparse.ArgumentParser) -> None:
-    """Add what can be chosen about closed loops."""
-    group = verb.add_argument_group("closed loops")
-    group.add_argument(
-        "--independent",
-        metavar="LIST",
-        help="coordinates that determine the others, e.g. phi,psi; without this, those with the best conditioning",
-    )
-    group.add_argument(
-        "--baumgarte",
-        metavar="ALPHA,BETA",
-        help="stabilise forward dynamics: G qdd = -Gdot qd - 2 ALPHA G qd - BETA^2 r, in 1/s; without this, exact",
-    )
 
 
 def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:

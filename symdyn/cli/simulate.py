@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
+from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import (
-    add_output_options,
     check_outputs,
     collected,
     deliver,
     pairs,
     reported_forces,
-    seconds,
 )
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
@@ -23,46 +21,6 @@ CTRL_C = 130
 
 COARSE, NOTHING = 1e-3, 1e-12
 """Part of the energy by which a balance may be off and still holds, and what is rounding, J."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument("--until", type=seconds, required=True, metavar="T", help="time of the end, s")
-    verb.add_argument(
-        "--forces",
-        nargs="+",
-        action="append",
-        metavar="F",
-        help='name=formula in t, coordinates and velocities, such as "tau1=-2*q1-q1_dot"; or a .toml or .csv file',
-    )
-    verb.add_argument(
-        "--feedback",
-        metavar="FILE",
-        help='gains of a linear feedback of the state, as linearize --lqr --gains writes them: {"K": [[...]], '
-        '"states": [...], "inputs": [...], "x0": {...}, "u0": {...}}',
-    )
-    verb.add_argument("--period", type=seconds, metavar="T", help="seconds between samples of --feedback")
-    verb.add_argument("--delay", type=seconds, metavar="T", help="seconds from a sample to its force")
-    verb.add_argument("--limits", metavar="LIST", help="largest forces of --feedback, e.g. F=20,tau2=5")
-    verb.add_argument("--start", metavar="LIST", help="where it starts, e.g. q1=0.3,q2=pi/2; else as the scene says")
-    verb.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    verb.add_argument("--stop", action="append", default=[], metavar="FORMULA", help="end where this crosses zero")
-    verb.add_argument("--report", action="append", default=[], metavar="FORMULA", help="tell where this crosses zero")
-    verb.add_argument(
-        "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
-    )
-    verb.add_argument(
-        "--method",
-        metavar="NAME",
-        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS), gauss "
-        "(31 digits); without this, the one that fits",
-    )
-    verb.add_argument(
-        "--rtol", type=float, metavar="TOL", help="relative tolerance of a step; below 1e-16, to 1e-30, with 31 digits"
-    )
-    verb.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
-    add_output_options(verb)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,16 +11,9 @@ from __future__ import annotations
 import argparse
 
 from symdyn.bench import FAMILIES, stress
-from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
+from symdyn.cli.scene_options import again, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table, print_text, wrote
 from symdyn.emit import write
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb, optional=True)
-    verb.add_argument("--families", metavar="LIST", help="comma-separated; default: all; --families '' lists them")
-    verb.add_argument("-o", "--output", metavar="DIR", help="write stress.html, stress.md and stress.json there")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.sweep_outcome import add_outcome, check_outcome, report_outcome
-from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import pairs, reported_forces, seconds
+from symdyn.cli.scene_options import read_scene
+from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say, wrote
+from symdyn.cli.trajectory_options import pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run
-from symdyn.study import DESIGNS, FORMS, SUFFIX, Runs, sweep
+from symdyn.study import SUFFIX, Runs, beside, check_study_plot, sweep
 from symdyn.table import Table
 
 CTRL_C = 130
@@ -22,80 +21,10 @@ CTRL_C = 130
 TABLE = ".csv"
 
 DIGITS = 6
+FEW_DIGITS = 4  # of what comes of runs beside their summary
 
 FAILED = 3
 """Runs that did not end that are told on a terminal; `told` of the runs has more."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    kinds = FORMS.replace("%", "%%")
-    verb.add_argument(
-        "--over",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help=f"a parameter, a coordinate or velocity at the start, or a letter of --forces over: [1,2,5]; {kinds}. "
-        "May be given several times; without any, all parameters that have a tolerance",
-    )
-    verb.add_argument(
-        "--measure",
-        action="append",
-        default=[],
-        metavar="FORMULA",
-        help='what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))"; '
-        "NAME=FORMULA names it",
-    )
-    verb.add_argument("--until", type=seconds, metavar="T", help="time of the end of every run, s (default: 10)")
-    designs = "; ".join(f"{name}: {plan.description}" for name, plan in DESIGNS.items())
-    verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
-    verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
-    verb.add_argument("--seed", type=int, default=0, metavar="N", help="of what is drawn (default: 0)")
-    group = verb.add_argument_group("of every run")
-    group.add_argument(
-        "--forces",
-        nargs="+",
-        action="append",
-        metavar="F",
-        help='name=formula in t, coordinates and velocities, such as "tau1=-k*q1"; or a .toml or .csv file',
-    )
-    group.add_argument("--start", metavar="LIST", help="where all runs start, e.g. q1=0.3,q2=pi/2")
-    group.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    group.add_argument("--every", type=seconds, metavar="DT", help="seconds between samples (default: 200 samples)")
-    group.add_argument("--method", metavar="NAME", help="an integrator, as of simulate; default: the fastest that fits")
-    group.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step (default: 1e-9)")
-    group.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
-    group.add_argument(
-        "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
-    )
-    group = verb.add_argument_group("calls of a function in place of runs")
-    group.add_argument(
-        "--function",
-        metavar="NAME",
-        help="what is called, such as inverse_dynamics; measures are formulas of what it returns and takes",
-    )
-    group.add_argument(
-        "--at",
-        metavar="LIST",
-        help="where, e.g. q1=0.3,q1_dot=1; or a .csv file of such columns over t, which folds then go over",
-    )
-    group = verb.add_argument_group("where it is computed and kept")
-    group.add_argument(
-        "--scheduler",
-        metavar="WHERE",
-        default="here",
-        help="here, threads, processes, or the address of a Dask scheduler, tcp://... (default: here)",
-    )
-    group.add_argument("--workers", type=int, metavar="N", help="how many of them (default: one a core)")
-    group.add_argument("--block", type=int, metavar="N", help="runs of a block, which is done or is not")
-    group.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help=f"{SUFFIX}: a store, kept block by block, with which the same command goes on; or {TABLE} in the end",
-    )
-    add_outcome(verb)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -104,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     file = None if options.output is None else Path(options.output)
     if file is not None:
         _check(file)
-    check_outcome(options)
+    _check_outcome(options)
     start, rates = pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")
     problem = Problem(scene, reported_forces(scene, options), start, rates)
     run = {name: one for name, one in vars(options).items() if name in Run.Fields.__annotations__ and one is not None}
@@ -131,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
             runs.to_csv(file)
         print_paths(file)
     nothing = not any(runs.known(name).size for name in runs.measures) and runs.complete
-    report(runs, options, lambda: {} if nothing or runs.left else report_outcome(runs, problem, Run(**run), options))
+    report(runs, options, lambda: {} if nothing or runs.left else _outcome(runs, problem, Run(**run), options))
     if nothing:
         why = runs.reasons.get(0, "failed" if runs.failed else f"{', '.join(runs.measures)} is no finite number")
         fail(f"no run has measures; run 0: {why}")
@@ -191,3 +120,81 @@ def report(runs: Runs, options: argparse.Namespace, outcome: Callable[[], dict[s
     more = outcome()
     if options.json and more:
         give(told | more | columns)
+
+
+def _check_outcome(options: argparse.Namespace) -> None:
+    """Raise SimulateError for what could not be told in the end."""
+    check_study_plot(None if options.plot is None else Path(options.plot), options.plot_kind)
+    if options.plot is None and options.plot_kind is not None:
+        raise SimulateError("--plot-kind: of --plot FILE, which is not given")
+    if options.first_order and options.function is not None:
+        raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
+
+
+def _outcome(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
+    """Print and write what is asked for; return the same for JSON."""
+    told: dict[str, Any] = {}
+    if runs.has_indices:
+        told["indices"] = _indices(runs, options.json)
+    if options.first_order:
+        told["first_order"] = _first_order(runs, problem, run, options)
+    if options.plot is not None:
+        runs.save_plot(options.plot, kind=options.plot_kind)
+        wrote(options.plot)
+    return told
+
+
+def _indices(runs: Runs, quiet: bool) -> dict[str, Any]:
+    """Return Sobol's indices of all measures, and print them."""
+    told: dict[str, Any] = {}
+    rows = []
+    for measure in runs.measures:
+        try:
+            found = runs.indices(measure)
+        except SimulateError as fault:  # too few runs have a value: the others are told
+            say(str(fault))
+            continue
+        for note in found.notes:
+            say(note)
+        told[measure] = {
+            name: {
+                "first": float(found.first[k]), "first_interval": found.first_interval[k].tolist(),
+                "total": float(found.total[k]), "total_interval": found.total_interval[k].tolist(),
+            }
+            for k, name in enumerate(found.names)
+        }  # fmt: skip
+        for name, one in told[measure].items():
+            shown = (
+                in_digits(one[key], FEW_DIGITS)
+                + " ("
+                + " … ".join(in_digits(x, 2) for x in one[f"{key}_interval"])
+                + ")"
+                for key in ("first", "total")
+            )
+            rows.append((measure, name, *shown))
+    if rows and not quiet:
+        heads = ("measure", "name", "first order", "total")
+        print_table(Table(heads, rows, (2, 3), "Sobol's indices, with 95 % intervals"))
+    return told
+
+
+def _first_order(runs: Runs, problem: Problem, run: Run, options: argparse.Namespace) -> dict[str, Any]:
+    """Return standard deviations both ways, and print them."""
+    found = beside(runs, problem, run, options.over, options.measure)
+    rows = []
+    for one in found:
+        shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())
+        unit = runs.units.get(one.measure, "")
+        rows.append((one.measure, unit, in_digits(one.first_order, 6), in_digits(one.runs, 6), shares))
+        if not one.near:
+            say(
+                f"{one.measure}: sd {in_digits(one.first_order, 3)} to first order, {in_digits(one.runs, 3)} over "
+                f"{len(runs)} runs: it is not linear over what varies; trust the runs"
+            )
+    if not options.json:
+        heads = ("measure", "unit", "first order", "runs", "variance is due to")
+        print_table(Table(heads, rows, (2, 3), "standard deviations"))
+    return {
+        one.measure: {"first_order": one.first_order, "runs": one.runs, "shares": dict(one.shares), "near": one.near}
+        for one in found
+    }

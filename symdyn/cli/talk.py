@@ -13,18 +13,17 @@ import json
 import os
 import re
 import sys
-import threading
 import time
 import unicodedata
 from collections.abc import Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass, field
-from fractions import Fraction
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from symdyn.errors import printable
 from symdyn.rounding import digits_or, finite
-from symdyn.table import Table
+
+if TYPE_CHECKING:  # help imports nothing that it does not need
+    from symdyn.table import Table
 
 PREFIX = "symdyn: "
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
@@ -35,7 +34,6 @@ LONGEST_NUMBER, DIGITS = 8, 6  # digits of a number that is shown as it is, and 
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:/\d+)?(?![\w.])")
 
 
-@dataclass
 class Answer:
     """What one command answers, gathered while it runs.
 
@@ -48,12 +46,11 @@ class Answer:
         errors: why nothing was found, or not all.
     """
 
-    quiet: bool = False
-    json: bool = False
-    result: Any = None
-    files: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
+    def __init__(self, quiet: bool = False, json: bool = False) -> None:
+        """Begin with nothing."""
+        self.quiet, self.json = quiet, json
+        self.result: Any = None
+        self.files, self.notes, self.errors = list[str](), list[str](), list[str]()
 
     def as_dict(self, verb: str, scene: str | None, status: int) -> dict[str, Any]:
         """Return the object that `--json` prints, the same of every verb (docs/shell.md)."""
@@ -191,6 +188,8 @@ def _rounded(number: str) -> str:
     longest = LONGEST_NUMBER if digits == DIGITS else digits
     if len(re.sub(r"\D", "", number).strip("0")) <= longest:
         return number
+    from fractions import Fraction
+
     return f"{float(Fraction(number)):.{digits}g}"
 
 
@@ -221,6 +220,8 @@ class Waiting(_Late):
 
     def __init__(self) -> None:
         """Start quiet."""
+        import threading
+
         super().__init__("working")
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True

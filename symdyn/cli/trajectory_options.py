@@ -16,72 +16,9 @@ from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, parse
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, split_commas
+from symdyn.scene.values import Faults, FormulaError, split_commas
 from symdyn.simulation import CHECKS, Trajectory, axes_of
 from symdyn.simulation.prescribed import words
-
-
-def seconds(text: str) -> float:
-    """Return a time in seconds, for `type=` of an option.
-
-    >>> seconds("0.5"), seconds("100 ms"), seconds("1 min")
-    (0.5, 0.1, 60.0)
-
-    Raises:
-        argparse.ArgumentTypeError: it is no number, or one in a unit that is none of time.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    try:
-        formula = parse(text)
-        fits(formula, Unit.read("s"))
-        value = formula.at({})
-    except FormulaError as error:
-        reason = f"{text} {error}" if str(error).startswith(("is ", "divides ")) else str(error)
-        raise argparse.ArgumentTypeError(f"{reason}; give seconds, as 0.5, or a unit too, as 500ms") from None
-    if value is None:
-        raise argparse.ArgumentTypeError(f"{text} is no number; give seconds, as 0.5, or a unit too, as 500ms")
-    return float(value)
-
-
-ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
-
-
-def add_output_options(verb: argparse.ArgumentParser) -> None:
-    """Add where the trajectory goes and how dense it is."""
-    verb.add_argument(
-        "--every",
-        type=seconds,
-        metavar="DT",
-        help="seconds between rows (default: 200 rows; of a sampled controller one a sample)",
-    )
-    verb.add_argument(
-        "--reactions",
-        nargs="?",
-        const="body",
-        default="",
-        metavar="AXES",
-        help="columns of all joint reactions and multipliers too; axes: body (of the child, the default), joint (of "
-        "the joint frame on the parent) or ground",
-    )
-    verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
-    verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .pdf, .png or .html")
-    verb.add_argument(
-        "--plot-columns",
-        metavar="LIST",
-        help="what --plot shows, columns or patterns, e.g. q1,q1_dot,point_* (default: what moves)",
-    )
-    verb.add_argument("--animate", metavar="FILE", help=f"the mechanism as it moves: {ANIMATED}")
-    add_film_options(verb)
-
-
-def add_film_options(verb: argparse._ActionsContainer) -> None:
-    """Add how a film is shown."""
-    verb.add_argument("--fps", type=float, metavar="N", help="frames a second of --animate (default: 30, of .gif 25)")
-    verb.add_argument("--size", metavar="WxH", help="pixels of --animate: 1280x720, or only a width (.svg, .gif, .mp4)")
-    verb.add_argument("--once", action="store_true", help="--animate ends at its end and does not begin again")
 
 
 def reel(options: argparse.Namespace) -> Reel:

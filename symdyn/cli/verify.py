@@ -22,12 +22,9 @@ from typing import NoReturn
 
 from symdyn.algebra import BigFloats
 from symdyn.bounds import BOUNDS
-from symdyn.cli import Parser, add_talk, generate
+from symdyn.cli import Parser, generate
+from symdyn.cli.options import add_options
 from symdyn.cli.scene_options import (
-    add_closing,
-    add_formulation,
-    add_prepare,
-    add_reading_options,
     closing_of,
     functions_of,
     read_bindings,
@@ -37,7 +34,6 @@ from symdyn.cli.scene_options import (
 from symdyn.cli.talk import Waiting, give, print_table
 from symdyn.dynamics import Requested, Workspace
 from symdyn.emit import emit
-from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import SceneError, VerifyError, printable
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower, prepare
@@ -48,53 +44,12 @@ from symdyn.table import Table
 from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify import Certificate, Rigorous, certify, rigorous, why_unread
 
-STATES = 4
-
 OTHER_CODE = {
     "prepare": "code without prepare",
     "accuracy": "code of full accuracy",
     "targets": "every module that runs quickly here",
 }
 """Options of code that --rigorous does not measure, and what it measures."""
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
-    add_formulation(verb)
-    add_closing(verb)
-    add_prepare(verb)
-    verb.add_argument("--real", choices=SINGLE, default="double", help="number type of the measured code")
-    verb.add_argument(
-        "--accuracy",
-        choices=ShortSines.accuracies(),
-        default="",
-        help="of code that has it, whose sines' bound is then in the bounds (default: what the number type allows)",
-    )
-    verb.add_argument(
-        "--targets",
-        metavar="LIST",
-        help="whose files are proved and measured, e.g. c,rust (default: those that run quickly)",
-    )
-    verb.add_argument(
-        "--files",
-        metavar="DIR",
-        help="prove files that symdyn generate has written to DIR, however long ago; what they are, their headers say",
-    )
-    verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
-    bounds = verb.add_argument_group("guaranteed bounds")
-    bounds.add_argument(
-        "--rigorous",
-        action="store_true",
-        help="bound the error of the code at each state by ball arithmetic, entry by entry, and prove nothing else",
-    )
-    bounds.add_argument(
-        "--at",
-        metavar="LIST",
-        help="the state, e.g. q1=0.3,q1_dot=-1; what is not named is as the scene starts, free parameters are one",
-    )
-    bounds.add_argument("--states", type=int, metavar="N", help=f"or so many sampled states (default: {STATES})")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -110,11 +65,10 @@ def run(options: argparse.Namespace) -> int:
     outputs = functions_of(options, scene)
     if options.rigorous:
         at = None if options.at is None else numbers(options.at, scene)
+        sampled = {} if options.states is None else {"states": options.states}
+        code = {"seed": options.seed, "real": options.real, "formulation": options.formulation}
         with Waiting() as progress:
-            bounds = rigorous(
-                *(scene, outputs, at, STATES if options.states is None else options.states, options.seed),
-                *(options.real, options.formulation, progress, closing),
-            )
+            bounds = rigorous(scene, outputs, at, progress=progress, closing=closing, **sampled, **code)
         if options.json:
             give(bounds.as_dict())
         else:
@@ -387,9 +341,8 @@ def options_of(command: str, where: str) -> argparse.Namespace:
     if strange:
         raise VerifyError(f"{where}: its command says {strange[0]}, which no file of ours says")
     header = _Header(prog="symdyn generate", add_help=False, allow_abbrev=False)
-    generate.add_options(header)
-    add_talk(header)
-    header.set_defaults(run=None, verb="generate", parser=header)
+    add_options(header, "generate")
+    header.set_defaults(verb="generate", parser=header)
     try:
         return header.parse_args(words)
     except VerifyError as fault:

@@ -5,73 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symdyn.cli.scene_options import add_reading_options, read_scene, split
+from symdyn.cli.scene_options import read_scene, split
 from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
-from symdyn.teach import Handout, languages
+from symdyn.teach import Handout
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
-
-
-def add_options(verb: argparse.ArgumentParser) -> None:
-    """Add what the verb takes."""
-    add_reading_options(verb)
-    verb.add_argument(
-        "--format",
-        metavar="LIST",
-        type=formats,
-        help=f"one or several of {', '.join(ENDINGS.values())}, with commas between (default: what the ending of FILE "
-        "says, else md); or sliders: the page's interactive part alone, which needs no formulas in closed form",
-    )
-    verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
-    verb.add_argument(
-        "--until",
-        metavar="PART",
-        default="",
-        help="the last part: energies, lagrangian, equations, coefficients, numbers; or, by D'Alembert, count, "
-        "bodies, reactions, formulations; the others are told by an unknown one (default: all)",
-    )
-    verb.add_argument("--language", choices=languages(), default="en", help="of the prose (default: en)")
-    verb.add_argument(
-        "--formulation",
-        choices=("lagrange", "multipliers", "quaternions", "dalembert"),
-        default="",
-        help="energies and Lagrange's equations, of open mechanisms; the same with multipliers, where loops or rolling "
-        "tie them; rotations by quaternions; or bodies cut free, with all reactions (default: the first of these that "
-        "the scene can take)",
-    )
-    verb.add_argument(
-        "--exercises",
-        action="store_true",
-        help="leave results out, with hints and solutions; the HTML page checks answers",
-    )
-    verb.add_argument(
-        "--grade",
-        type=int,
-        choices=Handout.grades,
-        help="of the exercises: 1 asks for every step, 2 for the results of each part (default), 3 for energies and "
-        "equations without the way",
-    )
-    verb.add_argument(
-        "--ask",
-        metavar="LIST",
-        help="ask for these steps instead, with commas between, such as velocity,rate:2",
-    )
-    verb.add_argument(
-        "--sheet",
-        choices=("questions", "solutions"),
-        help="the exercises as a sheet to print: the task and questions with room to write, or with their solutions",
-    )
-    verb.add_argument(
-        "--seed",
-        type=int,
-        metavar="N",
-        help="a variant of the scene that the number draws: other masses, lengths, axes, springs, another way down",
-    )
-    verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
 
 
 def run(options: argparse.Namespace) -> int:

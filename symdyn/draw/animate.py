@@ -1,6 +1,6 @@
 """A motion as a page that needs nothing else: a picture, its positions at every moment, and a small player.
 
-A motion as an SVG picture that moves by SMIL and without a script, for pages that take pictures alone.
+For pages that take pictures alone there is an SVG picture that moves by SMIL, without a script.
 """
 
 from __future__ import annotations

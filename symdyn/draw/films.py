@@ -1,10 +1,7 @@
 """A motion in a file, by its ending: pages and pictures of our own, GIF and MP4 frame by frame, and glTF.
 
-Frames are painted by matplotlib for both; Pillow writes GIF and ffmpeg, as imageio-ffmpeg brings it, MP4.
-
-How a film is shown.
-
-Colours of a GIF: 256 for all frames of a film, and the nearest of them for every pixel.
+Frames are painted by matplotlib for both; Pillow writes GIF and ffmpeg, as imageio-ffmpeg brings it, MP4. A GIF has 256
+colours for all frames of a film, and the nearest of them for every pixel.
 """
 
 from __future__ import annotations
@@ -163,7 +160,7 @@ def film(
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses. A .glb is looked at from anywhere.
         scheme: "auto" (as the reader prefers; light in .gif, .mp4), "light" or "dark".
-        fps: frames a second of real time: 30, 25 of a .gif (which shows 50 at most).
+        fps: frames a second of real time; None for 30, 25 of a .gif, which shows 50 at most.
         size: width in pixels, or width and height, of .svg, .gif and .mp4.
         loop: whether a .html, .svg or .gif begins again at its end; of others, who plays them decides.
         reported: is called with the share that is done.

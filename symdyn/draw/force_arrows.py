@@ -3,7 +3,7 @@
 A force is drawn from the point that it acts at. A couple is an arc in a planar scene, else an arrow with two heads
 along its axis, right-handed. Arrows have one length: a picture shows directions, numbers are for tables.
 
-What stands beside the mechanism: the direction of gravity, and in a spatial picture that of the ground's axes.
+Beside the mechanism stand the direction of gravity, and in a spatial picture those of the ground's axes.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.places import ROUGH, Array, JointAxis, Label, Places, Put, crosses, unit
 from symdyn.draw.shapes import Item, Shape, Title, arc_arrow, arrow, circle_points, dot, path
+from symdyn.draw.style import FONT, Text
 from symdyn.draw.svg import Drawing
 from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols

@@ -5,9 +5,8 @@ face-on, a spatial one from the side that pictures take. Each place of a body is
 between two moments viewers move it straight and turn it the short way. Reference: Khronos, glTF 2.0 Specification
 (2021), 3.11 Animations.
 
-Solids as triangles with normals: boxes, cylinders, balls and patches, put where they belong.
-
-A scene as solids in space: bodies as links, joints, masses, wheels and the ground, each in the frame of its body.
+Bodies as links, joints, masses, wheels and the ground are solids, each in the frame of its body: boxes, cylinders,
+balls and patches, made of triangles with normals.
 """
 
 from __future__ import annotations

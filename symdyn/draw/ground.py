@@ -1,11 +1,9 @@
-"""What is hatched: a support under every joint that hangs on the ground, and the planes that wheels and blades touch.
+"""Symbols of joints, and what is hatched: supports, and the planes that wheels and blades touch.
 
-A plane is a square, or a line where it is seen edge-on.
-
-Symbols of joints: the parts that joint types make them of, one function a part.
-
-A symbol shows what the joint leaves free: a ring or a cylinder turns, a box slides, a cylinder with a thread does both.
-What the child carries is filled with paper, what the parent carries (rails, plates) is a plain line.
+A support stands under every joint that hangs on the ground; a plane is a square, or a line where it is seen edge-on.
+Symbols are made of parts, one function a part. A symbol shows what the joint leaves free: a ring or a cylinder turns, a
+box slides, a cylinder with a thread does both. What the child carries is filled with paper, what the parent carries
+(rails, plates) is a plain line.
 """
 
 from __future__ import annotations

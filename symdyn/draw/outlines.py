@@ -1,10 +1,10 @@
 """What bodies look like: the rod, disc, ring, ball or plate that a scene says, or whose inertia a body has.
 
 A guess is drawn where one inertia means one thing, on a body that carries no other one and does not roll on a rim that
-is drawn already, not much larger than the mechanism, and with no joint in a ball or in the course of a rod.
-Sizes: `OUTLINES`.
+is drawn already, not much larger than the mechanism, and with no joint in a ball or in the course of a rod. Sizes:
+`OUTLINES`.
 
-What of a scene is drawn, as expressions of its coordinates: places of bodies, joints, forces, masses and points.
+What is drawn of a scene, places of bodies, joints, forces, masses and points, are expressions of its coordinates.
 """
 
 from __future__ import annotations

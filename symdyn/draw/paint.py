@@ -1,8 +1,7 @@
 """A drawing painted by matplotlib's renderers: PNG, PDF, and the frames of a film. Shapes are ours, dot for dot as SVG.
 
-Between two moments a shape is where the straight way between both leads, as it is where SVG moves by itself.
-
-A picture in a file, by its ending: SVG as it is returned, PDF and PNG painted by matplotlib.
+Between two moments a shape is where the straight way between both leads, as it is where SVG moves by itself. A file's
+ending says what it is: SVG as it is returned, PDF and PNG painted.
 """
 
 from __future__ import annotations
@@ -14,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.draw.lettering import lowered
 from symdyn.draw.places import Array, Put
 from symdyn.draw.plots import import_matplotlib, outlined, require, saved, settings
 from symdyn.draw.shapes import Shape
-from symdyn.draw.style import SCHEMES, look_of, plain
+from symdyn.draw.style import SCHEMES, look_of, lowered, plain
 from symdyn.draw.svg import Drawing, order
 from symdyn.draw.tex import Curve, curves, ellipse
 from symdyn.emit import Contents, write

@@ -1,12 +1,10 @@
 """Pictures of a scene and of one of its bodies as SVG text.
 
-Coordinates: turns as arcs from the zero position, slides as dimensions, both with an arrow at the end.
+Of coordinates turns are arcs from the zero position, slides dimensions, both with an arrow at the end. A coordinate
+that is too near zero for that shows its sense: a short dashed arrow the way it grows.
 
-A coordinate that is too near zero for that shows its sense: a short dashed arrow the way it grows.
-
-A mechanism in the middle and at both ends of a swing, in one picture.
-
-Text of pictures and pages, which is text like any other, and in a notebook what it describes.
+A swing shows a mechanism in its middle and at both ends, in one picture. Text of pictures is text like any other, and
+in a notebook what it describes.
 """
 
 from __future__ import annotations
@@ -19,7 +17,6 @@ import numpy as np
 from symdyn.arguments import walked
 from symdyn.draw.force_arrows import Wrench, links, with_corner, wrench
 from symdyn.draw.ground import ground, planes, symbol, triad
-from symdyn.draw.lettering import Text
 from symdyn.draw.paint import File, check_picture, write_picture
 from symdyn.draw.places import Array, FrameStep, JointAxis, Label, Places, across, put, unit
 from symdyn.draw.shapes import (
@@ -37,6 +34,7 @@ from symdyn.draw.shapes import (
     link,
 )
 from symdyn.draw.stage import Stage, pose, values_of
+from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
@@ -208,12 +206,12 @@ def picture(
         scene: any scene.
         q: position, shape (nq,), in the scene's order; rad, m or 1. None: see `pose`.
         parameters: values of parameters; those without any are 1, or such that loops close.
-        view: azimuth and elevation of the viewer in degrees; None chooses.
-        frames: whether to draw the axes of every moved joint frame.
+        view: azimuth and elevation of the viewer in degrees; None for the usual ones.
+        frames: draw the axes of every moved joint frame, x red, y green, z blue.
         labels: what is named: any of "coordinates", "bodies", "joints", "points". Loads and springs always are.
         wrenches: more forces and couples to draw.
         prefix: in front of every id, so that several pictures fit into one page.
-        scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
+        scheme: colours: "auto" follows the reader's preference, "light" and "dark" are plain.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
         titles: what parts are called in another language, from the English of `symdyn.draw.shapes`.
         letters: more letters, of masses and lengths, each beside its point.

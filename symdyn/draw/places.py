@@ -2,11 +2,9 @@
 
 All arrays have a leading axis of N positions; vectors and rotations are in the ground frame, lengths in m.
 
-Where labels go: near what they name, clear of each other, and on as few lines as can be.
-
-Every label tries places around its anchor, near ones first. A place costs what lies under it and how far away it is;
-one on another label is not taken at all, and a label that finds none worth reading is left out (its group still has a
-title).
+Labels go near what they name, clear of each other, and on as few lines as can be. Every label tries places around its
+anchor, near ones first. A place costs what lies under it and how far away it is; one on another label is not taken at
+all, and a label that finds none worth reading is left out (its group still has a title).
 """
 
 from __future__ import annotations
@@ -18,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.outlines import Key, Outlined, drawn, outlines
+from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Scene

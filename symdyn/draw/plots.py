@@ -1,8 +1,7 @@
-"""Matplotlib, imported safely and with settings that are its own: what rasterises, and writes PDF.
+"""Plots: figures of matplotlib, the same bytes on every machine.
 
-Plots: figures of matplotlib, the same bytes on every machine.
-
-Letters as outlines, from the fonts that come with matplotlib: the same on every machine, whatever is installed.
+Matplotlib, which rasterises and writes PDF, is imported safely and with settings that are its own. Letters are outlines
+from the fonts that come with it, whatever is installed.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn import shell
-from symdyn.draw.lettering import DROP, FONT, SMALL, Text
 from symdyn.draw.places import Array
+from symdyn.draw.style import DROP, FONT, SMALL, Text
 from symdyn.errors import DrawError
 from symdyn.extras import install
 

@@ -5,7 +5,8 @@ the first cannot be read. Meshes are STL, OBJ and COLLADA, read by trimesh. A fi
 opened outside the folder tree of the robot, none larger than is said here, and nothing that a mesh points to, such as
 textures. Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
 
-How much a COLLADA file shows, counted before it is unfolded: nodes show nodes that show nodes.
+How much a file shows is counted before it is loaded: STL and OBJ as their bytes tell it, COLLADA before it is unfolded,
+since its nodes show nodes that show nodes.
 
     parts(n)      = parts of the nodes in n, of those that it names, and one a geometry
     triangles(n)  = the same of triangles
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -30,13 +32,60 @@ from defusedxml.ElementTree import fromstring
 
 from symdyn.bounds import BOUNDS
 from symdyn.draw.gltf import Solid, ball, box, cylinder
-from symdyn.draw.mesh_size import obj_too_much, stl_too_much, too_many
 from symdyn.draw.places import Array
 from symdyn.draw.plots import require
 from symdyn.errors import DrawError, SceneError
 from symdyn.scene import Scene, read_bounded
-from symdyn.scene.formats import XmlElement, printable_names
+from symdyn.scene.formats import XmlElement, long_face, printable_names
 from symdyn.scene.values import show
+
+MOST_PARTS = BOUNDS["parts of a mesh"]
+
+HEAD, RECORD = 84, 50
+"""Bytes of a binary STL file before its triangles, and of each."""
+
+FACE = re.compile(rb"^[ \t]*f[ \t]+([^\n]*)", re.MULTILINE)
+
+
+def too_many(parts: int, triangles: int) -> str | None:
+    """Return what is wrong with a mesh that shows so much, None for nothing."""
+    if parts > MOST_PARTS:
+        return f"shows {_rounded(parts)} parts; {MOST_PARTS} are the most that is read"
+    if triangles > MOST_TRIANGLES:
+        return f"shows some {_rounded(triangles)} triangles; {MOST_TRIANGLES} are the most that is read"
+    return None
+
+
+def stl_too_much(content: bytes) -> str | None:
+    """Return what is wrong with an STL file, text or binary, that shows more than is read, None if it does not."""
+    told = int.from_bytes(content[HEAD - 4 : HEAD], "little")
+    binary = len(content) == HEAD + RECORD * told
+    return too_many(1, told if binary else content.lower().count(b"endfacet"))
+
+
+def obj_too_much(content: bytes) -> str | None:
+    """Return what is wrong with an OBJ file that shows more than is read, None if it does not.
+
+    Each change of the material begins a part; a face of n corners is n - 2 triangles.
+    """
+    parts, faces = content.count(b"usemtl"), _lines_of_faces(content)
+    if fault := too_many(parts, faces) or long_face(content):
+        return fault
+    text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+    return too_many(parts, sum(max(1, len(face[1].split()) - 2) for face in FACE.finditer(text)))
+
+
+def _lines_of_faces(content: bytes) -> int:
+    """Return how many lines begin a face, without making them: there may be millions."""
+    letters = np.frombuffer(content, dtype=np.uint8)
+    blank = (letters == ord(" ")) | (letters == ord("\t"))
+    ends = (letters == ord("\n")) | (letters == ord("\r")) | blank
+    return int(np.count_nonzero((letters[1:-1] == ord("f")) & ends[:-2] & blank[2:])) + (content[:1] == b"f")
+
+
+def _rounded(count: int) -> str:
+    return str(count) if count < 10**9 else f"{count:.0e}"
+
 
 DEEPEST = 100
 

@@ -3,9 +3,8 @@
 Coordinates are in units of the picture, y down. A shape keeps its make-up from moment to moment, only numbers change,
 so that one description serves a picture and an animation.
 
-Bodies as links: from the frame of the joint that carries a body to all that is on it, and where its masses are.
-
-What a reader is told who points at a part of a picture, in English; a lesson says it in its own language.
+A body is drawn as a link, from the frame of the joint that carries it to all that is on it, and where its masses are.
+Who points at a part of a picture is told what it is in English; a lesson says it in its own language.
 """
 
 from __future__ import annotations

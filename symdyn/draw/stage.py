@@ -1,6 +1,6 @@
 """A scene in its positions as pictures see it: where its parts are, and the view in which they fit.
 
-The position that a picture shows when nothing else is asked for, and values for parameters without any.
+Where nothing else is asked for it chooses the position, and values for parameters without any.
 """
 
 from __future__ import annotations

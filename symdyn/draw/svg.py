@@ -1,6 +1,6 @@
-"""A drawing as SVG text: the same drawing, the same bytes.
+"""Drawings as SVG text, of mechanisms and of lines, dots and texts alone: the same drawing gives the same bytes.
 
-Pictures without a mechanism: lines, dots and texts, in the looks of the style sheet.
+Looks are those of the style sheet.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.draw.lettering import FONT, Text, lowered
 from symdyn.draw.places import Array, Label, Put
 from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, dot, path
-from symdyn.draw.style import style
+from symdyn.draw.style import FONT, Text, lowered, style
 from symdyn.emit import in_html
 from symdyn.errors import DrawError
 

@@ -1,8 +1,7 @@
 r"""Pictures for pdfTeX: shapes by \pdfliteral in the colours of its style sheet, labels set by TeX.
 
-Read are paths of M, L, V, A (a quarter turn) and Z, circles, ellipses and labels, which is what `svg` writes.
-
-Outlines as moves, lines and cubic curves, for programs that know no circles.
+Read are paths of M, L, V, A (a quarter turn) and Z, circles, ellipses and labels, which is what `svg` writes. Outlines
+become moves, lines and cubic curves, for programs that know no circles.
 """
 
 from __future__ import annotations

@@ -13,9 +13,9 @@ from .closed_forms.frames_and_parameters import (
     chosen_frames as chosen_frames,
     formulas as formulas,
 )
-from .lagrange.second_kind import Energies as Energies, rotor_energy as rotor_energy
 from .loops.closed_positions import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
+from .mechanism.lagrange import Energies as Energies, rotor_energy as rotor_energy
 from .outputs.derive import (
     Requested as Requested,
     available as available,

@@ -4,10 +4,9 @@ from .code.target import Draft as Draft, Sources as Sources, Target as Target
 from .escape import in_code as in_code, in_html as in_html, in_latex as in_latex, in_markdown as in_markdown
 from .render import render as render, verbatim as verbatim
 from .targets.c.c99 import C as C
-from .targets.emit_program import TARGETS as TARGETS, beside as beside, emit as emit
-from .targets.entries import Entries as Entries
-from .targets.fmu.functional_mockup import packed as packed
-from .targets.gpu.cuda_opencl import budgets as budgets
+from .targets.emit_program import TARGETS as TARGETS, Entries as Entries, beside as beside, emit as emit
+from .targets.fmu import packed as packed
+from .targets.gpu import budgets as budgets
 from .targets.json_graph import read_program as read_program
 from .targets.ufunc import Code as Code
 from .writing import Contents as Contents, write as write, write_file as write_file

@@ -8,7 +8,7 @@
     in_percent_comment  comments and help of MATLAB    in_julia_docstring  docstrings of Julia
     in_xml          attributes of XML
 
-Formats of scenes have their own: `toml_writer` for TOML; names, which are identifiers, are all that URDF and parameter
+Formats of scenes have their own: `scene.toml` for TOML; names, which are identifiers, are all that URDF and parameter
 files hold. Terminals are the errors' own matter (`symdyn.errors.printable`).
 """
 

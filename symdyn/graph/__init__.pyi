@@ -13,7 +13,5 @@ from .differentiate import (
     substitute as substitute,
     tangents as tangents,
 )
-from .expression import Expr as Expr, Graph as Graph, Scalar as Scalar
-from .growing import growing as growing
-from .identities import SMALL_PRIMES as SMALL_PRIMES
-from .ops import Op as Op
+from .expression import Expr as Expr, Graph as Graph, Scalar as Scalar, growing as growing
+from .ops import SMALL_PRIMES as SMALL_PRIMES, Op as Op

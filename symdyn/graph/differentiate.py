@@ -1,11 +1,12 @@
-"""Automatic differentiation on the graph, forward and reverse, and substitution. The results are exact nodes.
+"""A graph run over an algebra, and its automatic differentiation, forward and reverse, and substitution.
+
+One loop serves floats, batches, big floats, fields, polynomials and text. Derivatives are exact nodes.
 
 Forward: ẏ = Σ ∂y/∂x ẋ, one sweep for one direction of all inputs (a time derivative, a column of a Jacobian).
+
 Reverse: x̄ = Σ ∂y/∂x ȳ, one sweep for all partial derivatives of one output (a gradient).
 
 ∂y/∂x are a node's derivatives by its operands, or by what `turns` reads in it.
-
-Running a graph over an algebra: one loop for floats, batches, big floats, fields, polynomials and text.
 """
 
 from __future__ import annotations

@@ -1,13 +1,24 @@
-"""The operations a graph is made of, and what each one needs.
+"""The operations a graph is made of, what each one needs, and the identities of functions.
 
-One row an operation. Everything that depends on an operation stands in a table keyed by `Op`: its arity here, its
-partial derivatives in `differentiate.py`, its value in each algebra, its spelling in each target. A test holds the
-tables complete.
+Everything that depends on an operation stands in a table keyed by `Op`, a row an operation: its arity here, its partial
+derivatives in `differentiate.py`, its value in each algebra, its spelling in each target. A test holds the tables
+complete.
+
+Identities are applied when a node is born: exact sines, parities, roots. An angle is read as a *linear form*: a
+rational multiple of π plus rational multiples of other nodes. Every algebra that is exact about angles reads it the
+same way, so the decomposition stands here once.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
+from fractions import Fraction
+from math import isqrt
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from symdyn.graph.expression import Expr, Graph
 
 
 class Op(IntEnum):
@@ -72,3 +83,143 @@ ARITY: dict[Op, int] = {
 
 FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if op >= Op.SIN)
 """Operations that are not field arithmetic; an algebra answers them in its `function` method."""
+
+
+@dataclass(frozen=True)
+class LinearForm:
+    """An angle as turns + constant + Σ coefficient · atom.
+
+    Attributes:
+        turns: multiple of π.
+        constant: rational part, rad.
+        terms: (node, coefficient) by ascending node index; no coefficient is zero.
+    """
+
+    turns: Fraction
+    constant: Fraction
+    terms: tuple[tuple[Expr, Fraction], ...]
+
+
+def linear_form(angle: Expr) -> LinearForm:
+    """Return `angle` as a linear form; products and functions are atoms."""
+    turns = constant = Fraction(0)
+    terms: dict[Expr, Fraction] = {}
+    stack = [(angle, Fraction(1))]
+    while stack:
+        node, factor = stack.pop()
+        if node.op is Op.CONSTANT:
+            constant += factor * node.value  # type: ignore[operator]
+        elif node.op is Op.PI:
+            turns += factor
+        elif node.op is Op.ADD:
+            stack += [(node.args[0], factor), (node.args[1], factor)]
+        elif node.op is Op.SUB:
+            stack += [(node.args[0], factor), (node.args[1], -factor)]
+        elif node.op is Op.NEG:
+            stack.append((node.args[0], -factor))
+        elif node.op is Op.MUL and node.args[0].op is Op.CONSTANT:
+            stack.append((node.args[1], factor * node.args[0].value))  # type: ignore[operator]
+        else:
+            terms[node] = terms.get(node, Fraction(0)) + factor
+    ordered = sorted((item for item in terms.items() if item[1]), key=lambda item: item[0].index)
+    return LinearForm(turns, constant, tuple(ordered))
+
+
+def simplify_function(graph: Graph, op: Op, args: tuple[Expr, ...]) -> Expr | None:
+    """Return a simpler node for op(args), or None when the function stands as it is."""
+    x = args[0]
+    if op in (Op.SIN, Op.COS):
+        return _circular(graph, op, x)
+    if op is Op.SQRT and x.op is Op.CONSTANT:
+        return _root(graph, x)
+    if op in (Op.ABS, Op.SIGN) and x.op is Op.CONSTANT:
+        value = x.value
+        assert isinstance(value, Fraction)
+        return graph.constant(abs(value) if op is Op.ABS else (value > 0) - (value < 0))
+    if op is Op.ABS and x.op is Op.NEG:
+        return graph.function(Op.ABS, x.args[0])
+    if op in (Op.TANH, Op.SIGN) and x.op is Op.NEG:
+        return graph.neg(graph.function(op, x.args[0]))
+    if op is Op.TANH and x is graph.zero:
+        return graph.zero
+    if op is Op.EXP and x is graph.zero:
+        return graph.one
+    if op is Op.LOG and x is graph.one:
+        return graph.zero
+    return None
+
+
+def _circular(graph: Graph, op: Op, x: Expr) -> Expr | None:
+    """Return sin or cos of x in lowest terms: leading sign positive, multiples of π/2 gone; None if x is so already."""
+    if x.op is Op.SYMBOL:
+        return None
+    form = linear_form(x)
+    turns = form.turns % 2
+    if not form.terms and not form.constant:
+        return _exact(graph, op, turns)
+    quarter = turns // Fraction(1, 2)
+    rest = turns - Fraction(quarter, 2)
+    angle = graph.total(
+        [graph.constant(form.constant), graph.mul(graph.constant(rest), graph.pi)]
+        + [graph.mul(graph.constant(coefficient), node) for node, coefficient in form.terms]
+    )
+    leading = form.terms[0][1] if form.terms else form.constant
+    flipped = leading < 0
+    if flipped:
+        angle = graph.neg(angle)
+    if quarter == 0 and not flipped and angle is x:
+        return None
+    s, c = graph.function(Op.SIN, angle), graph.function(Op.COS, angle)
+    s = graph.neg(s) if flipped else s
+    sines = (s, c, graph.neg(s), graph.neg(c))  # sin(x + k π/2)
+    return sines[(quarter + (1 if op is Op.COS else 0)) % 4]
+
+
+def _exact(graph: Graph, op: Op, turns: Fraction) -> Expr | None:
+    """Return sin or cos of turns·π: exact for multiples of π/4 and π/6, else reduced to the first octant."""
+    if op is Op.COS:
+        turns = (turns + Fraction(1, 2)) % 2
+    sign = 1 if turns < 1 else -1
+    turns %= 1
+    turns = min(turns, 1 - turns)  # sin(π - x) = sin x, now 0 .. 1/2
+    table = {
+        Fraction(0): graph.zero,
+        Fraction(1, 6): graph.constant(Fraction(1, 2)),
+        Fraction(1, 2): graph.one,
+    }
+    if turns in (Fraction(1, 4), Fraction(1, 3)):
+        table[turns] = graph.constant(Fraction(1, 2)) * graph.sqrt(2 if turns == Fraction(1, 4) else 3)
+    value = table.get(turns)
+    if value is None:
+        value = _constant_sine(graph, turns)
+    return value if sign > 0 else graph.neg(value)
+
+
+def _constant_sine(graph: Graph, turns: Fraction) -> Expr:
+    """Return the node of sin(turns·π) for 0 < turns < 1/2 without an exact form, as sine or cosine of under π/4."""
+    op, reduced = (Op.SIN, turns) if turns < Fraction(1, 4) else (Op.COS, Fraction(1, 2) - turns)
+    return graph.node(op, graph.mul(graph.constant(reduced), graph.pi))
+
+
+def _root(graph: Graph, x: Expr) -> Expr | None:
+    """Return sqrt(p/q) as k sqrt(n) with n free of small squares; None if x is so already or negative."""
+    value = x.value
+    assert isinstance(value, Fraction)
+    if value < 0:
+        return None
+    outside, inside = 1, value.numerator * value.denominator
+    root = isqrt(inside)
+    if root * root == inside:
+        return graph.constant(Fraction(root, value.denominator))
+    for prime in SMALL_PRIMES:
+        while inside % (prime * prime) == 0:
+            inside //= prime * prime
+            outside *= prime
+    factor = Fraction(outside, value.denominator)
+    if factor == 1:
+        return None
+    return graph.mul(graph.constant(factor), graph.sqrt(inside))
+
+
+SMALL_PRIMES = tuple(n for n in range(2, 1000) if all(n % d for d in range(2, isqrt(n) + 1)))
+"""Trial divisors: enough for every radical that a direction or an angle of a robot file gives."""

@@ -6,7 +6,6 @@ from .gains import Gain as Gain
 from .identification import Identification as Identification
 from .identified_scene import Identified as Identified, identified as identified, with_parameters as with_parameters
 from .identify_logs import identify as identify
-from .log import Log as Log
 from .output_error import OutputFit as OutputFit, output_error as output_error
 from .payload import Payload as Payload
 from .regression import Regression as Regression

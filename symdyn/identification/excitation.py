@@ -1,26 +1,24 @@
-"""What an exciting motion is: `Excitation`.
+"""Exciting motions: `Excitation`, the families of periodic motions that it is sought in, and what is minimised.
 
-Families of periodic motions: what a coordinate does is a row of functions of time times coefficients.
+A coordinate moves by a row of functions of time times coefficients:
 
     q = Φ(t) z,  q̇ = Φ̇(t) z,  q̈ = Φ̈(t) z           Φ: one constant, then functions that rest at t = 0 and T
 
-Every family is cut down to the motions whose velocity and acceleration vanish where a period begins, so that a drive
-starts and ends at rest; a log of several periods can be averaged over them.
+Every family is restricted to motions whose velocity and acceleration vanish where a period begins. So a drive starts
+and ends at rest, and a log of several periods can be averaged over them.
 
-Reference: Swevers, Ganseman, Tükel, De Schutter and Van Brussel, Optimal robot excitation and identification (1997),
-for Fourier series.
-
-What an exciting motion is to make small, as functions of the singular values of the stacked base regressor.
+Criteria are functions of the singular values σ of the stacked base regressor:
 
     condition            σ_max / σ_min of the rows as they are, over the noise of each drive
     scaled_condition     the same of columns of length 1: no unit of a parameter weighs
     determinant          -ln det(AᵀA), A the rows over √N: the volume of the ellipsoid of errors
 
-A condition number has no slope where two singular values meet, which is where its minimum is. What is minimised in its
-place is |A|_16 |A⁺|_16 in the norm (Σ σ^16)^(1/16), which is larger by p^(1/8) at most.
+A condition number has no derivative where two singular values meet, which is where its minimum is. In its place |A|_16
+|A⁺|_16 is minimised, in the norm (Σ σ^16)^(1/16), which is larger by p^(1/8) at most.
 
-References: Gautier and Khalil, Exciting trajectories for the identification of base inertial parameters (1992); Swevers
-et al. (1997), for the determinant.
+References: Gautier and Khalil, Exciting trajectories for the identification of base inertial parameters (1992);
+Swevers, Ganseman, Tükel, De Schutter and Van Brussel, Optimal robot excitation and identification (1997), for Fourier
+series and the determinant.
 """
 
 from __future__ import annotations

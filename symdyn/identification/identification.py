@@ -1,6 +1,6 @@
 """What identification returns: base parameters before and after, how sure they are, how well forces are predicted.
 
-Which combinations of parameters a motion does not tell, in words: what they are, why, and what motion would help.
+Combinations of parameters that a motion does not tell are named: what they are, why, and what motion would help.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from symdyn.arguments import check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
-from symdyn.identification.fitting import Fitted
-from symdyn.identification.gains import Gain, Gains
+from symdyn.identification.gains import Fitted, Gain, Gains
 from symdyn.identification.linear_model import TERMS, LinearModel
 from symdyn.identification.log import GAINED, Log
 from symdyn.identification.payload import Carried, Fit
@@ -189,7 +188,7 @@ class Identification(Shown):
     Attributes:
         scene: as it was declared.
         model: what the logs were held against; its scene has a parameter for every term of friction that was added.
-        logs: as measured.
+        logs: as measured: each has `source`, `t`, `q`, `qd`, `qdd`, `tau` and `notes`.
         motions: filtered, at even times, with what was fitted and what was held back.
         band: highest frequency that was used, Hz.
         regression: least squares with all of its rows.

@@ -1,15 +1,16 @@
 """The identified scene: parameters as they were found in place of those that were declared, to be written as a file.
 
-Bodies that were declared by numbers get ten numbers near their own (`physical`); where bodies are made of parameters
-with names, these get values (`named`), and formulas stay as they are.
+Bodies that were declared by numbers get ten numbers near their own (`physical`). Where bodies are made of parameters
+with names, these get values (`fit_names`), and formulas stay as they are.
 
-Values of a scene's own parameters, m1 or l2c, that give the estimated base parameters.
+Values of a scene's own parameters, m1 or l2c, are those that give the estimated base parameters:
 
     minimise    (beta(theta) - e)^T Sigma^-1 (beta(theta) - e)
 
 beta are formulas of the parameters, not always linear ones (m1 h1^2). Parameters of the geometry are no unknowns: the
-regressor was made with their values. Those that data do not tell stay where they were, by a prior a thousand times
-their size; those that data do not tell apart become, of all values that give the estimates, the nearest.
+regressor was made with their values. Parameters that the data do not determine stay where they were, by a prior a
+thousand times their size. Where the data determine combinations only, the nearest values that give the estimates are
+taken.
 """
 
 from __future__ import annotations

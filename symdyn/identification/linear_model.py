@@ -1,9 +1,4 @@
-"""What a log is held against: driving forces of a scene as its base regressor times base parameters.
-
-Friction, armatures and offsets that the scene does not declare are parameters of the scene that is held against the
-log, with the value zero: so they are told like any other, and can be written back.
-
-What data may tell of a scene: the parameters that its forces are linear in, and how base parameters come of them.
+"""The model that logs are compared with: driving forces of a scene as its base regressor times base parameters.
 
     beta = map · pi                 pi: ten of every body about its frame, armatures, friction, stiffness, ... (linear
                                     parameters); beta: base parameters, what motion can tell of pi
@@ -11,9 +6,11 @@ What data may tell of a scene: the parameters that its forces are linear in, and
 
 The pseudo-inertia of a body is [[J, h], [h, m]], J = tr(I)/2 · 1 - I its second moments about the frame, h = m r.
 
-Reference: Gautier and Khalil (1990); Wensing, Kim and Slotine (2018).
+Friction, armatures and offsets that the scene does not declare are added to it as parameters with the value zero: so
+they are estimated like any other, and can be written back. Columns of a fit and unknowns of a file are matched by their
+names, in any order.
 
-Joining of two lists of one thing by their names, such as columns of a fit and unknowns of a file, in any order.
+Reference: Gautier and Khalil (1990); Wensing, Kim and Slotine (2018).
 """
 
 from __future__ import annotations
@@ -134,7 +131,7 @@ def never_negative(scene: Scene) -> list[tuple[str, Quantity]]:
     for joint in scene.joints:
         found += [(f"armature of {joint.name}", joint.armature), (f"damping of {joint.name}", joint.damping)]
         if joint.dry is not None:
-            known = {key: x for part in FORCES[joint.dry.kind].parts for key, x, _ in part.numbers(joint.dry)}
+            known = {x.key: x.quantity for part in FORCES[joint.dry.kind].parts for x in part.numbers(joint.dry)}
             found += [(f"{key} friction of {joint.name}", known[key]) for key in ("coulomb", "static") if key in known]
     return found
 

@@ -6,12 +6,11 @@
     q1_ddot, ...            accelerations, likewise
     tau1, F, ...            driving forces, as `drive_names` calls them: N m or N, what `simulate` writes
 
-Other columns are left alone. All faults of all logs are told together.
+Other columns are ignored. All faults of all logs are reported together.
 
-Units of a log: columns that are told to be in others, and columns that look as if they were.
-
-A log says no units. It betrays them: velocities beside the rate of their coordinates, coordinates beside the limits of
-their joints, forces beside those that the scene expects.
+Columns may be given in other units. A log does not state its units, but notes point at columns that look wrong:
+velocities beside the rate of their coordinates, coordinates beside the limits of their joints, forces beside those that
+the scene expects.
 """
 
 from __future__ import annotations

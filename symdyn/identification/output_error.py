@@ -8,8 +8,6 @@ as much, so that each search begins where the run stays close to the data. σ is
 again after every search (maximum likelihood with independent columns).
 
 References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
-
-What output error has found: parameters, starts, and what the data leave open.
 """
 
 from __future__ import annotations
@@ -23,8 +21,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import with_fields
 from symdyn.errors import IdentifyError, UnknownNameError
-from symdyn.identification.search import FEWEST, Measured, Search, first_state, read_measured, searched
-from symdyn.identification.shooting import shooting
+from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike, SceneUnits, bind
 from symdyn.scene.values import Faults, listed, suggestion
@@ -157,8 +154,8 @@ def output_error(
         scene: the mechanism, its parameters bound: the search begins at their values; or a `Problem`.
         data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
             or a list of such, one a log, each with a start of its own.
-        parameters: names of those that are looked for; None takes all but gravity's that the data tell
-            and says which they do not.
+        parameters: names of those that are looked for; None takes all but gravity's that the data tell. Which they do
+            not is said.
         measured: which columns are fitted; None for all coordinates and velocities that the logs have.
         pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
         **fields: of `Problem`.

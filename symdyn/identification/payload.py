@@ -7,9 +7,8 @@
 Reference: Khalil and Dombre (2002), section 12.6; Gautier and Briot, Global identification of joint drive gains and
 dynamic parameters of robots (2014), where the mass is known and the other nine are not.
 
-Motions and what they are held against: columns of parameters and payloads, and rows of these by frequency.
-
-How well driving forces are predicted: errors joint by joint, of what was fitted and of what was held back.
+Motions are held against columns of parameters and payloads, and rows of these by frequency; errors of forces are told
+joint by joint, of what was fitted and of what was held back.
 """
 
 from __future__ import annotations

@@ -1,29 +1,26 @@
 """Inertias that bodies can have, near the scene's own, that give the estimated base parameters.
 
-Least squares tell base parameters; many masses and inertias give the same ones, and of some no body has any. Wanted are
-linear parameters pi (`unknowns`) with
+Least squares determine base parameters. Many masses and inertias give the same ones, and some of these are impossible
+for any body. Wanted are linear parameters pi (`unknowns`) with
 
     minimise    |E pi - e|^2 / Sigma  +  sum |M^-1/2 (P_k - P0_k) M^-1/2|^2 / spread^2  +  ...
     so that     P_k >= MARGIN s_k 1         every body: its pseudo-inertia is positive definite
                 S pi >= 0                   armature, damping, dry friction
 
     E, e, Sigma     what was estimated: combinations of pi, their estimates and covariance
-    P_k             pseudo-inertia [[J/rho^2, h/rho], [h/rho, m]], kg; rho a length of the scene, P0_k: as declared
+    P_k             pseudo-inertia [[J/rho^2, h/rho], [h/rho, m]] of body k, kg; linear in its ten parameters; rho a
+                    length of the scene, P0_k: as declared
     M               |P0_k| with no eigenvalue below FLOOR s_k: the metric in which masses and inertias are compared
     s_k             size of the body, kg
+    y               R (pi - best): variables in which the distance is |y|
 
-The data decide what they can tell, by their covariance; the second term decides the rest, the same in whatever frame
-(a body of point masses, or one that no body can be, has a metric too). Both squares are made one by a change of
-variables, so that the solver of cones projects a point: a problem that is well conditioned however the units are.
+The data decide what they can tell, by their covariance. The second term decides the rest, the same in whatever frame; a
+body of point masses, or an impossible one, has a metric too. A change of variables makes both squares one, |y|^2, so
+that the solver projects a point onto the cones: a problem that is well conditioned whatever the units are.
 
 References: Wensing, Kim and Slotine, Linear matrix inequalities for physically consistent inertial parameter
 identification (2018); Lee, Wensing and Park, Geometric robot dynamic identification: a convex programming approach
 (2020), for the distance, its constant metric.
-
-Inertias as cones: pseudo-inertias whose eigenvalues stay above a bound, and what the cones hold nearest to a point.
-
-P_k     pseudo-inertia of body k, [[J/rho^2, h/rho], [h/rho, m]], kg; linear in its ten parameters
-y       R (pi - best): variables in which the distance is |y|
 """
 
 from __future__ import annotations

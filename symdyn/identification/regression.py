@@ -1,4 +1,4 @@
-"""Weighted least squares on rows of a base regressor: parameters, their covariance, and what noise was left.
+"""Weighted least squares on rows of a base regressor: parameters, their covariance, and the noise that is left.
 
     Y β = τ + e         a row for each joint and cosine of the band (`filtered.projected`)
     s_j(f)              variance of e by joint and frequency: constant; f² and f⁴ (noise of positions, differentiated
@@ -7,23 +7,17 @@
     R                   correlation of joints, which one noisy position makes
     Cov β = A⁻¹ Yᵀ W Ω W Y A⁻¹,  A = Yᵀ W Y,  W = diag 1/s,  Ω = s^½ R s^½ at equal frequencies
 
-Directions of β that the rows do not tell, next to what noise of the motion alone would make, keep the scene's values.
-
-Reference: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculation of the base inertial parameters
-(1991); White, A heteroskedasticity-consistent covariance matrix estimator (1980).
-
-Directions of parameters that rows do not tell, since what they feel of them is noise of the motion.
+Directions of β whose effect in the rows is no larger than noise of the motion alone would make keep the scene's values:
 
     λ = |N v|² / |Y v|²     largest first: Y are the rows, N one draw of what noise of the motion makes of them
     v = e_k - Σ c_i e_i     for each direction that is mostly noise, of a column k of its own; c is the regression of
                             that column on the others, and of it only what is sure
 
-Reference: White, A heteroskedasticity-consistent covariance matrix estimator (1980).
+Outliers are left out and reported by joint and time: samples of driving forces that no noise of their joint explains,
+by residuals next to their median absolute deviation, joint by joint (Hampel 1974).
 
-Samples that fit nothing: driving forces so far off that no noise of their joint explains them.
-
-Judged by residuals of single samples next to their median absolute deviation, joint by joint (Hampel 1974); what is
-left out is told by joint and time.
+References: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculation of the base inertial parameters
+(1991); White, A heteroskedasticity-consistent covariance matrix estimator (1980).
 """
 
 from __future__ import annotations

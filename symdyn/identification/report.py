@@ -2,9 +2,7 @@
 
 One file of HTML without anything from elsewhere; the same identification and command give the same bytes.
 
-What is written of an identification: a page, and the identified scene as text.
-
-An identified scene as text: what it was made of stands on top, where a format has comments.
+The identified scene is written too: what it was made of stands on top, where a format has comments.
 """
 
 from __future__ import annotations
@@ -21,14 +19,23 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.emit import render
 from symdyn.errors import IdentifyError, printable
-from symdyn.identification import charts
-from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
 from symdyn.identification.identified_scene import Identified, identified
 from symdyn.identification.linear_model import ten_of_body
 from symdyn.identification.physical import Physical
-from symdyn.identification.report_sections import Picture, Section, figure, fit_table, gain_table, parameter_table
+from symdyn.identification.report_sections import (
+    Curve,
+    Picture,
+    Section,
+    bars,
+    curves,
+    ellipses,
+    figure,
+    fit_table,
+    gain_table,
+    parameter_table,
+)
 from symdyn.scene import Written, write_text
 from symdyn.simulation.prescribed import drive_names
 from symdyn.table import Table
@@ -168,10 +175,10 @@ def _plots(identification: Identification) -> Iterator[Section]:
             gaps = np.where(used[:, j], left, np.nan)
             out = np.where(used[:, j], np.nan, left)
             told = f"{name} of {printable(motion.source, keep='')}, measured and predicted, over time"
-            pictures.append(Picture(charts.curves(told, time, _axis(name, unit), both, shaded), ""))
+            pictures.append(Picture(curves(told, time, _axis(name, unit), both, shaded), ""))
             shown = (Curve("c2", t, gaps), Curve("c3", t, out, True))
             told = f"{name} of {printable(motion.source, keep='')}: measured less predicted, over time"
-            pictures.append(Picture(charts.curves(told, time, _axis("error", unit), shown, shaded), ""))
+            pictures.append(Picture(curves(told, time, _axis("error", unit), shown, shaded), ""))
         legend = (("c0", "measured"), ("c1", "predicted"), ("c2", "measured less predicted"), ("c3", "not fitted"))
         words = ("What was held back is shaded.",) if shaded else ()
         yield Section(f"Over time: {printable(motion.source, keep='')}", words, (), tuple(pictures), legend)
@@ -201,14 +208,15 @@ def _residuals(identification: Identification) -> Iterator[Section]:
         edges = np.array([10 * k / bins - 5 for k in range(bins + 1)])
         count: Array = np.histogram(np.clip(scaled, -5, 5), edges, density=True)[0]
         told = f"{names[j]}: histogram of {len(scaled)} weighted residuals, and the normal distribution"
-        pictures.append(
-            Picture(charts.bars(told, "residual, standard deviations", "share", edges, count, normal), names[j])
-        )
+        pictures.append(Picture(bars(told, "residual, standard deviations", "share", edges, count, normal), names[j]))
         lags, limit = autocorrelation(identification.motions, identification.predicted, identification.used, j)
         told = f"{names[j]}: autocorrelation of the error over {len(lags)} lags"
         at = np.array([k + 0.5 for k in range(len(lags) + 1)])
         pictures.append(
-            Picture(charts.bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit), names[j])
+            Picture(
+                bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit),
+                names[j],
+            )
         )
     words = (
         "Of each drive, first residuals of the fit by their standard deviation, next to a normal distribution; then "
@@ -310,7 +318,7 @@ def _ellipsoids(physical: Physical) -> Iterator[Picture]:
                     shown.append((kind, centre[[i, j]], 5 * spread[np.ix_([i, j], [i, j])]))
             if shown:
                 told = f"{name}: inertia ellipsoid before and after, seen along {'zy'[words == 'xz']}"
-                yield Picture(charts.ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)
+                yield Picture(ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)
 
 
 def written(identified: Identified, format: str, about: Sequence[str] = ()) -> Written:

@@ -17,10 +17,14 @@ from .linearized import (
 from .locus import root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .over_values import locus_over as locus_over, systems as systems
-from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
-from .record import SystemsFile as SystemsFile
 from .regulator import Axis as Axis, Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
 from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
-from .system import System as System
-from .transfer import transfers as transfers
+from .system import System as System, SystemsFile as SystemsFile
+from .transfer import (
+    Reach as Reach,
+    controllability as controllability,
+    observability as observability,
+    shown as shown,
+    transfers as transfers,
+)

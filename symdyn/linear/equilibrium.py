@@ -25,10 +25,9 @@ from symdyn.dynamics import formulas
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import Complexes
+from symdyn.linear.modes import Complexes, SecondOrder
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.search import NEAR, SAME, Search
-from symdyn.linear.second_order import SecondOrder
 from symdyn.linear.steady import at_rest
 from symdyn.scene import SceneUnits
 from symdyn.simulation import Problem
@@ -88,7 +87,7 @@ class Equilibria:
     Attributes:
         places: in the order of their coordinates.
         starts: how many seeded starts were tried.
-        lost: how many of them led nowhere.
+        lost: how many of them led nowhere, or to where the equations have no slope.
         singular: how many of them led to where coordinates are singular, a wheel lies flat, or rows of loops lose rank
             where they balance nothing.
         idle: coordinates on which nothing depends: they may have any value.
@@ -143,11 +142,13 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
     exact = _exact(prepared, search.idle)
     known, (scanned, changes) = search.placed(exact), search.scanned()
     q, good = search.roots(np.vstack([known, search.drawn(starts), changes]))
+    q = np.vstack([search.wrapped(place) for place in q])
+    good = np.logical_and(good, search.sloped(q))
     seeded = np.arange(len(q)) - len(known) < starts
     seeded[: len(known)] = False
     lists = _Lists(search, dict(enumerate(exact)))
     for k, rank in zip(np.flatnonzero(good), search.ranks(q[good]), strict=True):
-        lists.add(search.wrapped(q[k]), int(rank), int(k), bool(seeded[k]))
+        lists.add(q[k], int(rank), int(k), bool(seeded[k]))
     return Equilibria(
         _sorted(lists.places), starts, int(np.sum(np.logical_and(seeded, np.logical_not(good)))), lists.singular,
         tuple(name for name, idle in zip(scene.coordinates, search.idle, strict=True) if idle),

@@ -1,20 +1,18 @@
-"""The noun of this package: how a mechanism moves next to an operating point, to first order.
+"""Linear systems: a mechanism next to an operating point, to first order, and the stability that eigenvalues show.
 
     ẋ = A x + B w        x, w, y     deviations of states, inputs and outputs from the point
-    y = C x + D w        p, m        independent positions (of rows that hold positions), velocities (of all rows)
+    y = C x + D w        p, m        independent positions (by constraints on them), velocities (by all)
 
 x is p positions ξ, then m velocities u. A position is a coordinate's deviation, or, where a velocity is no rate of a
 coordinate (quaternions), a displacement along that velocity: q moves to q ∘ exp(Σ ξ_k X_k). With rolling p > m.
 
-What eigenvalues say, in words; zeros counted and named apart, as they are no sign of instability (`zeros`).
+Eigenvalues that are zero are no modes and no sign of instability. They are counted apart, by what they come from:
 
-Eigenvalues that are zero, counted by what they come from; they are no modes, and no sign of instability.
-
-cyclic       positions on which no rate depends
-rolling      at rest, as many as there are more positions than velocities: it stays where it is put
-drifting     velocities that no rate of a velocity depends on, once cyclic positions are left out: conserved momenta
-family       other states that A maps to nothing: equilibria, or steady motions, next to this one
-undecided    the rest: of these the linear motion tells nothing
+    cyclic       positions on which no rate depends
+    rolling      at rest, as many as there are more positions than velocities: it stays where it is put
+    drifting     velocities that no rate of a velocity depends on, once cyclic positions are left out: conserved momenta
+    family       other states that A maps to nothing: equilibria, or steady motions, next to this one
+    undecided    the rest: of these the linear motion tells nothing
 """
 
 from __future__ import annotations
@@ -40,8 +38,7 @@ from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
-    from symdyn.linear.reach import Reach
-    from symdyn.linear.transfer import Transfer
+    from symdyn.linear.transfer import Reach, Transfer
 
 
 ZEROS = {
@@ -275,13 +272,13 @@ class Linearization(Shown):
 
     def controllability(self) -> Reach:
         """Return what the inputs move."""
-        from symdyn.linear.reach import controllability
+        from symdyn.linear.transfer import controllability
 
         return controllability(self)
 
     def observability(self) -> Reach:
         """Return what the outputs show."""
-        from symdyn.linear.reach import observability
+        from symdyn.linear.transfer import observability
 
         return observability(self)
 

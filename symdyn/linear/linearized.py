@@ -1,6 +1,6 @@
 """The functions that linearise: the linear systems of a scene at a point, at all positions of rest, or along a run.
 
-Whether all positions of rest are known: counted exactly where the equations are polynomials over the rationals.
+Whether all positions of rest are known is counted exactly where the equations are polynomials over the rationals:
 
     I        ideal of the forces at rest, in sines s and cosines c of angles, s² + c² = 1, and in slides
     D        dimension of ℚ[s, c, x]/I: finite where positions of rest are isolated, complex ones too
@@ -169,9 +169,9 @@ def linearize(
         scene: the mechanism, its parameters bound; or a `Problem`. Its start is the point, and deviations from its
             forces are the inputs of the system.
         **fields: of `Problem`.
-        outputs: formulas in what outputs of scenes may name, and in outputs, one by one or as "x,theta"; without, the
-            outputs of the scene, or else all coordinates.
-        independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
+        outputs: formulas in coordinates, velocities, point_tip_x, reaction_hinge_fx, ... as "x,theta" or one by one;
+            nothing takes the outputs of the scene, or else all coordinates.
+        independent: coordinates that determine the others where loops close; nothing takes the best conditioned.
         t: time, s, of what depends on it.
         anywhere: take points too that are neither of rest nor of a steady motion.
 

@@ -7,7 +7,7 @@
 
 Eigenvalues that are zero at every value, of what drifts, say nothing of stability and are left out of the counts.
 
-Values as users give them: a range, a list, or a number that is a formula without names.
+Users give values as a range, a list, or a number that is a formula without names.
 """
 
 from __future__ import annotations

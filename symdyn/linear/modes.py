@@ -1,27 +1,32 @@
-"""Modes of ẋ = A x: eigenvalues, those that are zero told apart before rounding can move them.
+"""Modes of ẋ = A x, of M δξ̈ + D δξ̇ + K δξ = 0 at a place of rest, and their motions, which can be drawn.
+
+Eigenvalues of A that are zero are separated from the others before rounding can move them:
 
     T⁻¹ A T = [N  R]        N nilpotent, of the size of all zero eigenvalues; A' has none
               [0  A']       v = T (z, y) is the shape of λ ≠ 0: A' y = λ y, (λ - N) z = R y
 
-A double zero, as of what drifts freely, is moved by rounding to the root of it, 1e-8; so zeros are taken out first:
-what A maps to nothing spans a space, A acts on what is left beside it, and so on while something is mapped to nothing.
-States have different units, so A is balanced before sizes are compared.
+Rounding moves a double zero, as of what drifts freely, by its root, 1e-8. So zeros are taken out first: what A maps to
+nothing spans a space, A acts on what is left beside it, and so on while something is mapped to nothing. States have
+different units, so A is balanced before sizes are compared.
+
+At a place of rest, to first order in what moves the mechanism:
+
+    M = ∂e/∂u̇    D = ∂e/∂u    K = X e        all at the place, at u = u̇ = 0
+    (K - ω² M) v = 0                         frequencies ω and shapes v, as long as nothing damps
+
+A mode is drawn as q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a visible size. What oscillates goes round once in
+`MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and decay are left out, and loops are
+closed at every moment: a shape is shown, and not a run. Positions on which no velocity depends, as where a bicycle is
+and where it heads, do not determine the size, and stay fixed where they would go far: the observer rides along.
 
 Reference: Kublanovskaya's staircase; Golub and Van Loan, Matrix Computations (2013), 7.6.5 and 7.5.7 (balancing).
-
-Modes as motions that can be drawn: q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a size that is seen.
-
-What oscillates goes round once in `MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and
-decay are left out, and loops are closed at every moment: a shape is shown, and not a run. Positions on which no
-velocity depends, as where a bicycle is and where it heads, do not tell the size, and stay where they would go far: the
-picture is that of who rides along.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,10 +39,10 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.simulation import CHECKS, opened
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -286,3 +291,82 @@ def animate_modes(
         film(one.scene, *motion(one, mode), place, fps=shown.fps, size=shown.size, loop=shown.loop, note=note)
         note = None
     return found
+
+
+STILL = 1e-9
+"""Of ω² over the largest, of an inertia, of what keeps K from being symmetric: less is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class SecondOrder:
+    """The matrices at a place of rest, of displacements along velocities.
+
+    Attributes:
+        M: inertia, shape (n, n).
+        D: damping, shape (n, n).
+        K: stiffness, shape (n, n).
+    """
+
+    M: Array
+    D: Array
+    K: Array
+
+    @property
+    def moved(self) -> tuple[int, ...]:
+        """The velocities against which there is an inertia; others decide no motion."""
+        size = np.abs(self.M).max(initial=0.0)
+        return tuple(k for k, row in enumerate(self.M) if np.abs(row).max() > STILL * size)
+
+    def of(self, some: tuple[int, ...]) -> SecondOrder:
+        """Return the matrices of some velocities alone."""
+        part = np.ix_(some, some)
+        return SecondOrder(self.M[part], self.D[part], self.K[part])
+
+    @property
+    def moves(self) -> bool:
+        """Whether every motion has a positive inertia, without which there are no modes."""
+        along = np.linalg.eigvalsh(self.M)
+        return bool(len(along) and along[0] > STILL * np.abs(along).max())
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the forces have a potential."""
+        return bool(np.abs(self.K - self.K.T).max(initial=0.0) <= STILL * np.abs(self.K).max(initial=1e-300))
+
+    @property
+    def kind(self) -> str:
+        """What the potential energy says, after Lagrange and Dirichlet: "stable" where it is least, else "unstable".
+
+        "undecided" where second derivatives do not tell, or forces have no potential.
+        """
+        least, size = np.linalg.eigvalsh((self.K + self.K.T) / 2).min(initial=np.inf), np.abs(self.K).max(initial=0.0)
+        if not self.symmetric or not size or abs(least) <= STILL * size:
+            return "undecided"
+        return "stable" if least > 0 else "unstable"
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """Eigenvalues of the motion with damping."""
+        n = len(self.M)
+        below = -np.linalg.solve(self.M, np.hstack([self.K, self.D]))
+        return spectrum(np.block([[np.zeros((n, n)), np.eye(n)], [below]]))
+
+    @property
+    def modes(self) -> tuple[tuple[float, Array], ...]:
+        """ω², ascending, and shapes, shape (n,), their largest entry 1, as long as nothing damps; of symmetric K."""
+        n = len(self.M)
+        K = (self.K + self.K.T) / 2
+        free = replace(self, K=K, D=np.zeros((n, n))).spectrum
+        found = [(0.0, way) for way in free.still[:n].T]
+        for mode in free.modes:
+            if mode.oscillates or mode.value.real > 0:
+                way = mode.shape[:n]
+                found.append((float((-(mode.value**2)).real), (way / way[np.abs(way).argmax()]).real))
+        shapes = [(square, _clean(way)) for square, way in found]
+        return tuple(sorted(shapes, key=lambda one: (one[0], int(np.abs(one[1]).argmax()))))
+
+
+def _clean(way: Array) -> Array:
+    """Return a shape with its largest entry 1, and without what is rounding."""
+    way = np.where(np.abs(way) > STILL * np.abs(way).max(), way, 0.0)
+    return np.asarray(way / way[np.abs(way).argmax()]) + 0.0  # -0 is 0

@@ -1,6 +1,6 @@
-"""What is linearised, derived once for all values of parameters; and the linear system at a state.
+"""The linear system at a state, A, B, C, D, from functions that are derived once for all values of parameters.
 
-From the derivatives along all directions to A, B, C, D on independent positions and velocities, in numbers.
+Derivatives along all directions are reduced to independent positions and velocities in numbers:
 
     N_h, N   δξ of all directions from the p independent ones; δu of all velocities from the m independent ones
     S        δu of the dependent velocities where positions move: G δu + X(G u) δξ = 0
@@ -10,12 +10,12 @@ From the derivatives along all directions to A, B, C, D on independent positions
     [M  -Gᵀ] [δu̇]     [X e δξ + ∂e/∂u δu + ∂e/∂w δw - δτ]
     [G   0 ] [δλ]  = -[X c δξ + ∂c/∂u δu                ]
 
-The first: a motion varied with its position, d/dt δ = δ d/dt, where directions do not commute. That positions depend on
-each other changes nothing in it: the rows hold for the varied motion too.
+The first equation varies a motion with its position, d/dt δ = δ d/dt, where directions do not commute. It stays the
+same where positions depend on each other: the constraints hold for the varied motion too.
 
-Reference: Bloch, Krishnaprasad, Marsden and Ratiu, The Euler-Poincaré equations and double bracket dissipation (1996),
+References: Bloch, Krishnaprasad, Marsden and Ratiu, The Euler-Poincaré equations and double bracket dissipation (1996),
 section 2, for variations on a group; Negrut and Ortiz, A practical approach for the linearization of the constrained
-multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for rows.
+multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for constraints.
 """
 
 from __future__ import annotations

@@ -4,14 +4,12 @@
     A - B K            the closed loop
     x̂' = A x̂ + B w + L (y - C x̂)      K = Lᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
 
-What is weighed and does not decay by itself has to be moved by some input. What stays or swings for ever and is not
-weighed, as the place of a wheel on the ground, is left alone, and said.
+Users give weights and variances by name or as matrices, whose rows and columns have names and units (`Axis`).
+
+What is weighted and does not decay by itself must be moved by some input. What stays or swings for ever and has no
+weight, such as the place of a wheel on the ground, is left alone, and a note says so.
 
 Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), sections 2.3, 3.3 and 8.1.
-
-Weights and variances as users give them: by name, or as matrices.
-
-What the rows and columns of matrices stand for.
 """
 
 from __future__ import annotations
@@ -28,9 +26,9 @@ from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.locus import number_in
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
-from symdyn.linear.reach import shown, staircase
 from symdyn.linear.run_files import check_arrays
 from symdyn.linear.sampled import sampled
+from symdyn.linear.transfer import shown, staircase
 from symdyn.scene.values import Faults, FormulaError, suggestion
 
 if TYPE_CHECKING:

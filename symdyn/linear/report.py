@@ -1,17 +1,18 @@
 """What is told of a linear system: as text, as LaTeX, and for JSON.
 
-Formulas stand where the mechanism is small; numbers in all other cases, to six digits in print and all digits in JSON.
+Formulas of its parameters stand where the mechanism is small, eigenvalues too where they have a closed form; numbers in
+all other cases, to six digits in print and all digits in JSON.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
-from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.modes import Mode
 from symdyn.linear.regulator import Axis
 from symdyn.rounding import in_digits, requested_digits, showing
@@ -22,6 +23,55 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
+
+SAME = 1e-7
+"""How nearly formulas and numbers are the same."""
+
+Rows = tuple[tuple[Form, ...], ...]
+
+
+@dataclass(frozen=True)
+class Root:
+    """Eigenvalues in closed form.
+
+    Attributes:
+        kind: "zero"; "real", λ = first; "pair", ω² = first, of λ² + ω² = 0; "damped", λ² + second λ + first = 0;
+            "coupled", λ⁴ + second λ² + first = 0.
+        first, second: formulas.
+        times: how often it is one.
+    """
+
+    kind: str
+    first: Form
+    second: Form
+    times: int
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """Formulas of A, B, C, D, and those of eigenvalues that have one.
+
+    Attributes:
+        A, B, C, D: as in the linearization.
+        roots: eigenvalues in closed form; not all may be.
+        held: coordinates that the formulas keep as symbols.
+        defined: names that they use and what these stand for: of loops, how dependent velocities follow independent
+            ones, and multipliers.
+    """
+
+    A: Rows
+    B: Rows
+    C: Rows
+    D: Rows
+    roots: tuple[Root, ...]
+    held: tuple[str, ...]
+    defined: tuple[tuple[str, Form], ...] = ()
+
+
+def negated(form: Form) -> Form:
+    """Return -form."""
+    return Form.product((Number.MINUS_ONE, form)) if form.terms else form
+
 
 DIGITS, NOTHING = 6, 1e-12
 """Digits of numbers in print, and what beside the largest entry of a matrix is zero in print."""

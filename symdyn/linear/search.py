@@ -19,14 +19,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats, Form
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, evaluate, reachable
-from symdyn.linear.modes import Complexes
+from symdyn.linear.modes import Complexes, SecondOrder
 from symdyn.linear.prepared import MASS, RANK, Prepared
-from symdyn.linear.second_order import SecondOrder
 from symdyn.scene import SceneUnits
 from symdyn.simulation import Problem, opened
 from symdyn.unlocked import cached_property
@@ -285,6 +285,11 @@ class Search:
         apart = np.abs(x - y)
         turned = np.abs(np.pi - np.abs(apart % (2 * np.pi) - np.pi))
         return bool(np.where(self.turns, turned, apart).max(initial=0.0) < near)
+
+    def sloped(self, q: Array) -> npt.NDArray[np.bool_]:
+        """Tell at which positions the equations have slopes, (N,): not where a spring has no length, so no way."""
+        J, _ = self._scaled(self.at(q, np.zeros((len(q), len(self.v.multipliers)))))
+        return np.asarray(np.isfinite(J).all(axis=(1, 2)))
 
     def flat(self, q: Array) -> bool:
         """Tell whether there are equilibria next to one, moves of idle coordinates apart."""

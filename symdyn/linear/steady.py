@@ -357,7 +357,7 @@ def _balanced(requested: Prepared, system: Linearization) -> Array | None:
         longest = float(np.abs(step).max(initial=0.0))
         if longest < CLOSE:
             size = max(1.0, float(np.abs(here.A[p:]).max(initial=0.0)))
-            return here.point.q if np.abs(here.point.udot[places]).max() <= BALANCED * size else None
+            return here.point.q if np.abs(here.point.udot[places]).max(initial=0.0) <= BALANCED * size else None
         q = here.point.q + here.moves @ (step * min(1.0, FARTHEST / longest))
         q = _closed(numbers, q)
         try:

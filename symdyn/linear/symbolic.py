@@ -2,9 +2,8 @@
 
 Angles at the point that are multiples of 15 degrees, and what is zero, are exact; other coordinates stay symbols in the
 formulas, as those of a four-bar do. Balance is used: at rest accelerations are zero, and multipliers follow from the
-rows of dependent velocities. What is found is compared with the numbers at the point before it is shown.
-
-A closed mechanism with one freedom at rest in formulas: mass, stiffness and damping have names of their own.
+rows of dependent velocities. What is found is compared with the numbers at the point before it is shown. Of a closed
+mechanism with one freedom at rest mass, stiffness and damping have names of their own.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from symdyn.dynamics import formulas
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
-from symdyn.linear.formulas import SAME, Root, Symbolic, negated
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
+from symdyn.linear.report import SAME, Root, Symbolic, negated
 from symdyn.rounding import digits_or
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened

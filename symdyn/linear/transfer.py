@@ -1,11 +1,21 @@
-"""Transfer functions G(s) = C (s - A)⁻¹ B + D, one an input and output, cancelled; poles, zeros and gains.
+"""Transfer functions G(s) = C (s - A)⁻¹ B + D, one an input and output, and which modes inputs move and outputs show.
 
     G_ik(s) = g Π(s - z) / Π(s - p)        on the states that input k reaches and output i shows
 
 Zeros are where the rank of [A - s, B; C, D] falls; its infinite ones are taken out first, by compressions of rows and
 columns, so that what is left is an eigenvalue problem.
 
-Reference: Emami-Naeini and Van Dooren, Computation of zeros of linear multivariable systems, Automatica 18 (1982).
+What inputs reach is found by a staircase for the ranks, and the test of Popov, Belevitch and Hautus:
+
+    V, W     orthonormal: [V W]ᵀ A [V W] = [A_v *; 0 A_w], [V W]ᵀ B = [B_v; 0]; what B reaches, and what is left
+    σ(λ)     the smallest singular value of [A_v - λ, B_v]: how far the mode of λ is from one that no input moves
+
+States have different units: A is balanced, D⁻¹ A D, and B and C are scaled to the size of A, before sizes are compared.
+Of observability all is the same with Aᵀ and Cᵀ.
+
+References: Emami-Naeini and Van Dooren, Computation of zeros of linear multivariable systems, Automatica 18 (1982); Van
+Dooren, The generalized eigenstructure problem in linear system theory, IEEE Trans. Aut. Control 26 (1981); Eising,
+Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for σ.
 """
 
 from __future__ import annotations
@@ -16,15 +26,150 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.linear.modes import Complexes, pairs_of, spectrum
-from symdyn.linear.reach import balanced, minimal
+from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
+from symdyn.rounding import in_digits
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
 
+SAID, NAMED = 0.1, 4
+"""Parts of a mode, of the largest, that are named, and how many at most."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How far the mode of an eigenvalue is from being hidden.
+
+    Attributes:
+        value: eigenvalue, 1/s.
+        margin: σ(λ) over the size of A, on what is reached; 0 of a mode that is hidden.
+        states: names of the states that take part most in what no input moves, or no output shows.
+    """
+
+    value: complex
+    margin: float
+    states: tuple[str, ...]
+
+    @property
+    def hidden(self) -> bool:
+        """Whether no input moves it, or no output shows it."""
+        return self.margin == 0.0
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What all inputs together move, or all outputs together show.
+
+    Attributes:
+        rank: of how many states.
+        order: how many states there are.
+        marks: one an eigenvalue, those that are zero as one, nearest to hidden first.
+    """
+
+    rank: int
+    order: int
+    marks: tuple[Mark, ...]
+
+    @property
+    def margin(self) -> float:
+        """How far the rank is from being less: the least margin of what is not hidden; 0 of a rank of zero."""
+        return min((one.margin for one in self.marks if not one.hidden), default=0.0)
+
+    @property
+    def hidden(self) -> tuple[Mark, ...]:
+        """Modes that no input moves, or no output shows."""
+        return tuple(one for one in self.marks if one.hidden)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        marks = [
+            {"eigenvalue": pairs_of([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
+            for m in self.marks
+        ]
+        return {"rank": self.rank, "order": self.order, "margin": self.margin, "modes": marks}
+
+
+def controllability(one: Linearization) -> Reach:
+    """Return what the inputs move."""
+    A, B, _, _ = balanced(one)
+    return _reach(A, B, one.states.names)
+
+
+def observability(one: Linearization) -> Reach:
+    """Return what the outputs show."""
+    A, _, C, _ = balanced(one)
+    return _reach(A.T, C.T, one.states.names)
+
+
+def _reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+    size, B = float(np.linalg.norm(A, 2)) or 1.0, alike(A, B)
+    V, W = staircase(A, B)
+    marks = [Mark(value, 0.0, states) for value, _, states in _least(A, B[:, :0], W, names, size)]
+    marks += [Mark(*one) for one in _least(A, B, V, names, size)]
+    return Reach(V.shape[1], len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
+
+
+def _least(
+    A: Array, B: Array, space: Array, names: tuple[str, ...], size: float
+) -> list[tuple[complex, float, tuple[str, ...]]]:
+    """Return the eigenvalues in a space, σ of [A - λ, B] there over the size of A, and who takes part in it most."""
+    part, way = space.T @ A @ space, space.T @ B
+    found = spectrum(part, size)
+    told = []
+    for value in [*(mode.value for mode in found.modes), *([0j] if found.zeros else [])]:
+        rows, sizes, _ = np.linalg.svd(np.hstack([part - value * np.eye(len(part)), way]))
+        many = max(1, int(np.sum(sizes <= NOTHING * size)))
+        share = np.linalg.norm(space @ rows[:, -many:], axis=1)
+        most = [k for k in np.argsort(-share, kind="stable") if share[k] > SAID * share.max()]
+        told.append((value, float(sizes[-1]) / size, tuple(names[k] for k in most[:NAMED])))
+    return told
+
+
+def balanced(one: Linearization) -> tuple[Array, Array, Array, Array]:
+    """Return D⁻¹ A D, D⁻¹ B, C D and the diagonal of D."""
+    scale = balance(one.A)
+    return one.A * scale[None, :] / scale[:, None], one.B / scale[:, None], one.C * scale[None, :], scale
+
+
+def alike(A: Array, B: Array) -> Array:
+    """Return B with columns as long as A is large, those that are zero left out of it."""
+    lengths = np.linalg.norm(B, axis=0)
+    return np.asarray(B * ((float(np.linalg.norm(A, 2)) or 1.0) / np.where(lengths > 0, lengths, 1.0)))
+
+
+def staircase(A: Array, B: Array) -> tuple[Array, Array]:
+    """Return V, shape (n, rank), and W: what B reaches of balanced states, and what is beside it."""
+    size = float(np.linalg.norm(A, 2)) or 1.0
+    n, V, step = len(A), np.zeros((len(A), 0)), alike(A, B)
+    while V.shape[1] < n and step.shape[1]:
+        step = step - V @ (V.T @ step)
+        rows, sizes, _ = np.linalg.svd(step, full_matrices=False)
+        fresh = rows[:, sizes > NOTHING * size]
+        fresh = fresh - V @ (V.T @ fresh)
+        fresh = np.linalg.qr(fresh)[0] if fresh.shape[1] else fresh
+        V, step = np.hstack([V, fresh]), A @ fresh
+    W = np.linalg.svd(V, full_matrices=True)[0][:, V.shape[1] :] if V.shape[1] else np.eye(n)
+    return V, W
+
+
+def minimal(A: Array, B: Array, C: Array) -> tuple[Array, Array, Array]:
+    """Return A, B, C on the states that B reaches and C shows; all of balanced states."""
+    V, _ = staircase(A, B)
+    A, B, C = V.T @ A @ V, V.T @ B, C @ V
+    V, _ = staircase(A.T, C.T)
+    return V.T @ A @ V, V.T @ B, C @ V
+
+
+def shown(value: complex) -> str:
+    """Return an eigenvalue, pole or zero as text: a pair once."""
+    x, y = float(value.real), float(value.imag)
+    if y == 0:
+        return in_digits(x, 6)
+    return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"
+
 
 NOTHING = 1e-9
-"""Singular values over the largest of the balanced system that are zero."""
+"""Singular values over the size of what is balanced, a system or A, that are zero."""
 
 
 @dataclass(frozen=True)

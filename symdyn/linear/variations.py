@@ -1,16 +1,16 @@
-"""What linearising evaluates, on one graph: forces, rows and outputs, and their derivatives along all directions.
+"""Functions that linearising evaluates: forces, constraints, outputs, and their derivatives along all directions.
 
     e        M u̇ + h - τ(t, q, u, w) - Gᵀ λ = 0
-    c        G u̇ + Ġ u = 0, rate of what a row holds; of a prescribed motion u̇_k - a_k(t) = 0
-    s        G u = 0, the rows; of a prescribed motion u_k
+    c        G u̇ + Ġ u = 0, rate of a constraint; of a prescribed motion u̇_k - a_k(t) = 0
+    s        G u = 0, the constraints; of a prescribed motion u_k
     X_k f    d/dε f(q ∘ exp(ε X_k)), all else held: a column for every velocity
 
-It is derived once for all values of parameters and every point. Nothing is eliminated on the graph: which positions and
-velocities are independent is decided in numbers at the point, and no formula is larger than those of forces and rows.
+Outputs are formulas in the letters of `symdyn.scene.values.signals`, parameters, and the outputs that the scene
+declares.
 
-What is looked at: formulas in what outputs of a scene may name, on the graph of the equations.
-
-Letters are those of `symdyn.scene.values.signals`, parameters, and the outputs that the scene declares.
+All is on one graph, derived once for all values of parameters and every point. Nothing is eliminated there: which
+positions and velocities are independent is decided in numbers at the point, and no formula is larger than those of
+forces and constraints.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
-from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import read_output
@@ -238,8 +237,8 @@ def _written(
     q, u, a = along, each(state.qd), each(state.qdd)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
-    if not scene.is_closed and not own:  # in the formulation that costs least
-        direct = Candidates(w, "inverse_dynamics_derivatives").cheapest()
+    if not scene.is_closed and not own:  # in the formulation that is preferred
+        direct = derive_one(w, "inverse_dynamics_derivatives")
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*state.qdd, *multipliers], zero)

@@ -1,11 +1,4 @@
-"""A scene in a notebook: its picture, its coordinates and its parameters.
-
-Functions in a notebook: what each takes and returns, and what it costs.
-
-Parameters that were found from measured motion, and scenes that have them, in a notebook.
-
-Derivatives of a motion in a notebook: a linear system with its modes, and how an end depends on its start.
-"""
+"""What a notebook shows of scenes, their functions and costs, identified parameters, linear systems, sensitivities."""
 
 from __future__ import annotations
 

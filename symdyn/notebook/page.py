@@ -1,11 +1,10 @@
-"""What an object shows in a notebook, made of a few kinds of parts; all text is escaped here and nowhere else.
+"""HTML that an object shows in a notebook, made of a few kinds of parts, and the table of such objects.
 
-Pictures stand in the page as data of an <img>: no script in them runs, no identifier meets that of another output, and
-they follow the reader's light or dark by themselves.
+All text is escaped here and nowhere else. Pictures stand in the page as data of an <img>: no script in them runs, no
+identifier meets that of another output, and they follow the reader's light or dark mode by themselves. Animations run
+in a frame of their own.
 
-Pictures and animations in a notebook: as they are seen, and shut in.
-
-The table of what is shown, a row a noun; the file of a row is imported when a notebook first shows such a noun.
+The table has a row for each type; the file of a row is imported when a notebook first shows an object of that type.
 """
 
 from __future__ import annotations
@@ -158,15 +157,15 @@ NOUNS = {
     "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
-    "symdyn.simulation.gradients:Sensitivity": "mechanisms:sensitivity",
+    "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
-    "symdyn.simulation.error_bars:Uncertainty": "verdicts:uncertainty",
-    "symdyn.study.indices:Indices": "verdicts:indices",
-    "symdyn.study.runs:Runs": "verdicts:runs",
+    "symdyn.simulation.error_bars:Uncertainty": "runs:uncertainty",
+    "symdyn.study.design:Indices": "runs:indices",
+    "symdyn.study.runs:Runs": "runs:runs",
     "symdyn.transcription.solution:Solution": "runs:solution",
     "symdyn.transcription.transcribed:Collocation": "runs:collocation",
-    "symdyn.verify.certificate:Certificate": "verdicts:certificate",
-    "symdyn.verify.rigorous:Rigorous": "verdicts:rigorous",
+    "symdyn.verify.certificate:Certificate": "runs:certificate",
+    "symdyn.verify.rigorous:Rigorous": "runs:rigorous",
 }
 """Noun, and what returns the parts that are shown of one: a function of a file of this package."""
 

@@ -1,14 +1,24 @@
-"""Motions in a notebook: their plots, and how they ended."""
+"""Motions, many runs and proofs in a notebook.
+
+A motion has its plots, and how it ended; many runs have quantiles, plots, Sobol's indices, error bars; a certificate
+has the verdict, and behind it every claim.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Literal
 
+from symdyn.algebra import Array
+from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation import Trajectory
+from symdyn.simulation import Trajectory, Uncertainty
+from symdyn.study import Indices, Runs
 from symdyn.transcription import Collocation, Solution
+from symdyn.verdict import Claims, Verdict
+from symdyn.verify import Certificate, Finding, Rigorous
 
 MOST = 20_000
 """Points of curves beyond which dots make a smaller picture than lines."""
@@ -92,4 +102,163 @@ def solution(result: Solution) -> list[Markup]:
         else Markup(""),
         *notes(result.notes),
         _plots(result.motion),
+    ]
+
+
+def certificate(result: Certificate) -> list[Markup]:
+    """Return the verdict of a certificate, what failed, and the rest folded."""
+    counts = ", ".join(f"{n} {name}" for name, n in Counter(one.verdict for one in result.findings).items())
+    likely = max((one.error_log10 for one in result.findings if one.verdict == Verdict.PROVED), default=0.0)
+    sure = f"; the chance that a false one passed is below 1e{likely:.0f}" if likely else ""
+    fields = result.fields
+    primes = " and ".join(map(str, fields.primes))
+    return [
+        head(result.scene, "certificate"),
+        verdict(result.passed, result.word),
+        note(f"claims: {counts or 'none'}{sure}"),
+        *_claims(result),
+        folded(
+            f"{len(result.findings)} claims",
+            table(("claim", "verdict", "degree", "chance of error"), map(_finding, result.findings)),
+            note(f"at {fields.points} random points each over the primes {primes}, seed {fields.seed}"),
+        ),
+        *([_files(result)] if result.written else []),
+        folded(
+            "error of the built code against 50 digits",
+            table(
+                ("function", "module", "states", "median, ulp", "largest, ulp", "of its bound"),
+                (
+                    (a.function, a.module, a.states, *((a.median_ulp, a.max_ulp, a.worst) if a.states else ("",) * 3))
+                    for a in result.accuracy
+                ),
+            ),
+            note("ulp of the largest entry of the result"),
+        ),
+        *notes(result.notes),
+    ]
+
+
+def _claims(claims: Claims) -> list[Markup]:
+    """Return what does not hold and why, and what is no claim: tables, of which those without rows are nothing."""
+    return [table((word, "why"), rows) for word, rows in claims.apart.items()]
+
+
+def _files(result: Certificate) -> Markup:
+    return folded(
+        "files read back",
+        table(
+            ("target", "option", "file", "SHA-256", "arithmetic", "functions", "bytes of fixed text"),
+            (
+                (w.target, w.option, w.file, w.sha256[:12], w.verdict or "none", len(w.functions), w.compared)
+                for w in result.written
+            ),
+        ),
+        note("the same functions, constants rounded correctly; fixed text is that of the templates, and measured"),
+    )
+
+
+def _finding(one: Finding) -> tuple[str, str, str, str]:
+    sure = f"1e{one.error_log10:.0f}" if one.verdict == Verdict.PROVED else ""
+    return one.claim, one.verdict, str(one.degree or ""), sure
+
+
+def rigorous(result: Rigorous) -> list[Markup]:
+    """Return whether every error is bounded, and the largest bound of every function and module."""
+    worst: dict[tuple[str, str], tuple[float, float]] = {}
+    for one in result.bounds:
+        error, ulps = worst.get((one.function, one.module), (0.0, 0.0))
+        worst[one.function, one.module] = max(error, one.error), max(ulps, one.ulps)
+    states = max((len(some) for some in result.states.values()), default=0)
+    return [
+        head(result.scene, f"guaranteed bounds of the error, {result.real}"),
+        verdict(result.passed, "every error is bounded" if result.passed else result.verdict),
+        *_claims(result),
+        table(
+            ("function", "module", "error, at most", "ulps, at most"), ((*key, *most) for key, most in worst.items())
+        ),
+        note(f"at {states} state{'s' * (states != 1)}; balls of up to {result.bits} bits"),
+        *notes(result.notes),
+    ]
+
+
+MOST_NUMBERS = 10_000
+"""Numbers beyond which dots make a smaller picture than lines."""
+
+SHARES = (0.05, 0.5, 0.95)
+"""Quantiles that are shown."""
+
+ROWS = 12
+"""Columns of a run whose error bars at the end are shown."""
+
+
+def runs(result: Runs) -> list[Markup]:
+    """Return how many runs there are, how they ended, quantiles of their measures, and a plot."""
+    body: list[list[Cell]] = [
+        [name, result.units.get(name, ""), *(float(x) for x in result.quantiles(name, SHARES))]
+        for name in result.measures or result.outcomes
+    ]
+    failed = [verdict(False, f"{result.failed} of {len(result)} runs failed")] if result.failed else []
+    left = [verdict(False, f"{result.left} of {len(result)} runs are not made")] if result.left else []
+    names = ", ".join(result.names)
+    whole = len(result.reasons) == result.failed + result.stopped  # of a sweep the first few are told
+    ended = list(Counter(result.reasons.values()).items()) if whole else []
+    return [
+        head(result.scene, f"{len(result)} runs over {names}, design {result.about.get('design', '')}"),
+        *failed,
+        *left,
+        table(("measure", "unit", *(f"{100 * share:g} %" for share in SHARES)), body),
+        *([table(("ended by", "runs"), ended)] if ended else []),
+        _picture(result),
+        *notes(result.notes),
+    ]
+
+
+def _picture(result: Runs) -> Markup:
+    if not any(result.known(name).size for name in result.measures or result.outcomes):
+        return note("no run has a value")
+    if not EXTRAS["plot"].there:
+        return note(f"plots need matplotlib: {install('plot')}")
+    kind: Literal["svg", "png"] = "svg" if len(result) <= MOST_NUMBERS else "png"
+    try:
+        drawn = result.drawn(kind)
+    except SimulateError as fault:  # too few groups for indices
+        return note(str(fault))
+    return picture(drawn, kind, f"plots of {result.scene}", dark=False)
+
+
+def indices(result: Indices) -> list[Markup]:
+    """Return Sobol's indices with their intervals."""
+    each = zip(result.names, result.first, result.first_interval, result.total, result.total_interval, strict=True)
+    body: list[list[Cell]] = [
+        [name, float(first), _between(near), float(total), _between(far)] for name, first, near, total, far in each
+    ]
+    level = f"{100 * result.level:g} % interval"
+    return [
+        head(result.measure, f"parts of its variance, from {result.groups} groups of runs"),
+        table(("name", "first order", level, "total order", level), body),
+        *notes(result.notes),
+    ]
+
+
+def _between(interval: Array) -> str:
+    return f"{interval[0]:.3g} … {interval[1]:.3g}"
+
+
+def uncertainty(result: Uncertainty) -> list[Markup]:
+    """Return error bars at the end of a run, what they are due to, and a plot."""
+    body: list[list[Cell]] = []
+    for one in result.columns[:ROWS]:
+        shares = zip(result.varied, result.shares(one.name)[-1], strict=True)
+        due = ", ".join(f"{name} {100 * part:.3g} %" for name, part in shares)
+        body.append([one.name, one.unit, float(result.run[one.name][-1]), float(result[one.name][-1]), due])
+    if EXTRAS["plot"].there:
+        kind: Literal["svg", "png"] = "svg" if len(result.t) * len(result.names) <= MOST_NUMBERS else "png"
+        drawn = picture(result.drawn(kind), kind, f"error bars of {result.run.scene.name}", dark=False)
+    else:
+        drawn = note(f"plots need matplotlib: {install('plot')}")
+    return [
+        head(result.run.scene.name, f"error bars to first order, by {', '.join(result.varied)}"),
+        table(("column", "unit", f"at t = {result.t[-1]:g} s", "standard deviation", "variance is due to"), body),
+        drawn,
+        *notes(result.notes),
     ]

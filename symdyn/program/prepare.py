@@ -1,17 +1,6 @@
-"""Binding times as code: what depends on parameters alone is computed once, by a function of its own.
+"""Programs from functions on a graph: which nodes become lines, which names they get, and what is prepared beforehand.
 
-A function f(x, p) of states x and parameters p is cut at the frontier between what p alone decides and the rest:
-
-    f(x, p) = h(x, P(p))        P: prepare(params) -> prepared, one for all functions of a program
-
-P holds each node that depends on parameters alone and is used by a node that does not, or is an entry of f itself.
-Nodes are unique on their graph, so functions share what they have in common; a sign is written where it is used and not
-kept, so that P never holds both a and -a; a parameter is in P where h needs it as it stands. No operation of h has all
-its operands in P. What is computed, and in which order, does not change, so that both ways give the same rounding.
-
-Choosing the lines of a program: which nodes get a name, and which name.
-
-A node is named when it is used more than once, when it is a sine or cosine, or when the line it would stand in grows
+A node gets a name when it is used more than once, when it is a sine or cosine, or when the line it would stand in grows
 too wide to read. Everything else is printed inside the line that uses it. Naming changes no operation and no order.
 Lines stand in the order of the derivation, which goes from body to body. Depth first by need was measured too, for
 inverse and forward dynamics of 6 and 7 axes: as many values alive at once, and code up to 4 % slower.
@@ -19,6 +8,15 @@ inverse and forward dynamics of 6 and 7 axes: as many values alive at once, and 
     q_1, qd_2    entries of an argument        p_m1    a free parameter by its name
     s1, c2_3     sin q1, cos(q2 + q3)          sa1     sine of any other angle
     x1, x2 ...   what is left
+
+A function f(x, p) of states x and parameters p is cut at the frontier between what p alone decides and the rest:
+
+    f(x, p) = h(x, P(p))        P: prepare(params) -> prepared, one for all functions of a program
+
+P holds each node that depends on parameters alone and is used by a node that does not, or is an entry of f itself.
+Nodes are unique on their graph, so functions share what they have in common. A sign is written where it is used, so
+that P never holds both a and -a. A parameter is in P where h needs it as it stands. No operation of h has all its
+operands in P. The operations and their order do not change, so that both forms give the same rounding.
 """
 
 from __future__ import annotations

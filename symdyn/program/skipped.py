@@ -7,7 +7,7 @@ since nobody would know what to put in its place, is listed without a number.
     scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a
                  number, fixed and locked joints
     recursion    regrouped inertias
-    choice       the formulation with the fewest operations in place of the first one
+    choice       the formulation that an output prefers for such a scene, in place of the first one
     program      each pass in its turn
 """
 

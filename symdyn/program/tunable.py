@@ -1,9 +1,9 @@
-"""Parameters that keep their values as a start: code in which they are free, and a scene that says what they are.
+"""Code whose parameters are free and have start values, and random states at which functions are run in numbers.
 
-What a simulator may set while it runs cannot be bound. The equations are derived with every parameter free; decisions
-about loops, which are made in numbers, are made at the values.
+What a simulator may set while it runs cannot be bound. The equations are derived with every parameter free, and the
+scene keeps the values; decisions about loops, which are made in numbers, are made at these values.
 
-States at which functions are run in numbers: for certificates and examples.
+States in numbers are for certificates and examples.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""C, and what is behind functions of C, compiled: called as the NumPy module, shapes checked, batches broadcast.
+"""Compiled C, and targets with a C interface, called as the NumPy module is: shapes checked, batches broadcast.
 
-Rows of a batch on several threads of Python's own: the C code needs no thread library.
-
-A call through ctypes lets go of the interpreter's lock, so the parts run side by side. Threads live for one call: what
-is forked in between has nothing to inherit. The caller works too, and another thread is started only for so much work
-that it pays, which is told by states times what one of them costs.
+Rows of a batch run on several threads of Python: the C code needs no thread library. A call through ctypes releases the
+interpreter's lock, so the parts run side by side. Threads live for one call: a forked process has none to inherit. The
+calling thread works too. Another one is started only for enough work to pay, which is the number of states times the
+cost of one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One compiled library in the cache: sealed by its maker, checked on the very bytes that are loaded.
+"""What is kept in the cache between processes: sealed by its maker, checked on the very bytes that are loaded.
 
 A sealed file ends with a word and a hash of its name and of all before; linkers read from the front and do not mind. It
 is opened once: owner and mode are those of the open descriptor, and what was read, hashed and found whole goes into
@@ -8,19 +8,13 @@ file cut short ends no process with SIGBUS, one that was changed is no library a
 The hash tells damage; who could write a library could write its hash as well. Against others stand owner and mode, here
 and of the folder (`symdyn.runtime.cache`).
 
-Folders that compiled code may stand in: the user's cache, if only the user may write there, else one of our own.
+Compiled code stands in the user's cache, if only the user may write there, else in a folder of our own. A build works
+in a folder aside. It holds a lock there, which the system lets go when the process ends in whatever way: the next build
+takes away what killed ones left. A child that is forked while another thread holds a lock finds it open, for that
+thread is not in the child.
 
-A build works in a folder aside. It holds a lock there, which the system lets go when the process ends in whatever way:
-the next build takes away what killed ones left.
-
-A lock that a child forked while another thread held it finds open, for that thread is not in the child.
-
-What this package says beside its results: warnings of Python, printed as talk, and a refusal.
-
-Bytes that are kept in the cache between processes, and read only if they are what was put there.
-
-Entries are sealed as libraries are, in the same folder: whose they are, who may change them and their hash are looked
-at before anything is made of them.
+Other bytes are sealed as libraries are, in the same folder: whose they are, who may change them and their hash are
+looked at before anything is made of them.
 """
 
 from __future__ import annotations

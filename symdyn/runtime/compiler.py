@@ -1,8 +1,6 @@
 """The only file that runs a compiler, of C and its kin: finding one, asking who it is, compiling a shared library.
 
-What a compiler adds to sources before they become files: binaries, where a target's files hold such.
-
-Binaries of this platform in FMUs whose sources `emit` wrote: model by model one shared library, portable code.
+FMUs whose sources `emit` wrote get binaries of this platform: model by model one shared library, portable code.
 """
 
 from __future__ import annotations
@@ -28,8 +26,18 @@ from typing import IO
 from symdyn.emit import TARGETS, Sources, packed
 from symdyn.errors import BuildError, MissingCompiler
 from symdyn.extras import install
-from symdyn.runtime.commands import stop_command, waiting
-from symdyn.runtime.dialects import GNU, NVCC, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
+from symdyn.runtime.commands import (
+    GNU,
+    NVCC,
+    RUST,
+    Dialect,
+    Needs,
+    candidates,
+    cpp_dialect_of,
+    dialect_of,
+    stop_command,
+    waiting,
+)
 
 CANDIDATES = candidates()
 

@@ -3,9 +3,8 @@
 The key covers the text of every file, the flags, the compiler's command line, its version text and the features of the
 machine it compiles for. A library is compiled in a folder aside, sealed and renamed into place, so that two builds at
 once both end with a whole one. What is in the cache is loaded only if it is what was put there
-(`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`).
-
-The ufunc target compiled against this Python and this NumPy, and imported from the cache.
+(`symdyn.runtime.cache`), in a folder where only the user may write (`symdyn.runtime.cache`). The ufunc target is
+compiled against this Python and this NumPy, and imported from there.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ from symdyn.runtime.cache import (
     trusted_folder,
     warn,
 )
-from symdyn.runtime.commands import threads
+from symdyn.runtime.commands import Needs, threads
 from symdyn.runtime.compiler import (
     NOTHING,
     PATIENCE,
@@ -52,7 +51,6 @@ from symdyn.runtime.compiler import (
     compile_library,
     find_compiler,
 )
-from symdyn.runtime.dialects import Needs
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 

@@ -10,9 +10,8 @@ from typing import Any
 from symdyn.errors import BuildError, printable
 from symdyn.runtime.cache import cache_folder, distrust
 from symdyn.runtime.compiler import CPLUSPLUS, RUSTC, find_compiler, try_compiler
+from symdyn.runtime.interpreters import NODE_COMMANDS, OCTAVE_COMMANDS
 from symdyn.runtime.library import python_headers
-from symdyn.runtime.run_node import NODE_COMMANDS
-from symdyn.runtime.run_octave import OCTAVE_COMMANDS
 
 PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),

@@ -1,10 +1,10 @@
 """A function of a scene, ready to call with arrays: values go by place or by name, and errors name what they are about.
 
-A call by place alone is the compiled function's own; only one that it refuses, or that names values, is looked at here.
+A call by place alone is the compiled function's own. Only a call that it refuses, or that names values, is handled
+here.
 
-Functions that are compiled when they are first called, each into a library of its own, double and float apart.
-
-What a function computes is compiled once, by the flags of all others: its bits are the same at every call.
+Functions may be compiled at their first call, each into a library of its own, double and float apart. All use the same
+compiler flags, and a function is compiled once: its bits are the same at every call.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ from symdyn.emit import Code, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
 from symdyn.runtime.cache import Lock
-from symdyn.runtime.commands import threads
+from symdyn.runtime.commands import Needs, threads
 from symdyn.runtime.compiler import PATIENCE, find_compiler
-from symdyn.runtime.dialects import Needs
 from symdyn.runtime.library import SUFFIX, LibraryKind, extension_kind, load_library
 from symdyn.runtime.runners import or_warn, run_python
 from symdyn.scene import Scene

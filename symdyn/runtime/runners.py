@@ -1,15 +1,9 @@
 """How each target is run here, by its name: sources in, callables out.
 
-The only file that runs CasADi: a generated module of its functions as callables of arrays.
-
-The only file that runs heyoka: expressions of a generated module, compiled as callables of arrays.
-
-The graph of the target "json" as Python callables, one state a call: what any reader of the file has to do.
-
-The only file that runs OpenCL: generated kernels as Python callables, through PyOpenCL, on whatever device there is.
-
-A graphics card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is
-installed. Arrays come and go as rows, one a state; kernels read columns.
+It is the only file that runs CasADi and heyoka, whose functions are callables of arrays, and OpenCL, whose kernels run
+through PyOpenCL. The graph of the target "json" takes one state a call, as any reader of the file would. A graphics
+card is taken where there is one, else the processor, where `pocl-opencl-icd` or another OpenCL for it is installed.
+Arrays come and go as rows, one a state; kernels read columns.
 """
 
 from __future__ import annotations
@@ -41,9 +35,8 @@ from symdyn.extras import install
 from symdyn.runtime.c_module import Array, CFunction, build, run_cpp, run_rust
 from symdyn.runtime.cache import check_target, warn_once
 from symdyn.runtime.compiler import COMPILER_VARIABLE, CompilerFault
+from symdyn.runtime.interpreters import run_js, run_matlab
 from symdyn.runtime.library import build_extension
-from symdyn.runtime.run_node import run_js
-from symdyn.runtime.run_octave import run_matlab
 
 
 def run_casadi(sources: Sources) -> SimpleNamespace:

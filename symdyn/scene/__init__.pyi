@@ -29,8 +29,7 @@ from .declaration.coupling import lock as lock
 from .declaration.reading import Written as Written, read_bounded as read_bounded
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
-from .forces.damper import damper as damper
-from .forces.spring import spring as spring
+from .forces.struts import damper as damper, spring as spring
 from .forces.velocity_row import row as row
 from .scene_files import (
     SceneLike as SceneLike,

@@ -14,15 +14,13 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of
-from symdyn.scene.declaration.reading import (
-    value_for,
-)
+from symdyn.scene.declaration.reading import value_for
 from symdyn.scene.declaration.whole_scene import check
+from symdyn.scene.values.entry import Faults, show
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity
-from symdyn.scene.values.table import Faults, show
 
 
 def bind(scene: Scene, values: Mapping[str, object]) -> Scene:

@@ -24,9 +24,9 @@ from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
+from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, show
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Entry, Faults, Number, Placement, Three, entry, show
 
 
 class Elements(TypedDict, total=False):
@@ -62,9 +62,7 @@ def parameter(
         text: a description for tables.
         tolerance: how far the value may be off, such as "5 %", "0.1 mm", or a number in `unit`.
     """
-    return entry(
-        "parameters", name, value=value, positive=positive, unit=unit, latex=latex, text=text, tolerance=tolerance
-    )
+    return entry("parameters", **locals())
 
 
 def body(
@@ -93,23 +91,14 @@ def body(
         shape: what it looks like in pictures: "rod", "disc", "ring", "ball", "plate", "point", or a table with
             sizes such as {"type": "disc", "radius": 0.3, "axis": [0, 0, 1]}.
     """
-    return entry(
-        "bodies",
-        name,
-        mass=mass,
-        com=com,
-        first_moment=first_moment,
-        inertia=inertia,
-        inertia_about=about,
-        particles=particles,
-        allow_invalid_inertia=allow_invalid_inertia,
-        shape=shape,
-    )
+    said = locals()
+    said["inertia_about"] = said.pop("about")
+    return entry("bodies", **said)
 
 
 def point(name: str, body: str, at: Placement | None = None) -> Entry:
     """Declare a named frame on a body, placed like the origin of a joint."""
-    return entry("points", name, body=body, at=at)
+    return entry("points", **locals())
 
 
 def given(name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = "") -> Entry:
@@ -122,7 +111,7 @@ def given(name: str, value: Number | None = None, *, unit: str = "", latex: str 
         latex: how to print it.
         text: a description for tables.
     """
-    return entry("inputs", name, value=value, unit=unit, latex=latex, text=text)
+    return entry("inputs", **locals())
 
 
 def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
@@ -135,7 +124,7 @@ def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> 
         unit: of SI; where none is said, that of its formula, unless a number in it may carry one.
         text: a description for tables.
     """
-    return entry("outputs", name, formula=formula, unit=unit, text=text)
+    return entry("outputs", **locals())
 
 
 def dh_table(
@@ -233,20 +222,9 @@ def _entries(kind: str, maker: str, entries: Sequence[Entry], faults: Faults) ->
 
 
 JointType = Literal[
-    "revolute",
-    "prismatic",
-    "fixed",
-    "helical",
-    "cylindrical",
-    "universal",
-    "spherical",
-    "planar",
-    "point_on_line",
-    "point_on_plane",
-    "rod",
-    "free",
-    "custom",
-]
+    "revolute", "prismatic", "fixed", "helical", "cylindrical", "universal", "spherical", "planar", "point_on_line",
+    "point_on_plane", "rod", "free", "custom",
+]  # fmt: skip
 """The types of joints, for editors; `JOINTS` has them, and those that were added."""
 
 

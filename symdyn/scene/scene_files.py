@@ -27,9 +27,9 @@ from symdyn.scene.declaration.reading import (
     opened,
     read_bounded,
 )
+from symdyn.scene.values.entry import Faults, show
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_scene_name, choice, suggestion
-from symdyn.scene.values.table import Faults, show
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -40,7 +40,7 @@ READERS: Mapping[str, str] = {
 }
 
 WRITERS: Mapping[str, str] = {
-    "toml": "symdyn.scene.formats.toml_writer",
+    "toml": "symdyn.scene.toml",
     "urdf": "symdyn.scene.formats.urdf_writer",
     "par": "symdyn.scene.formats.par_writer",
 }

@@ -30,17 +30,16 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.draft import slides
 from symdyn.scene.forces.force_table import FORCES, sections
-from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.element import Element
+from symdyn.scene.values.entry import compose
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key
-from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.table import compose
 
 INERTIAL = (
     ("m", "kg", "mass"),
@@ -254,20 +253,16 @@ def _elements(scene: Scene, what: str, names: Names) -> tuple[Element, ...]:
 
 
 def _rotor(joint: Joint, k: int, names: Names) -> Joint:
-    unit = "kg" if JOINTS[joint.type].slides(joint) else "kg m^2"
-    return replace(joint, armature=names.of(joint.armature, f"Ia{k}", unit, f"rotor inertia at {joint.name}", True))
+    named: Joint = ARMATURE.named(joint, "forces", "", k, names, JOINTS[joint.type].slides(joint))
+    return named
 
 
 def _damper(joint: Joint, k: int, names: Names) -> Joint:
     slides = JOINTS[joint.type].slides(joint)
-    unit = "N s/m" if slides else "N m s/rad"
-    damping = names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True)
-    if joint.dry is None:
-        return replace(joint, damping=damping)
-    dry = joint.dry
-    for key in FORCES[dry.kind].parts:
+    joint, dry = DAMPING.named(joint, "forces", "", k, names, slides), joint.dry
+    for key in FORCES[dry.kind].parts if dry else ():
         dry = key.named(dry, "forces", "", k, names, slides)
-    return replace(joint, damping=damping, dry=dry)
+    return replace(joint, dry=dry)
 
 
 def _pose(pose: Pose, place: str, of: str, names: Names) -> Pose:

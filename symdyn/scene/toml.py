@@ -1,26 +1,35 @@
-"""Scenes from TOML files. Numbers keep the digits they are written with; every fault names file, table and key."""
+"""Scenes from TOML files, and as such. Numbers keep the digits they are written with; faults name file, table and key.
+
+Read back, what was written is the same scene, digit for digit. What has its default value is not written. Formulas come
+in the reader's normal form, so that the text of a scene that was read, read and written again, is the same text.
+"""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
-from decimal import Decimal, InvalidOperation
+from collections.abc import Mapping, Sequence
+from decimal import Decimal, Inexact, InvalidOperation
+from fractions import Fraction
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from symdyn.arguments import check_arguments
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, reading_of
-from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
-from symdyn.scene.forces.force_table import sections
+from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
+from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
+from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
+from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
+from symdyn.scene.forces.force_kind import Scope
+from symdyn.scene.forces.force_table import place_of, sections, table_of
+from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import Entry, Faults, shorten, show
+from symdyn.scene.values.key import Part, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_scene_name, suggestion
-from symdyn.scene.values.table import Entry, Faults, shorten, show
-
-SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
-"""What a number or text in place of a table says."""
+from symdyn.scene.values.quantity import Quantity, exact_decimal, spell
+from symdyn.scene.values.unit import Unit, in_si, out_of_si
 
 LARGEST_FILE = BOUNDS["bytes of a TOML file"]
 MOST_VALUES = BOUNDS["values of a TOML file"]
@@ -139,7 +148,7 @@ def _reworded(message: str) -> str:
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
-    keys = ("name", "gravity", "units", *TABLE_KEYS, *sections(), "loop", "dh")
+    keys = ("name", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
@@ -155,7 +164,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
         name=name,
         gravity=root.get("gravity"),
         units=root.get("units"),
-        **{kind: _entries(root, kind, faults) for kind in TABLE_KEYS},
+        **{kind: _entries(root, kind, faults) for kind in SECTIONS},
         elements={section: _entries(root, section, faults) for section in sections()},
         loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),
@@ -200,3 +209,94 @@ def _default_name(source: str) -> str:
     """Return the stem of a file as a name: two-link.toml is the scene two_link."""
     stem = re.sub(r"[^A-Za-z0-9_]+", "_", Path(source).stem).strip("_")
     return stem if check_scene_name(stem) is None else f"scene_{stem}".rstrip("_")[:60]
+
+
+LONGEST_ZEROS = 5
+LONGEST_INTEGER = 19  # digits; TOML promises 64 bits
+
+
+def write_text(scene: Scene) -> Written:
+    """Return the scene as TOML, which holds all of it."""
+    blocks = [_lines(raw_of(HEAD, scene))]
+    if scene.parameters:
+        letters = {one.name: raw_of(PARAMETER, one) for one in scene.parameters}
+        blocks.append(_block("parameters", {name: _shortened(said) for name, said in letters.items()}))
+    blocks += _blocks("bodies", BODY, scene.bodies)
+    nq = nv = 0
+    leaders = {joint.coordinate: joint.name for joint in scene.moving}
+    for joint in scene.joints:
+        blocks.append(_block(f"joints.{joint.name}", said_joint(joint, Standing(joint, nq, nv, leaders))))
+        nq, nv = nq + len(joint.coordinates), nv + len(joint.rates)
+    blocks += _blocks("points", POINT, scene.points)
+    blocks += [_block("[loop]", {"name": joint.name, **said_place(joint)}) for joint in scene.loops]
+    scope = Scope({}, scene.gravity, scene.parameters)
+    blocks += [_block(place_of(one), table_of(one, scope)) for one in scene.elements]
+    blocks += [*_blocks("inputs", INPUT, scene.inputs), *_blocks("outputs", OUTPUT, scene.outputs)]
+    return Written("\n".join(blocks))
+
+
+def _blocks(section: str, parts: Sequence[Part], nouns: Sequence[Any]) -> list[str]:
+    return [_block(f"{section}.{one.name}", raw_of(parts, one)) for one in nouns]
+
+
+def _block(header: str, table: Mapping[str, object]) -> str:
+    return f"[{header}]\n{_lines(table)}"
+
+
+def _lines(table: Mapping[str, object]) -> str:
+    return "".join(f"{key} = {_value(value)}\n" for key, value in table.items())
+
+
+def _shortened(letter: Mapping[str, object]) -> object:
+    """Return a value in place of a table that says nothing else."""
+    return letter["value"] if list(letter) == ["value"] else letter
+
+
+def _value(value: object) -> str:
+    """Return what a key says."""
+    if isinstance(value, Mapping):
+        pairs = ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items())
+        return f"{{ {pairs} }}" if pairs else "{}"
+    if isinstance(value, (tuple, list)):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, Pose):
+        return _value(value.steps)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return _number(value) if isinstance(value, Quantity) else _text(str(value))
+
+
+def _number(quantity: Quantity) -> str:
+    """Return a number as TOML writes it where it is a decimal of bearable length, else a formula in quotes.
+
+    One that was written with a unit is written so again.
+    """
+    if quantity.unit:
+        there = out_of_si(quantity, unit := Unit.read(quantity.unit))
+        if isinstance(there.value, Fraction) and in_si(there, unit) == quantity:
+            return _text(f"{spell(there.value)} {unit.text}")
+    if isinstance(quantity.value, Fraction):
+        plain = decimal(quantity.value)
+        if plain is not None:
+            return plain
+    return _text(spell(quantity))
+
+
+def decimal(value: Fraction) -> str | None:
+    """Return a fraction as a decimal, exactly; None if it has none of at most `MOST_DIGITS` digits."""
+    try:
+        exact = exact_decimal(value)
+    except Inexact:
+        return None
+    sign, digits, zeros = exact.as_tuple()
+    assert isinstance(zeros, int), "a quotient of whole numbers is finite"
+    if exact.adjusted() < -LONGEST_ZEROS or zeros > 2 * LONGEST_ZEROS:
+        mantissa = f"{digits[0]}.{''.join(map(str, digits[1:]))}".rstrip(".")
+        return f"{'-' * sign}{mantissa}e{exact.adjusted()}"
+    return None if zeros >= 0 and exact.adjusted() + 1 >= LONGEST_INTEGER else f"{exact:f}"
+
+
+def _text(text: str) -> str:
+    """Return a TOML string."""
+    plain = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(x if x.isprintable() else f"\\U{ord(x):08x}" for x in plain) + '"'

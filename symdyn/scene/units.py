@@ -19,11 +19,11 @@ from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import POWER, TORQUE, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
+from symdyn.scene.values.entry import Faults
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.requested_units import with_unit
-from symdyn.scene.values.table import Faults
 from symdyn.scene.values.unit import Unit
 
 PLAIN_NUMBERS = (Quantity.number(2), Quantity.number(Fraction(1, 2)), Quantity.PI)

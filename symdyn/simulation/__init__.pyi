@@ -11,11 +11,10 @@ from .error_bars import Uncertainty as Uncertainty
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .feedback.gains import state_names as state_names
 from .forward import simulate as simulate
-from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse
-from .panels import write_picture as write_picture
+from .panels import CHECKS as CHECKS, write_picture as write_picture
 from .prescribed.forces import (
     Forces as Forces,
     motion_times as motion_times,
@@ -24,7 +23,7 @@ from .prescribed.forces import (
 )
 from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
-from .record import CHECKS as CHECKS
 from .run_columns import axes_of as axes_of
 from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory
+from .variations import Sensitivity as Sensitivity, sensitivity as sensitivity

@@ -1,9 +1,8 @@
 """Error bars on motions and forces, to first order in what is uncertain, and their plots: bands of one and two sd.
 
-How what a motion takes depends on parameters, the motion being held.
-
-Driving forces have their derivatives as an output of their own. Where the motion itself moves with a parameter (a path
-that joints follow, a motion that the scene prescribes), and for other columns, the forces are told on both sides.
+Of a given motion, driving forces have their derivatives by parameters as an output of their own. Where the motion
+itself moves with a parameter (a path that joints follow, a motion that the scene prescribes), and for other columns,
+derivatives are differences of runs with the parameter on both sides of its value.
 """
 
 from __future__ import annotations
@@ -26,17 +25,15 @@ from symdyn.errors import DerivationError, EmitError, SimulateError, UnknownName
 from symdyn.runtime import lambdify
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation.columns import FORCES, Column
+from symdyn.simulation.columns import FORCES, Column, columns_csv, frame
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.inverse_run import inverse
-from symdyn.simulation.panels import chosen
+from symdyn.simulation.panels import check_plot, chosen
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import SceneMotion, drive_names, read_motion
 from symdyn.simulation.prescribed.point_path import read_path
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.record import check_plot
-from symdyn.simulation.tables import columns_csv, frame
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.variations import UNTOLD, variations
 
@@ -122,7 +119,7 @@ MOST_PANELS = 12
 COLOUR = "#1f5f99"
 
 SD = "sd_"
-"""What a standard deviation's column begins with, in """
+"""What the name of a column of standard deviations begins with."""
 
 
 @dataclass(frozen=True, eq=False)

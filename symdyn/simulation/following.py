@@ -1,17 +1,16 @@
-"""What follows from laws of some coordinates through loops, contacts and rows: positions, velocities, accelerations.
+"""Positions, velocities and accelerations that follow from laws of some coordinates through the constraints.
 
     g              coordinates with a law         q̇ = H u
-    r, G           residuals and rows; those of rows that hold velocities only are 0 and stand in G alone
+    r, G           residuals and matrix of all constraints; those on velocities alone are 0 in r and stand in G only
 
     positions      q_g = q_g(t),  r(q) = 0              Newton's method from the position before
     velocities     H_g u = q̇_g,  G u = 0
     accelerations  H_g u̇ = q̈_g - Ḣ_g u,  G u̇ = -Ġ u
 
-Where positions do not follow so, as those of a wheel that rolls do not, q̇ = H u is integrated, and each sample brought
-back to what holds positions. What neither laws nor rows determine is refused, but for coordinates that no row knows,
-which rest, and idle motions, which are least.
-
-Positions, velocities and accelerations that follow from laws, time after time, as far as it goes (`following`).
+Where positions do not follow so, as those of a rolling wheel do not, q̇ = H u is integrated, and each sample is brought
+back to the constraints on positions. What neither laws nor constraints determine is refused, with two exceptions:
+coordinates in no constraint rest, and idle motions are the least ones. `followed` goes from time to time as far as
+positions exist.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Where a simulation starts: what the scene and the user say, what loops and prescribed motions make of it.
+"""Where a simulation starts: what the scene and the user give, completed by loops and prescribed motions.
 
-What of a start that is given a closed mechanism keeps: what can be chosen freely is held, the rest follows.
+Of a start that is given for a closed mechanism, what can be chosen freely is kept, and the rest follows:
 
-    N        basis of the velocities that the rows allow, one a row; f of them
+    N        basis of the velocities that the constraints allow, one a row; f of them
     k        one more coordinate or velocity can be given beside others if column k of N raises their rank
 
-Coordinates that are given beyond that say where the assembly begins: they choose among its branches. Velocities that
-are given replace those of the scene, of which only such are held that they leave open.
+Further coordinates that are given say where the assembly begins: they choose among its branches. Given velocities
+replace those of the scene, of which only those are kept that the given ones leave free.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.equations.conserved import values_on
+from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 

@@ -1,10 +1,8 @@
-"""Motion prescribed, driving forces computed: the function `inverse`.
+"""Inverse dynamics over time: the function `inverse`, from a prescribed motion to driving forces.
 
-In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
-points and frames have paths, coordinates follow these too (along_path.py).
-Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
-
-What motion to forces is computed with: compiled functions of positions, velocities and accelerations of a scene.
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (following.py).
+Where points and frames have paths, coordinates follow these too (along_path.py). Velocities of a quaternion are found
+from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u. Functions of positions, velocities and accelerations are compiled.
 """
 
 from __future__ import annotations
@@ -18,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph, tangents
-from symdyn.program import Candidates, identifier
+from symdyn.program import identifier
 from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
@@ -37,7 +35,7 @@ from symdyn.simulation.equations.compiled_routines import (
     opened,
     points,
 )
-from symdyn.simulation.equations.crossings import SLACK, limits_of
+from symdyn.simulation.equations.monitors import SLACK, limits_of
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations
@@ -132,7 +130,7 @@ def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     if w.scene.is_closed:
         names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
     names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
-    functions = [Candidates(w, name).cheapest() for name in names]
+    functions = [derive_one(w, name) for name in names]
     turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
     limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
     functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
@@ -151,7 +149,7 @@ def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     w = Workspace(scene.scene, scene.closing)
     names = ["constraint_jacobian"] if w.scene.is_closed else []
     names += [f"jacobian:{name}" for name in points_on_paths]
-    functions = [_kinematics(w), *(Candidates(w, name).cheapest() for name in names)]
+    functions = [_kinematics(w), *(derive_one(w, name) for name in names)]
     moved = [
         replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
         for one in functions
@@ -193,14 +191,13 @@ def inverse(
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
-        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
-            "body".
+        reactions: add the columns of all joint reactions and multipliers, in axes as `simulate` has them.
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
-        start: formulas by coordinate, in place of what the scene says: where coordinates without a law rest, or of
-            several solutions, next to which one is taken at the first time.
-        forces: of inputs what is given over time, as `simulate` takes it; without, what a table of the motion has.
+        start: coordinates, such as "q1=0.3,q2=pi/2", in place of the scene's: where those without a law rest, and of
+            several solutions, next to which one is taken at the first time. Formulas by coordinate.
+        forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.

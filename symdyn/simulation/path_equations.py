@@ -1,6 +1,6 @@
 """Equations of the coordinates along paths of points and frames, at one time.
 
-    A u = b          rows of laws of coordinates and of loops (followed.py), and of paths (point_path.py)
+    A u = b          rows of laws of coordinates and of loops (following.py), and of paths (point_path.py)
     A u̇ = c          c = ḃ - Ȧ u
     r                residuals of loops and paths
     σ                the smallest singular value of A, dimensionless, over the largest

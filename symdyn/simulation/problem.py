@@ -42,9 +42,10 @@ class Problem:
 
     Args:
         scene: the mechanism; it keeps the values of its parameters but for those that are given.
-        forces: driving forces and inputs, from `read_forces`, or what that takes.
-        start: formulas by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole state.
-        start_rates: formulas by velocity.
+        forces: driving forces and inputs, formulas in t, coordinates and velocities such as "tau1=-2*q1-q1_dot", or a
+            .toml or .csv file. From `read_forces`, or what that takes.
+        start: where it starts, such as "q1=0.3,q2=pi/2", in place of the scene's. By coordinate; or a whole state.
+        start_rates: velocities there, such as "q1=2". Formulas by velocity.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
 
     Raises:
@@ -177,9 +178,10 @@ class Run:
     Args:
         until: time of the end, s.
         every: seconds between samples; None for 200 of them.
-        method: an integrator, a key of `symdyn.simulation.METHODS`; None chooses.
-        rtol: relative tolerance of a step; None takes the method's. Below 1e-16 a run has 31 digits (`gauss`).
-        atol: absolute tolerance of a step; None takes rtol.
+        method: taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS), gauss
+            (31 digits); None takes the one that fits. A key of `symdyn.simulation.METHODS`.
+        rtol: relative tolerance of a step, below 1e-16 (to 1e-30) with 31 digits; None takes the method's.
+        atol: absolute tolerance of a step; None takes `rtol`.
         stops: formulas in what outputs may name, and in outputs; where one crosses zero the run ends.
         ignore_limits: go on where a joint reaches a limit of its position; else the run stops there, with an event.
     """
@@ -208,7 +210,7 @@ class Run:
 
     def __post_init__(self) -> None:
         """Take numbers of any library as Python's own."""
-        for name, kind in NATIVE.items():
+        for name, kind in {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}.items():
             object.__setattr__(self, name, *native(kind, getattr(self, name)))
         object.__setattr__(self, "stops", (self.stops,) if isinstance(self.stops, str) else tuple(self.stops))
 
@@ -236,9 +238,6 @@ class Run:
         times = sample_times(self.until, self.every, faults)
         faults.close(SimulateError)
         return tuple(event for event in events if event is not None), times
-
-
-NATIVE = {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}
 
 
 def _check_one(specified: Mapping[str, object]) -> None:

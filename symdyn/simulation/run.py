@@ -1,12 +1,11 @@
 """One integration from its start to its end, however it ends: by time, an event, an interrupt or a failure.
 
-How long it will take is said once it is known to be long; a run that would take years is ended: the time of the end may
-be a slip of the pen, `--until 1e6` for 1e0, and nobody should wait for it in ignorance. The pace is that of the stretch
-since the last look, so that a slow beginning does not count; a run is ended by two of them.
+A long run reports how long it will take. A run that would take years is ended: the time of the end may be a typing
+error, `--until 1e6` for 1e0. The pace is that of the stretch since the last look, so that a slow beginning does not
+count; it takes two such looks to end a run.
 
-Which part of a scene has no value at a state: named where a run cannot begin there, or cannot go on.
-
-A strut between points that meet has no direction to pull in; a formula may leave the real numbers.
+Where a run cannot begin or go on since something has no value at a state, that part of the scene is named: a strut
+between points that meet has no direction to pull in, and a formula may leave the real numbers.
 """
 
 from __future__ import annotations
@@ -203,9 +202,9 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
             yield f"the motion of joint {joint.name}", joint.motion
     for one in scene.elements:
         for part in FORCES[one.kind].parts:
-            for _, formula, allowed in part.numbers(one):
-                if allowed == TIMED:
-                    yield f"{one.kind} {one.name}", formula
+            for number in part.numbers(one):
+                if number.names == TIMED:
+                    yield f"{one.kind} {one.name}", number.quantity
 
 
 def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:

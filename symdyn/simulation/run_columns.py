@@ -1,16 +1,17 @@
-"""Columns of a motion that a person names: inputs, and outputs as their formulas say, from the columns of the motion.
+"""Columns of a known motion: inputs, outputs of the scene by their formulas, joint reactions and multipliers.
 
-Functions called `outputs` are derived, `output:NAME` by two formulations; these columns are worked out from places,
-reactions and forces as they came out.
+Functions called `outputs` are derived, `output:NAME` by two formulations. The columns here are evaluated from
+positions, reactions and forces as they came out.
 
-Columns over time: joint reactions, what parents exert on children, and multipliers, what closes loops.
+Reactions are what parents exert on children. Multipliers are the forces of loops and other constraints:
 
     f        forces of the spanning tree, as if nothing closed it
-    λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between rows leaves open is told
+    λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between constraints
+             leaves open is reported
 
-Axes of multipliers: those of a loop are the joint frame on its parent, and its wrench acts at the origin of the moved
-joint frame, on the child. Those of a contact are its track, across it, and the normal of its plane; it acts on its
-body.
+Multipliers of a loop have the axes of the joint frame on its parent; its wrench acts at the origin of the moved joint
+frame, on the child. Those of a contact have its track, the direction across it, and the normal of its plane as axes;
+its force acts on its body.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ from functools import lru_cache
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate, reachable
-from symdyn.program import Candidates, formulate
+from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS, Faults, suggestion
 from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, function_of, opened
@@ -44,7 +45,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
         w = Workspace(found.scene, found.closing)
         inputs = ("inputs",) if w.scene.inputs else ()
         forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
-        return compiled(w.scene, w.graph, (forces, Candidates(w, "constraint_jacobian").cheapest()))
+        return compiled(w.scene, w.graph, (forces, derive_one(w, "constraint_jacobian")))
 
     made = compiled_once(("multipliers", found.scene, decisions), make)
     f, G = (_over(motion, made, found, routine.function) for routine in made.program.routines)

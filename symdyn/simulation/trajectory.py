@@ -17,8 +17,7 @@ from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
-from symdyn.simulation import tables
-from symdyn.simulation.columns import Column, columns, known, missing
+from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.feedback.controller import Saturation, cut_lines
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -200,7 +199,7 @@ class Trajectory(Shown):
         Raises:
             EmitError: the file cannot be written, or takes no text.
         """
-        text = tables.columns_csv(*self.table(), self.low)
+        text = columns_csv(*self.table(), self.low)
         if isinstance(file, (str, Path)):
             write_file(file, text)
         elif file is not None:
@@ -217,7 +216,7 @@ class Trajectory(Shown):
             SimulateError: another ending, or a file that cannot be written.
         """
         check_arguments(Trajectory.save, locals(), SimulateError)
-        from symdyn.simulation.record import record
+        from symdyn.simulation.panels import record
 
         record(self, Path(file))
 
@@ -227,7 +226,7 @@ class Trajectory(Shown):
         Raises:
             SimulateError: pandas is not installed.
         """
-        return tables.frame(self.columns, self.table()[1], self._about)
+        return frame(self.columns, self.table()[1], self._about)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the columns as a data set over the coordinate t, s; each has its unit as `attrs["units"]`.
@@ -235,7 +234,7 @@ class Trajectory(Shown):
         Raises:
             SimulateError: xarray is not installed.
         """
-        return tables.data_set(self.columns, self.table()[1], self._about)
+        return data_set(self.columns, self.table()[1], self._about)
 
     def about(self) -> dict[str, Any]:
         """Return how it was made, and how well laws were kept, for JSON; the same run, the same text."""

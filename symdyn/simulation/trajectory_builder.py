@@ -1,15 +1,14 @@
-"""A run as a trajectory: motion, forces, columns, monitors, events, and what ended it.
+"""A run as a trajectory: motion, forces, columns, monitors, events, limits, and what ended it.
 
-What a computed motion is looked at for: how well it keeps the laws of mechanics, and what contacts would need.
+Monitors show how well the laws of mechanics are kept. The balance of energy is K + P - W less its value at the start. W
+is the work of drives, damping, friction and loads, integrated along with the motion; P holds gravity and springs.
 
-The balance is K + P - W less its value at the start, where W is the work of drives, damping, friction and loads,
-integrated along; P holds gravity and springs. The equations take contacts as two-sided and without slip: whether they
-push, and which friction keeps them from slipping, is told of the multipliers N along the normal and F in the plane.
+The equations take contacts as two-sided and without slip. Whether a contact pushes, and which friction keeps it from
+slipping, is computed from the multipliers N along the normal and F in the plane.
 
-What is said of joints at their limits: where a run starts, where one stops it, and which ones a motion passes.
-
-A joint that reaches a limit of its position rests on its stop, which the equations do not know: what they go on to
-tell is another mechanism's motion. Limits of velocity and effort say what a drive can do; the equations hold beyond.
+Limits of joints are reported where a run starts beyond one, is ended by one, or passes one. A joint that reaches a
+limit of its position rests on its stop, which the equations do not know: beyond it they describe another mechanism's
+motion. Limits of velocity and effort say what a drive can do; the equations hold beyond them.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.compiled_routines import opened
-from symdyn.simulation.equations.crossings import SLACK, STOPS, Limit
+from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import Hit
 from symdyn.simulation.run import STOPPED, Integration, valueless

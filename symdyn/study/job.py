@@ -1,6 +1,6 @@
-"""What a block of runs needs to know, and no more, and what comes of it: a job is frozen and goes to a worker once.
+"""Jobs of a study in blocks of runs, their results, and the executors that compute blocks, a row of `EXECUTORS` each.
 
-Where the blocks of a study are computed, a row of `EXECUTORS` each.
+A job holds what a block needs and no more; it is frozen and goes to a worker once.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten
-from symdyn.study.cluster import Executor, Here, Say
 from symdyn.study.design import Design
+from symdyn.study.executor import Executor, Here, Say
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -1,7 +1,4 @@
-"""Jobs of runs of one scene: what `sweep` is to make, read and checked, and what comes of one block.
-
-Many runs in one call: the function `ensemble`, and how runs in lanes ended.
-"""
+"""Many runs of one scene: the function `ensemble`, and the jobs of `sweep`, read and checked, block by block."""
 
 from __future__ import annotations
 

@@ -16,14 +16,13 @@ from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.study.design import SALTELLI
+from symdyn.study.design import SALTELLI, Indices, indices
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
-    from symdyn.study.indices import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -71,7 +70,7 @@ class Runs(Shown):
         about: how they were made: design, seed, hash of the scene, method, ...
         notes: what a user should know.
         wall: seconds that the runs of this call took.
-        ends: where runs ended; None of a sweep, which keeps measures alone.
+        ends: `t`, `q`, `qd` and `samples` as below, `times` of these, s; None of a sweep, which keeps measures alone.
     """
 
     scene: str
@@ -258,8 +257,6 @@ class Runs(Shown):
             UnknownNameError: there is no such measure.
         """
         check_arguments(Runs.indices, locals(), SimulateError)
-        from symdyn.study.indices import indices
-
         return indices(self, measure, level, resamples, seed)
 
     def plot(self, *outcomes: str, kind: str | None = None) -> Figure:

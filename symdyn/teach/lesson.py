@@ -1,11 +1,9 @@
 """What all steps of one walkthrough share: the graph, the ring that writes short forms, the names, the language.
 
-What a scene weighs, one entry a particle and one a rigid body: the indices that formulas of a walkthrough carry.
+Formulas of a walkthrough carry the indices of what a scene weighs, one entry a particle and one a rigid body.
 
-Loops, contacts and rows that tie nothing: a door's second hinge forbids what the first one forbids already.
-
-A mechanism of these alone moves as the open one, by Lagrange's method; one with others as well has multipliers of
-the others.
+Loops, contacts and rows may tie nothing: a door's second hinge forbids what the first one forbids already. A mechanism
+of these alone moves as the open one, by Lagrange's method; one with others as well has multipliers of the others.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 r"""The mathematics of a document in LaTeX, which every format starts from: names, formulas, lines that fit.
 
-LaTeX as MathML, by latex2mathml, with what browsers need beside it: spaces around functions, low accents, lines.
-
-Lessons hold thousands of formulas, so the markup is short: thin spaces stand in the tokens beside them, as characters.
+MathML is made by latex2mathml, with what browsers need beside it: spaces around functions, low accents, lines. Lessons
+hold thousands of formulas, so the markup is short: thin spaces stand in the tokens beside them, as characters.
 """
 
 from __future__ import annotations

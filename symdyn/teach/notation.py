@@ -1,10 +1,8 @@
 """Steps: the scene in words, its coordinates and every symbol.
 
-Steps about coordinates: from where each is counted and which way is positive, computed where all are zero.
-
-Textbook mode: equation numbers of example 5.28 and boxes where the text, as transcribed, is wrong.
-
-`READS` quotes the text; what is right and every check comes from the graph.
+From where each coordinate is counted, and which way is positive, is computed where all are zero. Textbook mode has
+equation numbers of example 5.28, and boxes where the text, as transcribed, is wrong: `READS` quotes the text; what is
+right and every check comes from the graph.
 """
 
 from __future__ import annotations

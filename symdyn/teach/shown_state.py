@@ -3,7 +3,7 @@
 At a right angle, at zero, or where two coordinates are equal, a wrong sign or a sine in place of a cosine goes unseen;
 such coordinates are moved. A prescribed coordinate is where its formula has it, at the time that the lesson lists.
 
-The letters of masses and lengths in the picture of a scene: where each is drawn, and what it measures.
+Letters of masses and lengths are drawn in the picture where they measure something.
 """
 
 from __future__ import annotations

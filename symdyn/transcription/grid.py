@@ -1,18 +1,16 @@
-"""Where the unknowns of a problem stand in one vector z, and the equations in another.
+"""The grid of a collocation problem: methods, places of unknowns in a vector z and of equations in g, and ∂g/∂z.
 
-node     an end of an interval, N + 1 of them
-stage    a place where the dynamics holds
-point    a node or a stage, P of them, in the order of time
+    node     an end of an interval, N + 1 of them
+    stage    a place where the dynamics holds
+    point    a node or a stage, P of them, in the order of time
 
-z = [q of all points | u of all points | a, λ, τ of all stages | slacks of all nodes but the first | p | T]
-g = [balance of all stages | defects of q, then of u, of each interval | held of all nodes | path of all nodes]
+    z = [q of all points | u of all points | a, λ, τ of all stages | slacks of all nodes but the first | p | T]
+    g = [balance of all stages | defects of q, then of u, of each interval | held of all nodes | path of all nodes]
 
-The Jacobian of a problem's equations: its pattern, and its entries.
+Entries of the Jacobian ∂g/∂z are sums of parts. Parts that are the same at every z, as all of the defects of a tree
+whose time is given, are computed once.
 
-An entry is a sum of parts. Those that are the same at every z, as all of the defects of a tree whose time is given, are
-computed once.
-
-The methods of collocation: Runge-Kutta methods whose stages are the places where the dynamics holds.
+Methods of collocation are Runge-Kutta methods whose stages are the places where the dynamics holds:
 
     c        stages within an interval, 0 … 1
     A, b     stage i: y_i = y_0 + h Σ A_ij f_j; end: y_1 = y_0 + h Σ b_j f_j

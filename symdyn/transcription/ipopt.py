@@ -1,19 +1,20 @@
-"""IPOPT solves a problem, through the one that comes in CasADi's wheel (extra `optimal`).
+"""IPOPT solves a problem, through the one that comes in CasADi's wheel (extra `optimal`), from one or several starts.
 
 CasADi sees five functions, f, ∂f, g, ∂g and the Hessian of σ f + λᵀ g, whose values are computed here, and the patterns
-of the last two. Equations between
-unknowns that are all given, as at the start of a closed mechanism, are left out once they are seen to hold.
+of the last two. Equations between unknowns that are all given, as at the start of a closed mechanism, are left out once
+they are found to hold.
+
+Starts are drawn by a seed:
+
+    q(t) = q_guess(t) + Σ_k a_k sin(k π t/T)        k = 1 … WAVES, a_k drawn: N(0, 1) size / k
+
+with velocities and accelerations of that motion; the ends stay. A solver finds a place where the conditions of first
+order hold, at best an optimum among neighbouring motions: which one depends on the start. The optima that all starts
+led to are kept.
 
 References: Wächter and Biegler, On the implementation of an interior-point filter line-search algorithm for large-scale
 nonlinear programming, Math. Programming 106 (2006) 25; Andersson et al., CasADi, Math. Programming Computation 11
 (2019) 1.
-
-Starts of a search for optimal motions, drawn by seed, and which optima they led to.
-
-    q(t) = q_guess(t) + Σ_k a_k sin(k π t/T)        k = 1 … WAVES, a_k drawn: N(0, 1) size / k
-
-with velocities and accelerations of that motion; the ends stay. What a solver finds is a place where the conditions of
-first order hold, an optimum among motions next to it at best: which one depends on where the search began.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def solve(
         guess: z to start from, shape (size,); None takes the problem's own.
         exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory; None
             computes them for as many velocities as `EXACT`.
-        starts: how many searches: the first from the guess, the others from motions drawn about it (`starts.py`).
+        starts: how many searches: the first from the guess, the others from motions drawn about it.
         seed: of these.
         options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
 

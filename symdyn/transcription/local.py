@@ -1,6 +1,7 @@
-"""What is asked for at each place of a motion: entries on the graph and their partial derivatives that are not zero.
+"""Functions of a problem at each place of a motion: entries on the graph, and their nonzero partial derivatives.
 
-One compiled function serves all places, as a batch. Unknowns at a place are told apart by kind:
+One compiled function serves all places, as a batch. The functions come from a scene, what is free in it, and formulas
+of the user. Unknowns at a place are of these kinds:
 
     q, u, a      coordinates, velocities, accelerations u̇           λ    multipliers of all rows, "multiplier"
     τ            driving forces, "force"                            s    what the ends of intervals give way by, "slack"
@@ -14,11 +15,9 @@ One compiled function serves all places, as a batch. Unknowns at a place are tol
     running      the integrand of the cost                          at stages
     final        the cost of the end                                at the end
 
-The balance is that of inverse dynamics, with accelerations for unknowns: it takes about half the operations of forward
-dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a row u_k = ṗ(t) like
-those of loops; its multiplier is the force that it takes.
-
-Where the functions of a problem come from: its scene, what is free in it, and formulas of the user.
+The balance is that of inverse dynamics, with accelerations as unknowns: it takes about half the operations of forward
+dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a constraint
+u_k = ṗ(t) like those of loops; its multiplier is the force that it takes.
 """
 
 from __future__ import annotations

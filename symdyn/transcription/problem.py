@@ -1,8 +1,7 @@
 """From a scene and what is asked of its motion to a problem in numbers: the function `collocation`.
 
-Where unknowns and equations of a collocation stand, and what is known of them: bounds, ends, a first guess.
-
-What is told of a problem before it is solved: kinks, and what does not follow parameters that are unknowns.
+It says where unknowns and equations stand, what is known of them (bounds, ends, a first guess), and what a user should
+know before it is solved: kinks, and what does not follow parameters that are unknowns.
 """
 
 from __future__ import annotations

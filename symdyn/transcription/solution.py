@@ -1,6 +1,6 @@
-"""What a solver found, as a motion and as forces, and what becomes of the mechanism under these forces.
+"""What a solver found, as a motion and as forces, what these forces make of the mechanism, and second derivatives.
 
-Second derivatives: the Hessian of σ f(z) + λᵀ g(z), for solvers that take Newton's steps.
+The Hessian of σ f(z) + λᵀ g(z) is for solvers that take Newton's steps:
 
     Φ        w · (entries of a local function), a number for every place; w are multipliers, and weights of defects
     bends    ∂²Φ/∂x_i∂x_j that are not zero, j <= i, at every place: again one compiled function for all

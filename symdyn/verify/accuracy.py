@@ -3,12 +3,8 @@
 The yardstick is a running error analysis of the graph: a bound, entry by entry, of the error that rounding every
 operation once may leave (Higham, Accuracy and Stability of Numerical Algorithms, section 3.3). A module passes when
 each entry stays within a small multiple of its bound. After many divisions in a row, as in long chains, that bound may
-be wider than a divisor is; such a function is held against a few runs whose roundings go up or down by lot.
-
-Big floats that are moved by one rounding after every operation, up or down by lot: what rounding does, tried.
-
-Where a bound of the error would be wider than the value itself, as after many divisions in a row, a few runs say how
-far rounding goes. Reference: Vignes, A stochastic arithmetic for reliable scientific computation (1993).
+be wider than a divisor is; such a function is held against a few runs whose roundings go up or down by lot. Reference:
+Vignes, A stochastic arithmetic for reliable scientific computation (1993).
 """
 
 from __future__ import annotations

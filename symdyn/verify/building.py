@@ -3,12 +3,11 @@
 A compiler is a process of its own, so that what it takes is the longer of two times and not their sum. Modules come out
 in the order of the targets, as if one had been built after the other.
 
-Fixed text of code for many states, measured: every length from none to three blocks gives the states one by one.
-
+Fixed text of code for many states is measured: every length from none to three blocks gives the states one by one.
 Blocks, what is left over, columns and rows are no arithmetic, so they are not proved but run: at each length, in each
 way that the target has, next to one state a call, with an entry behind the result that nothing may touch.
 
-The text of targets' files, read back and proved: what a certificate says beside graphs and numbers.
+The text of targets' files is read back and proved.
 """
 
 from __future__ import annotations

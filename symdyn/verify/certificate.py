@@ -1,12 +1,10 @@
 """The certificate of a scene: what was proved, over which fields, of which files, and how far the built code is off.
 
-A module whose functions are called with many states at once, to measure one of them.
-
-Claims about quaternions hold on the unit sphere: there they are compared.
+Claims about quaternions are compared on the unit sphere, where they hold:
 
     e = u² / |u|²    is a unit quaternion for any u, rational in its four numbers
 
-so that a field or a random point, which know no unit length, can be asked.
+so that they can be evaluated over a field or at a random point, where no length is one by itself.
 """
 
 from __future__ import annotations
@@ -271,15 +269,15 @@ def certify(
         outputs: what to certify, as for `derive`; None takes everything that the scene has.
         seed: of primes, points and states; the same seed, the same proofs.
         progress: told what is being done.
-        real: "double" or "float": the number type of the modules that are measured.
+        real: number type of the modules that are measured, "double" or "float".
         formulation: the derivation that becomes code, as for `formulate`.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
         closing: what to choose about closed loops; the notes say it.
-        targets: of which the code is measured, keys of `symdyn.emit.TARGETS`, and the text of the files proved, with
-            every option; None takes those that run quickly, and the files that are measured.
-        accuracy: as for `emit`: of code that has it, measured over many states, with what sines are off by in the
-            bounds.
+        targets: of which the code is measured, and the text of the files proved, with every option; None takes those
+            that run quickly, and the files that are measured. Keys of `symdyn.emit.TARGETS`.
+        accuracy: of code that has it, measured over many states, with what sines are off by in the bounds; "" for that
+            of the number type. As for `emit`.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the formulation.

@@ -1,6 +1,6 @@
 """What is claimed about the equations of a scene: derivations against each other, laws, the program.
 
-Claims about programs: each computes its equations, whichever way code goes over them.
+A program computes its equations, whichever way code goes over them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from symdyn.dynamics import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import Candidates, Program, RowLoop, choose
+from symdyn.program import Program, RowLoop, choose, choose_one
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim
@@ -96,7 +96,7 @@ def taken(
 
     def derive(w: Workspace, name: str) -> None:
         try:
-            functions.append(Candidates(w, name).chosen(formulation))
+            functions.append(choose_one(w, name, formulation))
         except DerivationError as fault:
             why[name] = str(fault)
             raise

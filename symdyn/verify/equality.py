@@ -5,10 +5,9 @@ root of a square is meant, an identity of an uninterpreted function) is compared
 and reported as agreeing in numbers, never as proved. Points are of either sign, except for symbols that are declared
 positive, and lie where every root and logarithm is real.
 
-Gauss's elimination over any algebra, every pivot chosen by what the numbers are at the place at hand.
-
-Rows are sparse. The next pivot is the largest entry of the row that has fewest, so that a chain of bodies is eliminated
-from its tips without fill; what is too small to be told from zero is none.
+Linear equations are eliminated over any algebra, every pivot chosen by what the numbers are at the place at hand. Rows
+are sparse. The next pivot is the largest entry of the row that has fewest, so that a chain of bodies is eliminated from
+its tips without fill; what is too small to be told from zero is none.
 """
 
 from __future__ import annotations

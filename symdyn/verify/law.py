@@ -1,18 +1,18 @@
-"""One law of mechanics: a claim about outputs of one scene, or what is looked at in numbers.
+"""A law of mechanics as a claim about outputs of one scene, or a check in numbers; laws of regressors and of momentum.
 
-Laws of regressors: times the parameters as declared they are what they are regressors of.
+Regressors times the declared parameters are what they are regressors of:
 
-τ = Y π + r, τ = Y_base β + r        r: driving forces where all of π is zero
-K, P = Y_E π + r                     energies
-τ_r = τ, Y_r = Y_base, C v = c       along the motion itself, where q̇_r = v = q̇ and q̈_r = q̈
+    τ = Y π + r, τ = Y_base β + r        r: driving forces where all of π is zero
+    K, P = Y_E π + r                     energies
+    τ_r = τ, Y_r = Y_base, C v = c       along the motion itself, where q̇_r = v = q̇ and q̈_r = q̈
 
-Laws of the centre of mass C and of momentum about it, A u = [p; L]; they hold where loops close a scene, too.
+The centre of mass C and momentum about it, A u = [p; L], where loops close a scene, too:
 
-dC/dt = J u
-p = m J u                            momentum is that of all mass at C
-g = -m Jᵀ g₀                         weight acts at C; g₀ is the acceleration of free fall
-d/dt (A u) = A u̇ + b
-∂K/∂[v; ω] = Rᵀ [p; L + (C - r) × p] where all hangs on one free body at r, R: its share of M u is the momentum
+    dC/dt = J u
+    p = m J u                            momentum is that of all mass at C
+    g = -m Jᵀ g₀                         weight acts at C; g₀ is the acceleration of free fall
+    d/dt (A u) = A u̇ + b
+    ∂K/∂[v; ω] = Rᵀ [p; L + (C - r) × p] where all hangs on one free body at r, R: its share of M u is the momentum
 
 Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013) 161.
 """

@@ -1,36 +1,36 @@
 """Laws of mechanics as claims about the derived equations; each is proved for the scene at hand, not sampled.
 
-M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
-Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
-C q̇ = c
-∂P/∂q = g + k_E
-τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
-q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
-FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
-S·R = τ + Q                          along its joint's freedom a reaction is the drive and the joint's own forces
-Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions is without power in any motion that the loops allow
-Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
-Y π = τ                              regressors times declared parameters, which stand in `laws_of_regressors`
-dC/dt = J u, p = m J u               laws of the centre of mass, which stand in `laws_of_momentum`
+    M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
+    Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
+    C q̇ = c
+    ∂P/∂q = g + k_E
+    τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
+    q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
+    FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
+    Y π = τ, dC/dt = J u, p = m J u      regressors, centre of mass and momentum: see `law`
 
-Laws of reactions as claims; the momentum that they are compared with comes from positions, differentiated.
+Reactions are compared with momentum that comes from positions, differentiated:
 
-The first law is D'Alembert's: the reactions, which recursion found, are a solution of the whole system (5.18) with
-every component of every joint. Where that has one solution they are it; where it has more, they differ from any other
-by what is in equilibrium with itself.
+    S·R = τ + Q                          along its joint's freedom a reaction is the drive and the joint's own forces
+    Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions has no power in any motion that the loops allow
+    Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
 
-R, S     a reaction and the relative motion of its joint for unit velocities, at the origin of the moved frame
-p, L     momentum, and angular momentum about the origin of the ground: ∫ r × ṙ dm
+    R, S     a reaction and the relative motion of its joint for unit velocities, at the origin of the moved frame
+    p, L     momentum, and angular momentum about the origin of the ground: ∫ r × ṙ dm
 
-Laws of closed mechanisms; they hold off the constraint manifold too, but for the last one.
+The first law of reactions is D'Alembert's: the reactions, which recursion found, are a solution of the whole system
+(5.18) with every component of every joint. If that has only one solution, they are it; if it has more, they differ from
+any other by what is in equilibrium with itself.
 
-G T u_i = 0                          the velocities that loops allow; λ does no work on them
-G u̇ + Ġ u = 0                        accelerations keep the loops closed
-M u̇ + h = τ + Gᵀ λ                   with u̇ and λ from q, u, τ
-FD(q, u, ID(q, u, u̇)) = u̇            for every u̇ that the loops allow, where drives and freedoms are equally many
-ID(q, u, FD(q, u, τ)) = τ            at the drives, τ zero elsewhere
-u·(τ + Q) = d/dt (K + P)             along u̇ for u that the loops allow: multipliers have no power
-r(positions(q_i)) = 0                the closed form closes the loops
+Closed mechanisms; all but the last one hold off the constraint manifold too:
+
+    G T u_i = 0                          the velocities that loops allow; λ does no work on them
+    G u̇ + Ġ u = 0                        accelerations keep the loops closed
+    M u̇ + h = τ + Gᵀ λ                   with u̇ and λ from q, u, τ
+    FD(q, u, ID(q, u, u̇)) = u̇            for every u̇ that the loops allow, where drives and freedoms are equally many
+    ID(q, u, FD(q, u, τ)) = τ            at the drives, τ zero elsewhere
+    u·(τ + Q) = d/dt (K + P)             along u̇ for u that the loops allow: multipliers have no power
+    r(positions(q_i)) = 0                the closed form closes the loops
 """
 
 from __future__ import annotations

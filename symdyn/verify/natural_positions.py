@@ -1,18 +1,17 @@
-"""Closed mechanisms at natural positions, in numbers: what random places never show.
+"""Laws that are checked in numbers, where proofs see nothing: inequalities, and closed mechanisms at natural positions.
 
-A pivot or a partition that was chosen beforehand is singular at some positions, and these are the ones where people
-stand: the start, zeros, an upright wheel, equal angles. There, assembled as near as the loops allow, the derived
-functions are compared with equations that nobody has solved beforehand:
+A pivot or a partition that was chosen beforehand is singular at some positions, which random ones never meet. Often
+these are the natural ones: the start, zeros, an upright wheel, equal angles. There, assembled as near as the loops
+allow, the derived functions are compared with equations that nobody has solved beforehand:
 
     M u̇ + h = τ + Gᵀ λ,  G u̇ + γ = 0      forward dynamics, and multipliers as the force Gᵀ λ that they make
     A x + b = 0                             (5.18), reactions: equal where an entry is unique, elsewhere apart by what
                                             is in equilibrium with itself
 
-Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat) forward
-dynamics does not exist, which is told with the rank. Where that is so at every one, random closed positions are taken.
-Nor does it where independent velocities do not determine the others. Anywhere else what is not finite is wrong.
-
-Laws that are looked at in numbers, where proofs see nothing: inequalities, and positions that are special.
+Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat), forward
+dynamics does not exist, which is reported with the rank; nor does it where independent velocities do not determine the
+others. Where that is so at every natural position, random closed positions are taken. Anywhere else a result that is
+not finite is wrong.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
-"""How far two different graphs can look alike over a random field: degrees, heights, and what they allow.
+"""Random points for proofs: bounds on how often two different graphs agree there, values of nodes, and roots.
 
 Every node is read as N / (D^scale Π g_k^e_k), where N is a Laurent polynomial with integer coefficients in the symbols
-and in the units of the angles, D the common denominator of all constants, and g_k the numerators of the divisors met
-so far. Keeping the divisors apart, instead of multiplying denominators out at every sum, keeps the bounds small: a
+and in the units of the angles, D the common denominator of all constants, and g_k the numerators of the divisors met so
+far. Keeping the divisors apart, instead of multiplying denominators out at every sum, keeps the bounds small: a
 division by g cancels an earlier multiplication by g. Of N the degree is bounded, and the sum of the absolute values of
 its coefficients (which multiply, and add): a prime at which N vanishes identically divides them.
 
-Values of nodes at random points, kept from claim to claim: the claims of one scene share most of their nodes.
+Values of nodes at random points, over finite fields and in numbers, are kept from claim to claim: the claims of one
+scene share most of their nodes.
 
-Roots of something variable, as formal values: s with s² = a, for any of whose signs an identity must hold.
-
-Over a field a root has no sign, so that what is proved there is proved for both. That is the whole truth as long as no
-product of some of the radicands is a square: sqrt(x²) = x would hold half the time. No such product is a square if the
-radicands are squares of the field independently of each other: written as 0 (a square) and 1 (none), their values at
-points of the field span all of GF(2)^r, up to a shift. A product that is a square times a constant can never do so.
+Roots of something variable are formal values: s with s² = a, for any of whose signs an identity must hold. Over a field
+a root has no sign, so that what is proved there is proved for both. That is the whole truth as long as no product of
+some of the radicands is a square: sqrt(x²) = x would hold half the time. No such product is a square if the radicands
+are squares of the field independently of each other: written as 0 (a square) and 1 (none), their values at points of
+the field span all of GF(2)^r, up to a shift. A product that is a square times a constant can never do so.
 
 Then E(x, s) has 2^r conjugates, and their product vanishes wherever E does: it is the rational function whose degree
 counts. Points are drawn until all roots exist, which is one point of 2^r.

@@ -4,7 +4,7 @@ It listens on 127.0.0.1. Every address begins with a random token, compared in c
 server as its host, so that no page of another name that points here (DNS rebinding) reads anything; what changes
 something must come from the page itself. The page may run its own script and load nothing.
 
-What the page shows: a picture, coordinates to pull, messages. A file with a fault leaves the last good picture.
+The page shows a picture, coordinates to pull, messages. A file with a fault leaves the last good picture.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
 """`symdyn draw SCENE --watch`: follows a file, draws it as it is saved, and serves the page that shows it.
 
-Nothing is written but to the page. A fault is shown once the file has settled, so that one that is just being
-written is not called faulty; until then, and as long as it is faulty, the last good picture stays.
+Nothing is written but to the page. A fault is shown once the file has settled, so that one that is just being written
+is not called faulty; until then, and as long as it is faulty, the last good picture stays.
 
-A file that somebody edits: whether it says something else than before.
-
-Equations of motion as HTML, in a process of their own, so that a page follows its file while they are derived.
-
+Equations of motion as HTML are made in a process of their own, so that a page follows its file while they are derived.
 What goes to the process and comes back are pickles, each behind its length in eight bytes. The process hears no Ctrl-C,
 ends with its input, and is ended where a newer scene wants its place.
 """

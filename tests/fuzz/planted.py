@@ -75,9 +75,10 @@ PLANTS = (
     ),
     Plant(
         "a scene with an unknown convention of Denavit and Hartenberg reads memory that is not there",
-        "scene/declaration/dh.py",
-        "    if convention and convention not in CONVENTIONS:\n",
-        '    if convention and convention not in CONVENTIONS:\n        __import__("ctypes").string_at(0)\n',
+        "scene/declaration/declare.py",
+        '    faults.nameless(entry.where, "convention", convention)\n',
+        '    if not convention and "convention" in entry.table:\n        __import__("ctypes").string_at(0)\n'
+        '    faults.nameless(entry.where, "convention", convention)\n',
         r"died of SIGSEGV",
     ),
     Plant(

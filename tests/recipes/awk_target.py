@@ -21,8 +21,7 @@ from symdyn import emit
 from symdyn.emit import TARGETS, Draft, Sources, Target
 from symdyn.emit.code.operators import OPERATORS, Printer, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import alone
+from symdyn.emit.code.target import FunctionText, alone
 from symdyn.emit.escape import in_comment
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op

@@ -19,9 +19,9 @@ from symdyn.scene import Quantity, lock, parse, read_text, with_symbols, write_t
 from symdyn.scene.build import body, prismatic, scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import ForceKind, Pull
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.struts import Spring
 from symdyn.scene.values import Place
-from symdyn.scene.values.table import entry
+from symdyn.scene.values.entry import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive.page import interactive_page

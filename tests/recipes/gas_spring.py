@@ -13,8 +13,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.attachments import Ends
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values import Strut, spell
-from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.table import Table
+from symdyn.scene.values.key import Stand, number
 
 
 @dataclass(frozen=True)
@@ -51,17 +50,15 @@ FORCES["gas_spring"] = ForceKind(
     letter="gs",
     parts=(
         Ends(),
-        Key(
+        number(
             "charge",
-            Table.quantity,
-            Quantity.ZERO,
+            "J",
             above_zero="is that of no gas; give one above zero",
             letters=("pv",),
-            unit="J",
             text="charge of {}",
             positive=True,
         ),
-        Key("dead", Table.quantity, Quantity.ZERO, letters=("dl",), unit="m", text="dead length of {}"),
+        number("dead", "m", letters=("dl",), text="dead length of {}"),
     ),
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",

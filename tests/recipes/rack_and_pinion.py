@@ -11,13 +11,13 @@ from symdyn.scene.joints import JOINTS, JointBlock, JointMotion, MarkPart
 from symdyn.scene.joints.forbidden import forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointKind, JointMark, Move
 from symdyn.scene.values import Joint, folding
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Mat, Transform, Wrench, dot, scale
 
 RADIUS = Key(
     "radius",
-    Table.quantity,
+    EntryReader.quantity,
     Quantity.number(0),
     example="radius = 0.1, that of the pitch circle in metres",
     above_zero="is that of no pinion; give that of the pitch circle",

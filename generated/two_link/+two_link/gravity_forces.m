@@ -42,9 +42,9 @@ function out = gravity_forces(q, params)
   s2 = sin(q_2);
   c2 = cos(q_2);
   x1 = s1 .* p_g;
-  x2 = p_m2 .* p_h2 .* (s2 .* (c1 .* p_g) + c2 .* x1);
+  x2 = p_m2 .* p_h2 .* (c2 .* x1 + s2 .* (c1 .* p_g));
   out = zeros(2, states, 'like', sum(q([])) + sum(params([])));
-  out(1, :) = x2 + x1 .* (p_h1 .* (p_m1 + p_m2));
+  out(1, :) = x1 .* (p_h1 .* (p_m1 + p_m2)) + x2;
   out(2, :) = x2;
 end
 

@@ -36,14 +36,14 @@ function out = mass_matrix(q, params)
   p_h1 = params(3, :);
   p_h2 = params(4, :);
   c2 = cos(q_2);
-  x1 = p_m2 .* (p_h2 .* p_h2);
-  x2 = c2 .* (p_m2 .* p_h2);
-  x3 = x1 + p_h1 .* x2;
+  x1 = c2 .* (p_m2 .* p_h2);
+  x2 = p_m2 .* (p_h2 .* p_h2);
+  x3 = x2 + p_h1 .* x1;
   out = zeros(4, states, 'like', sum(q([])) + sum(params([])));
-  out(1, :) = x1 + p_h1 .* (p_m1 .* p_h1) + 2.0 .* p_h1 .* (x2 + p_m2 .* (0.5 .* p_h1)); % 1, 1
+  out(1, :) = x2 + p_h1 .* (p_m1 .* p_h1) + 2.0 .* p_h1 .* (x1 + p_m2 .* (0.5 .* p_h1)); % 1, 1
   out(3, :) = x3; % 1, 2
   out(2, :) = x3; % 2, 1
-  out(4, :) = x1; % 2, 2
+  out(4, :) = x2; % 2, 2
   out = reshape(out, 2, 2, states);
 end
 

@@ -43,7 +43,7 @@ function out = potential_energy(q, params)
   c2 = cos(q_2);
   x1 = p_m2 .* p_h2;
   out = zeros(1, states, 'like', sum(q([])) + sum(params([])));
-  out(1, :) = -(p_g .* (c1 .* (p_h1 .* (p_m1 + p_m2) + c2 .* x1) - s1 .* (s2 .* x1)));
+  out(1, :) = p_g .* (s1 .* (s2 .* x1) - c1 .* (p_h1 .* (p_m1 + p_m2) + c2 .* x1));
 end
 
 function states = columns_of(name, value, rows, states)

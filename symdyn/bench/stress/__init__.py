@@ -1,4 +1,4 @@
-"""Hard cases with a metric and a bound each, one file a family; `stress` runs them."""
+"""Hard cases with a metric and a bound each; `stress` runs them."""
 
 from __future__ import annotations
 
@@ -6,17 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.bench.case import Case, Stress
-from symdyn.bench.stress import (
-    chains,
-    change_points as loops,
-    chaos,
-    huge_angles as angles,
-    odd_numbers as numbers,
-    solving,
-    spin,
-    stiff,
-    traps,
-)
+from symdyn.bench.stress import angles, motions, odd_numbers as numbers, solving
 from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
@@ -41,14 +31,14 @@ class Family:
 
 FAMILIES: Mapping[str, Family] = {
     "solving": Family("near-singular mass matrices, mass ratios, gimbal lock", solving.builtin, solving.of_scene),
-    "chains": Family("chains of up to 100 links in relative and absolute angles", chains.builtin),
-    "angles": Family("huge and tiny angles, sums of angles", angles.builtin, angles.of_scene),
+    "chains": Family("chains of up to 100 links in relative and absolute angles", angles.chains),
+    "angles": Family("huge and tiny angles, sums of angles", angles.huge_angles, angles.angles_of_scene),
     "numbers": Family("NaN, infinities, denormals, -0, float, hardly any mechanism", numbers.builtin, numbers.of_scene),
-    "traps": Family("floating-point exceptions", traps.builtin, traps.of_scene),
-    "spin": Family("fast spin: heavy top, middle axis", spin.builtin),
-    "stiff": Family("stiff springs", stiff.builtin),
-    "loops": Family("change points, redundant loops", loops.builtin),
-    "chaos": Family("chaotic and long motions", chaos.builtin, chaos.of_scene),
+    "traps": Family("floating-point exceptions", numbers.traps, numbers.traps_of_scene),
+    "spin": Family("fast spin: heavy top, middle axis", motions.spin),
+    "stiff": Family("stiff springs", motions.stiff),
+    "loops": Family("change points, redundant loops", motions.change_points),
+    "chaos": Family("chaotic and long motions", motions.chaos, motions.chaos_of_scene),
 }
 
 

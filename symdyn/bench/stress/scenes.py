@@ -1,6 +1,6 @@
-"""The built-in scenes of the hard cases, as files say them.
+"""The built-in scenes of the hard cases, as files say them, and what cases are measured with.
 
-What cases are measured with: every implementation of a function at given states, and the truth at 50 digits.
+That is every implementation of a function at given states, and the truth at 50 digits.
 """
 
 from __future__ import annotations
@@ -295,7 +295,7 @@ def calls(
     """Return functions of a scene in NumPy and in C with batch code.
 
     Of outputs `beside` them true values are needed and no code. What is not `compiled` is run operation by operation
-    in place of both. A formulation of None is the cheapest.
+    in place of both. A formulation of None is the one that is preferred.
     """
     w = Workspace(scene)
     functions = (

@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
-from symdyn.bench.reference import Solve, linear
-from symdyn.bench.states import Positions, positions_of
+from symdyn.bench.reference import Positions, Solve, linear, positions_of
 from symdyn.bench.stress.scenes import EPSILON, Calls, arm, calls, gimbal, heavier, solved, two_link
 from symdyn.dynamics import formulations_of, row_of
 from symdyn.dynamics.mechanism import TIME

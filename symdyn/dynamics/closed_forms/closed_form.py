@@ -1,13 +1,13 @@
 """Closed forms of Lagrange's coefficients: every k_z, k_C, k_D, k_G as a trigonometric polynomial in normal form.
 
-Positions are differentiated, as in second_kind.py, but over the ring and one coordinate at a time. K does not depend on
+Positions are differentiated, as in lagrange.py, but over the ring and one coordinate at a time. K does not depend on
 the frame in which a body's velocity is written, so it is written in the body, where the inertia is constant:
 
     T = (R, p)   placement of body B in a frame that stands before joint i
     v_i          Rᵀ ∂p/∂q_i          velocity of B's origin for q̇_i = 1, body frame
     w_i          (Rᵀ ∂R/∂q_i)∨       angular velocity for q̇_i = 1, body frame
     k_z          M_ij = Σ_B m v_i·v_j + v_i·(w_j × h) + v_j·(w_i × h) + w_i·I w_j      h = m r, I about B's origin
-    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in directions.py; k_G = ∂P/∂q
+    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in kinematics.py; k_G = ∂P/∂q
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Names of Lagrange's coefficients, what they multiply, and how many terms of them are still worth printing.
 
-Closed forms to be read of struts, friction and loads: geometry in normal form in laws of force.
+Closed forms of struts, friction and loads are geometry in normal form in laws of force:
 
-D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
-ṡ       its rate, Σ ∂D/∂q_i q̇_i / (2 s); both may stand by names, which are defined where they are printed
-p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame
+    D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
+    ṡ       its rate, Σ ∂D/∂q_i q̇_i / (2 s); both may stand by names, which are defined where they are printed
+    p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame
 """
 
 from __future__ import annotations

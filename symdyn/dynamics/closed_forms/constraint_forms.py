@@ -3,9 +3,8 @@
     M u̇ + h = τ + Gᵀ λ,    r(q) = 0,    G u = 0,    G u̇ + Ġ u = 0
 
 They come from the rows by differentiation, in a ring of their own: loops lead from one chain of parallel axes to
-another, so that differences of their angles make short forms here, and nowhere else.
-
-Which joints turn about parallel axes: their angles add up, and sines of the sums make short closed forms.
+another, so that differences of their angles make short forms here, and nowhere else. Angles of joints that turn about
+parallel axes add up, and sines of the sums make short closed forms.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ from .assembly import Assembly as Assembly
 from .constraint_rows import Cut as Cut, differentiated as differentiated
 from .loop_decisions import pivots as pivots
 from .loop_numbers import Numbers as Numbers
-from .loop_words import direction_words as direction_words
 from .mobility import idle_motions as idle_motions, mobility as mobility
-from .newton import free_motions as free_motions
+from .newton import direction_words as direction_words, free_motions as free_motions
 from .partition import Partition as Partition, solve_normal as solve_normal

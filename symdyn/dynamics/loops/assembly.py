@@ -7,9 +7,8 @@ Where σ is smaller than at generic positions, the mechanism stands at a change 
 
 Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
 
-A large graph evaluated at one state, level by level: all operations of one kind that need nothing else at once.
-
-A node's level is one more than the highest of its operands'. A graph of many like parts, as of a mechanism with many
+A large graph is evaluated at one state level by level, all operations of one kind that need nothing else at once. A
+node's level is one more than the highest of its operands'. A graph of many like parts, as of a mechanism with many
 loops, has few levels, however many nodes: NumPy takes each in one call. Values are those of doubles; sines and the like
 may differ from Python's in the last bit.
 """
@@ -26,7 +25,6 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
-from symdyn.dynamics.loops.loop_words import unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
@@ -36,6 +34,7 @@ from symdyn.dynamics.loops.newton import (
     rank_of,
     reversed_loop,
     spectrum,
+    unbound,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError, NoValueError
@@ -120,7 +119,7 @@ def closed_position(
 
 
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
-    """Return the witness at which something is decided: the mechanism with values of its parameters, a closed position.
+    """Return a witness configuration (Michelucci, Foufou, 2006), at which things are decided: all values, closed loops.
 
     Values that `make` does not give are drawn until the loops close; DerivationError where they never do.
     """

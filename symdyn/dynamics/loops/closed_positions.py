@@ -1,7 +1,7 @@
-"""Closed-form positions of planar loops with two unknown moves: four-bars, slider-cranks, and chains of them.
+"""Positions of closed mechanisms: in closed form where a loop is planar, else assembled and followed in numbers.
 
-Walk a loop from the cut J to the same point P again, as `loops` does. The unknown moves are u and v, everything between
-is known:
+Closed forms are those of planar loops with two unknown moves: four-bars, slider-cranks, and chains of them. Walk a loop
+from the cut J to the same point P again, as `loops` does. The unknown moves are u and v, everything between is known:
 
     U, V          origins of the two moves       z     normal of the plane
     d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it, and along
@@ -13,14 +13,15 @@ Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is �
 
 which keeps all digits at the folds, where the cosine of γ would leave half of them. A turn and a slide along s make a
 line that meets a circle of radius l: x = -s·d ± sqrt((l - h) (l + h)), h = z·(s × d). The second unknown follows from
-the direction that remains. Which of two signs is the branch is read off the assembled position, and stays.
+the direction that remains. Which of two signs is the branch is read off the assembled position, and stays. Angles are
+found modulo a turn.
 
-Angles are found modulo a turn.
+In numbers Newton's method from the last position keeps the branch as long as steps are short: a step is halved where
+the loops do not close from it, or where it takes a joint further than its tangent says. Velocities solve G u = 0.
 
-Closed mechanisms in numbers: assembled, moved along a path on the same branch, given velocities that fit.
-
-Newton's method from the last position keeps the branch as long as steps are short: a step is halved where the loops
-do not close from it, or where it takes a joint further than its tangent says. Velocities solve G u = 0.
+Rows that hold positions decide which positions are independent, whatever else rolls: a wheel's normal row is one, a row
+along its track is none. Dependent velocities of these are dependent ones of all rows, so that independent velocities
+move independent positions.
 """
 
 from __future__ import annotations
@@ -34,8 +35,10 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.assembly import Assembly
 from symdyn.dynamics.loops.constraint_rows import Cut, cuts
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions, pivots, unit_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.partition import LoopBlock
+from symdyn.dynamics.loops.newton import NEGLIGIBLE
+from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute
@@ -44,7 +47,6 @@ from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zer
 
 if TYPE_CHECKING:
     from symdyn.dynamics.outputs.workspace import Workspace
-
 
 CLOSED = 1e-6
 """Most by which a closed form may miss the assembled position, rad and m."""
@@ -348,3 +350,23 @@ def _index(scene: Scene, names: Sequence[str], name: str) -> int:
     if name not in names:
         raise DerivationError(f"{scene.name}: there is no {name!r}; there are {', '.join(names)}")
     return list(names).index(name)
+
+
+def held_positions(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[int, ...], Partition]:
+    """Return the held rows, counted among all, and the partition of positions: independent velocities come first."""
+    closes = [k for k, label in enumerate(numbers.constraints.labels) if label.closes and k not in decisions.empty]
+    partition, n = decisions.partition, numbers.state.n
+    if set(decisions.kept) <= set(closes):
+        return decisions.kept, partition
+    G = numbers.dimensionless(np.array(decisions.assembly.typical), decisions.assembly.length)
+    count = int(np.linalg.matrix_rank(G[closes], tol=NEGLIGIBLE * float(np.abs(G).max()))) if closes else 0
+    held = tuple(sorted(closes[i] for i in pivots(unit_rows(G[closes]), [list(range(len(closes)))], count)[0]))
+    among = sorted(partition.dependent, reverse=True)
+    chosen = pivots(G[list(held)].T, [among], count)[0]
+    dependent = tuple(sorted(chosen))
+    independent = (*partition.independent, *(k for k in partition.dependent if k not in chosen))
+    rows = [numbers.constraints.G[k] for k in held]
+    assert len(independent) + len(dependent) == n, "a velocity is one or the other"
+    return held, Partition(
+        independent, dependent, tuple(blocks([[k for k in dependent if not row[k].is_zero] for row in rows]))
+    )

@@ -15,7 +15,7 @@ differentiates X.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
 
-Where a tree is cut: joints that close loops, and contacts of blades, wheels and balls with a plane.
+A tree is cut at joints that close loops, and at contacts of blades, wheels and balls with a plane:
 
     J     joint frame on the parent; for a contact it stands in a point of the plane, axes of the body that carries it
     X     placement of the frame at P, on the child, in J; P is the blade's point, or the centre of a wheel

@@ -28,8 +28,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import sparse_rows
 from symdyn.dynamics.loops.assembly import Assembly
-from symdyn.dynamics.loops.loop_words import spoken
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, spoken
 from symdyn.dynamics.loops.partition import (
     LoopChoices,
     Partition,

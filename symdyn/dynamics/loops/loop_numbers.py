@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.loops.assembly import Levels
+from symdyn.dynamics.loops.assembly import Levels, closed_position, off_planes, witness
 from symdyn.dynamics.loops.constraint_rows import FLAT, Gauge, gauges, recursive
 from symdyn.dynamics.loops.sparse_rows import Places
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
@@ -381,8 +381,6 @@ class Numbers:
 
     def closed_position(self, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
         """Return a closed position from a guess; errors and what is `held` as of `assembly.closed_position`."""
-        from symdyn.dynamics.loops.assembly import closed_position
-
         return closed_position(self, guess, held)
 
     def witness(self, make: Mapping[str, float]) -> tuple[Numbers, Assembly]:
@@ -391,8 +389,6 @@ class Numbers:
         Raises:
             DerivationError: the loops never close.
         """
-        from symdyn.dynamics.loops.assembly import witness
-
         return witness(make, self)
 
     def decided(self, closing: LoopChoices) -> tuple[LoopDecisions, Numbers]:
@@ -408,6 +404,4 @@ class Numbers:
 
     def off_planes(self, q: Array) -> list[str]:
         """Return which contacts are off the plane that their scene declares, and do not hold it."""
-        from symdyn.dynamics.loops.assembly import off_planes
-
         return off_planes(self, q)

@@ -175,7 +175,7 @@ class LoopWorkspace:
     @cached_property
     def held_positions(self) -> tuple[tuple[int, ...], Partition]:
         """Rows that hold positions, counted among all, and the partition of positions."""
-        from symdyn.dynamics.loops.held_positions import held_positions  # with NumPy
+        from symdyn.dynamics.loops.closed_positions import held_positions  # with NumPy
 
         return held_positions(self.numbers, self.decisions)
 

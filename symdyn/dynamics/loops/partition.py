@@ -7,11 +7,10 @@ more than once, and none of the other blocks takes part in it.
 
 Reference: Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017), chapter 6.
 
-Dense systems of expressions: blocks of the rows of loops, and what else has no pattern.
-
-Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
-velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those
-with more equations than unknowns, are solved by their normal equations, which are singular nowhere else either.
+Dense systems of expressions are blocks of the rows of loops, and what else has no pattern. Blocks of G_d up to six rows
+are solved by Cramer's rule with shared minors: a block is singular where the dependent velocities are undetermined and
+nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those with more equations than
+unknowns, are solved by their normal equations, which are singular nowhere else either.
 """
 
 from __future__ import annotations

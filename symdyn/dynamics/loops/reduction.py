@@ -14,12 +14,12 @@ where A = M and no Gᵀ γ will do if M is regular, also at natural positions. T
 constraint manifold too. Where rows without loops have no partition that will do at every position, the first
 formulation takes all rows at once as well.
 
-G_d is solved by its blocks, see `dense`. Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
+G_d is solved by its blocks (`partition.py`). Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
 Stabilization of constraints and integrals of motion in dynamical systems (1972).
 
-Equations of closed mechanisms with many right sides, solved in rows: the partition of `reduction`, column by column.
+Many right sides are solved in rows by the same partition, column by column:
 
     M x = r + Gᵀ λ    G x = -c
 

@@ -1,39 +1,20 @@
-"""Motion of a kinematic tree from the ground to the tips, and kinematics of named points and bodies.
-
-Pose, Jacobian, velocity product and acceleration of a centre of mass exist twice. *By differentiation*: placements in
-the ground frame, differentiated on the graph. *Recursive*: from the joint axes and from the motion of the tree. Public
-twists and accelerations are stacked linear part first, angular part second, in the ground frame, at the origin of the
-named frame.
+"""Kinematics of a tree: motion from the ground to the tips, named points and bodies, and directions of the velocities.
 
     i, p        a moving body 1..n and its parent, p < i; body 0 is the ground
     E, r        rotation and translation of T[i]: x_p = E x_i + r
     S = z, s    motion subspace of joint i, angular and linear part, constant in frame i
     w, dw, a    angular velocity, angular acceleration, acceleration of the origin of frame i, all in frame i
 
-Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), eq. (9.86)-(9.90).
+Pose, Jacobian, velocity product and acceleration of a centre of mass are derived twice. *By differentiation*:
+placements in the ground frame, differentiated on the graph. *Recursive*: from the joint axes and the motion of the
+tree. Public twists and accelerations have the linear part first and the angular part second. They are in the ground
+frame, at the origin of the named frame.
 
-Directions of the velocities on the space of coordinates: derivatives, brackets, and the connection of a mass matrix.
+Directions of the velocities on the space of coordinates, their brackets, and the connection of a mass matrix M:
 
     q̇ = H(q) u                 kinematic map, H = 1 where the velocities are rates of coordinates
     X_i f = Σ_k H_ki ∂f/∂q_k    derivative along velocity i
     [X_j, X_i] = Σ γ^l_ji X_l    zero for rates of coordinates; ε_jil for angular velocities in the body
-
-Reference: Maruskin, Introduction to Dynamical Systems and Geometric Mechanics (2012), chapter 8 (quasi-velocities,
-Boltzmann-Hamel equations).
-
-H also follows from placements, where velocities are no rates of coordinates:
-
-    R, p    placement that a ball or free flight makes, R(e) of the unit quaternion e = (w, x, y, z)
-    v, ω    its velocity and angular velocity, both in the moved frame
-
-    Ṙ = R ω̃,  ṗ = R v           4 w² = 1 + tr R,  4 w (x, y, z) = (R_zy - R_yz, R_xz - R_zx, R_yx - R_xy)
-
-The right sides differentiated give ẇ and then ẋ, ẏ, ż; they hold where w is not 0. Generated code takes ½ e ∘ ω, which
-every joint says itself and which holds everywhere; this formulation proves it.
-
-Reference: Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1 (1978) 223.
-
-The Levi-Civita connection of M gives Coriolis and centrifugal coefficients:
 
     k_D[i, j]   = X_j M_ij - ½ X_i M_jj - γ^l_ji M_lj                            multiplies u_j²       shape (n, n)
     k_C[i, jk]  = X_k M_ij + X_j M_ik - X_i M_jk - γ^l_ji M_lk - γ^l_ki M_lj     multiplies u_j u_k    j < k
@@ -41,10 +22,24 @@ The Levi-Civita connection of M gives Coriolis and centrifugal coefficients:
 
     2 ⟨∇_k X_j, X_i⟩ = X_k M_ij + X_j M_ik - X_i M_jk + γ^l_kj M_li - γ^l_ji M_lk - γ^l_ki M_lj
 
-For rates of coordinates X_i = ∂/∂q_i and γ = 0: these are Christoffel symbols of the first kind.
+k_D are centrifugal, k_C Coriolis coefficients, split as in the textbook's (5.40). ∇ is the Levi-Civita connection of M,
+by Koszul's formula for frames that do not commute. For rates of coordinates X_i = ∂/∂q_i and γ = 0, and these are
+Christoffel symbols of the first kind.
 
-Reference: Siciliano et al., Robotics (2009), eq. (7.44)-(7.45), and Koszul's formula for frames that do not commute;
-the split into k_C and k_D is the textbook's (5.40).
+H of a ball or of free flight also follows from placements:
+
+    R, p    placement that the joint makes, R(e) of the unit quaternion e = (w, x, y, z)
+    v, ω    its velocity and angular velocity, both in the moved frame
+
+    Ṙ = R ω̃,  ṗ = R v           4 w² = 1 + tr R,  4 w (x, y, z) = (R_zy - R_yz, R_xz - R_zx, R_yx - R_xy)
+
+The right sides, differentiated, give ẇ and then ẋ, ẏ, ż, where w is not 0. Generated code takes ½ e ∘ ω, which each
+joint states and which holds everywhere; this formulation proves it.
+
+References: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), eq. (9.86)-(9.90); Maruskin,
+Introduction to Dynamical Systems and Geometric Mechanics (2012), chapter 8 (quasi-velocities, Boltzmann-Hamel
+equations); Siciliano et al., Robotics (2009), eq. (7.44)-(7.45); Shepperd, Quaternion from Rotation Matrix, J. Guidance
+and Control 1 (1978) 223.
 """
 
 from __future__ import annotations

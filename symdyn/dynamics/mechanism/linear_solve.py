@@ -5,19 +5,14 @@
 Right sides stand side by side, so that a step takes one number from the left and does the same to all columns. Steps
 run in order, and so do the terms of each, as lines would have them; a row that is not given starts at zero.
 
-Solving M q̈ = b by M = Lᵀ D L, without square roots and without fill-in between branches.
+M q̈ = b is solved by M = Lᵀ D L, without square roots and without fill-in between branches. Elimination starts at the
+tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No pivot is zero everywhere:
+that is looked at over a finite field, where x - x in disguise is zero too. A value that is not zero proves that the
+function is not: where it vanishes at random points of a field of more than 2^126 elements, it vanishes identically, but
+for a chance of about degree / 2^126 a point (see `symdyn.algebra.finite_field`). So a pivot that is x - x in disguise
+is told from one that only looks complicated, which neither its shape nor doubles can do.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
-
-Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No
-pivot is zero everywhere: that is looked at over a finite field, where x - x in disguise is zero too.
-
-Whether a function is zero everywhere, by its values over a finite field.
-
-A value that is not zero proves that the function is not: where it vanishes at random points of a field of more than
-2^126 elements, it vanishes identically, but for a chance of about degree / 2^126 a point (see
-`symdyn.algebra.finite_field`). So a pivot that is x - x in disguise is told from one that only looks complicated, which
-neither its shape nor doubles can do.
 """
 
 from __future__ import annotations

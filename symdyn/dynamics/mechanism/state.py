@@ -1,25 +1,22 @@
-"""The symbols of a scene's state, and what a scene says, as nodes of a graph.
+"""The state of a scene as symbols, and what follows from it: placements, elastic energy, generalized forces.
 
-What acts beside gravity and drives, by positions and their derivatives: struts, friction, loads.
+Placements of bodies in the ground frame are products of the joints' placements, from the ground to the tips.
+Generalized forces Q hold everything but gravity and drives: struts, friction, loads.
 
     x, v    position of a joint or distance of two points, and its rate
     E       energy that struts store, J
     Q_i     F·∂ṗ/∂u_i + C·∂ω/∂u_i, virtual work of force F at p and couple C; of a strut or dry friction -F ∂v/∂u_i
 
-This is the Lagrange formulation; `wrenches` finds the same forces along the tree. Both share the laws of force only.
+Here Q comes from derivatives of positions, as in Lagrange's equations. `wrenches` finds the same forces along the tree;
+only the laws of force are common to both.
 
-Reference: the textbook, eq. (5.22), Q^A.
-
-Where every body is: placements in the ground frame, multiplied out from the ground to the tips.
-
-Motions that are prescribed: coordinates that follow a formula in time, whatever force that takes.
-
-The coordinate stays in q. In forward dynamics its acceleration is known and its force is not: with p for prescribed and
-f for free velocities
+A prescribed coordinate follows a formula in time, whatever force that takes. It stays in q. In forward dynamics its
+acceleration is known and its force is not: with p for prescribed and f for free velocities
 
     M_ff u̇_f = τ_f - (M_fp u̇_p + h_f)      τ_p = M_pf u̇_f + M_pp u̇_p + h_p      h = c + g + k_E - Q
 
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 9.1, hybrid dynamics.
+References: the textbook, eq. (5.22), for Q^A; Featherstone, Rigid Body Dynamics Algorithms (2008), section 9.1, for
+hybrid dynamics.
 """
 
 from __future__ import annotations

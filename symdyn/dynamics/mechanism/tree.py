@@ -1,35 +1,35 @@
-"""The kinematic tree that the recursions run over: only moving bodies, frames on the joints.
+"""The kinematic tree that the recursions run over: moving bodies only, frames at the joints.
 
-The scene says `pose of child in parent = origin · motion · tip`, with frames wherever the user put them. Here body i
-carries its frame in the moved joint frame, so that the axis is constant and as simple as declared, and whatever hangs
-on it by fixed joints is part of it.
+A scene declares `pose of child in parent = origin · motion · tip`, with frames wherever the user put them. Here body i
+has its frame in the moved joint frame, so that the joint axis is constant and as simple as declared. Everything that is
+fixed to a body is part of it.
 
     i, p      a moving body 1..n and its parent, p < i; body 0 is the ground
     T[i]      placement of frame i in frame p
     S[i]      motion subspace of move i in frame i: (angular, linear)
     inertia   of body i about the origin of frame i, everything welded to it included
 
-A joint of several moves is a chain of as many bodies, massless but for the last. Move i has
+A *move* is a turn about one axis or a slide along it. A joint of several moves is a chain of as many bodies, massless
+but for the last. Move i has
 
     rate           Σ_k A_ik u_k
     acceleration   Σ_k A_ik u̇_k + Σ b_i,jk u_j u_k
 
-where A_i is one 1 as a rule; a joint that follows another one, a screw or a cam have other entries, a ball has b.
+As a rule A_i is one 1. A joint that follows another one, a screw or a cam have other entries; a ball has b.
 
-The rotor of a ball is alike about all axes, so that nobody can tell how it stands:
+The rotor of a ball has the same inertia about all axes, so that its orientation does not matter:
 
     ω = Σ S_k u_k                                       angular velocity of the child relative to the parent
     K = ½ a ω·ω                                         a: the joint's armature, kg m^2
     τ_k = a S_k·α                                       α: its rate, seen from the parent or from the child alike
     α = Σ S_k u̇_k + Σ_{m<k} (S_m × S_k) u_m u_k         for turns one behind the other; S_k u̇_k alone for a quaternion
 
-As at other joints the parent's own turning does not enter: that would be a rotor's gyroscopic effect.
+As at other joints, the rotation of the parent does not enter: it would add the gyroscopic effect of a rotor.
 
-Constants brought into the open: what is zero or a simple fraction after all, though the graph could not see it.
-
-cos²(40°) + sin²(40°) is built as a sum of products; whether two axes are parallel must not depend on that. A constant
-is computed at two precisions, as a program's constants are. What is taken for a fraction here enters one derivation
-only, and the proof against the other one stands over it.
+Constants that hide a zero or a simple fraction are recognised: cos²(40°) + sin²(40°) is built as a sum of products, and
+whether two axes are parallel must not depend on that. A constant is computed at two precisions, as the constants of a
+program are. A fraction that is recognised here enters one derivation only, and the proof against the other one checks
+it.
 """
 
 from __future__ import annotations

@@ -89,8 +89,7 @@ class Formulation:
     Attributes:
         derive: takes the workspace, and the body or point of an output of one; returns the entries, row by row.
         trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
-        up_to: coordinates up to which it pays to derive it beside others, to see which costs least.
-        apart: whether it is derived on a graph of its own for that.
+        up_to: coordinates up to which it pays to measure it beside others; beyond, its formulas are longer.
         loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
             a loop; None otherwise. Only scenes that a table holds have it.
         solve: the right sides and steps that the entries are solved by, which code may take in rows; None otherwise.
@@ -99,7 +98,6 @@ class Formulation:
     derive: Callable[..., Sequence[Expr]]
     trees_only: bool = False
     up_to: float = inf
-    apart: bool = False
     loop: Callable[..., Sequence[Expr]] | None = None
     solve: Callable[[Workspace], RowSolve | None] | None = None
 
@@ -153,7 +151,7 @@ class Output:
             "silently" where most do, and nothing is reported.
         cubic: whether its formulas grow with the cube of the number of coordinates.
         depends: which choices about closed loops its formulas depend on, attributes of `LoopChoices`.
-        prefer: which formulation is cheapest for a mechanism, where that depends on it.
+        prefer: which formulation takes fewest operations for a mechanism, where that depends on it.
         compared: what of the result formulations agree on, where it is one choice among many: in words, and from its
             entries.
         unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.

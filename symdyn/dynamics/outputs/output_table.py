@@ -121,11 +121,10 @@ _GRAVITY = Output(
     FORCES,
     "tree",
     {
-        "lagrange": Formulation(lambda w: w.energy.gravity_forces()),  # never large
         "rnea": Formulation(lambda w: w.gravity_forces),
+        "lagrange": Formulation(lambda w: w.energy.gravity_forces()),  # never large
     },
     default_in="overview",
-    prefer=formulations.quicker_gravity,
     size=Size((70,)),
 )
 _ELASTIC = Output(
@@ -228,14 +227,15 @@ OUTPUTS: dict[str, Output] = {
         "N m or N per unit of velocity",
         "tree",
         {
-            "crba": Formulation(lambda w: formulations.flat(w.composite_christoffel.coriolis_matrix(w.state.qd))),
+            "crba": Formulation(formulations.christoffel_matrix),
             "rnea": Formulation(formulations.polarised_matrix),
-            "derivatives": Formulation(recursive_derivatives.coriolis_matrix, apart=True),
+            "derivatives": Formulation(recursive_derivatives.coriolis_matrix),
             "lagrange": by_lagrange(lambda w: formulations.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
         },
         default_in="generate",
         cubic=True,
-        size=Size((0, 0, 15)),
+        prefer=formulations.cheaper_coriolis,
+        size=Size((0, 83)),
     ),
     "momentum": Output(
         "generalized momentum p = M(q) qd",
@@ -309,6 +309,7 @@ OUTPUTS: dict[str, Output] = {
         },
         default_in="generate",
         cubic=True,
+        prefer=formulations.shorter_centrifugal,
         size=Size((0, 83)),
     ),
     "k_G": replace(

@@ -19,6 +19,7 @@ from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.base_columns import Base, base, base_by_lagrange, base_columns, chosen, others
 from symdyn.dynamics.outputs.named_functions import REFERENCE, REFERENCE_RATE, direction
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_lagrange
+from symdyn.dynamics.outputs.tree_formulations import shorter_coriolis_times
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.rnea import polarised, rnea
 from symdyn.graph import Expr, gradient, substitute, tangents
@@ -118,6 +119,7 @@ PASSIVITY: dict[str, Output] = {
         (labels.velocities,),
         FORCES,
         formulations={"rnea": Formulation(coriolis_times), "crba": Formulation(_by_matrix)},
+        prefer=shorter_coriolis_times,
     ),
     "slotine_li_forces": _row(
         "driving forces along a reference, tau = M(q) qdd_r + C(q, qd) qd_r + g(q){pulls} - Q",
@@ -126,6 +128,7 @@ PASSIVITY: dict[str, Output] = {
         (labels.velocities,),
         FORCES,
         formulations={"rnea": Formulation(_forces), "crba": Formulation(_forces_by_matrices)},
+        prefer=shorter_coriolis_times,
     ),
     "slotine_li_regressor": _row(
         "regressor Y(q, qd, qd_r, qdd_r) of the driving forces along a reference, Y beta, beta the base parameters",

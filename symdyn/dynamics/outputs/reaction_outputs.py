@@ -19,7 +19,7 @@ WORDS = {
 
 def _inverse(w: Workspace, axes: str) -> list[Expr]:
     """Return reactions of a motion that is given."""
-    from symdyn.dynamics.reactions.recursion import reactions  # with NumPy, which printing can do without
+    from symdyn.dynamics.reactions.free_bodies import reactions  # with NumPy, which printing can do without
 
     return reactions(w.hanging, axes)
 
@@ -36,7 +36,7 @@ def forward_reactions(
 
     `moved` derive accelerations of trees, those of closed scenes, and multipliers.
     """
-    from symdyn.dynamics.reactions.recursion import reactions
+    from symdyn.dynamics.reactions.free_bodies import reactions
 
     accelerations = w.once(moved[w.scene.is_closed])
     multipliers = w.once(moved[2]) if w.hanging.cuts else ()

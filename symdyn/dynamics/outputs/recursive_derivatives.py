@@ -40,7 +40,7 @@ Slopes = dict[str, Matrix]
 """Derivatives along each argument, shape (nv, nv)."""
 
 COUNTED = 16
-"""Velocities up to which M⁻¹ times the right sides is compared with solving, by counting."""
+"""Velocities up to which M⁻¹ times the right sides is compared with solving, and C with another one, by counting."""
 
 
 def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:

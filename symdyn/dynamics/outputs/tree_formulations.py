@@ -20,6 +20,7 @@ from typing import NamedTuple
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.linear_solve import solve
 from symdyn.dynamics.mechanism.state import accelerations
+from symdyn.dynamics.outputs.recursive_derivatives import COUNTED, coriolis_matrix
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.aba import aba
 from symdyn.dynamics.recursive.rnea import rnea
@@ -101,13 +102,46 @@ def forward(w: Workspace) -> list[Expr]:
     return found
 
 
-LONGEST = 50
-"""Velocities up to which gravity forces are differentiated; beyond, the gradient takes longer than all else."""
+def christoffel_matrix(w: Workspace) -> list[Expr]:
+    """Return C(q, u) of the Christoffel symbols of M by composite bodies."""
+    return flat(w.composite_christoffel.coriolis_matrix(w.state.qd))
 
 
-def quicker_gravity(w: Workspace) -> str:
-    """Return "rnea" for many velocities, whatever it costs to run: the energy's gradient is slow to derive."""
-    return "rnea" if w.state.n > LONGEST else "lagrange"
+def cheaper_coriolis(w: Workspace) -> str:
+    """Return "derivatives" where these take fewer operations than Christoffel symbols, as for seven crossed axes.
+
+    No rule of a small tree's shape tells: branches and parallel axes decide. Both are derived on a graph of their own,
+    since programs are written in the order in which nodes are born, and what is only counted must not change that.
+    Beyond, symbols grow with the cube of the number of velocities: a chain of 16 takes 7,313 operations for 23,339.
+    """
+    if w.state.n > COUNTED:
+        return "derivatives"
+    other = Workspace(w.scene, w.closing)
+    varying = (*other.state.q, *other.state.qd)
+    rival, own = (cost(other.once(derive), varying) for derive in (coriolis_matrix, christoffel_matrix))
+    return "derivatives" if rival < own else "crba"
+
+
+def _carries_ball(w: Workspace) -> bool:
+    """Return whether a joint carries a body whose velocities are no rates of coordinates, such as one on a ball."""
+    return any(len(block) > 1 and w.tree.parent[block[0]] > 0 for block in w.tree.block)
+
+
+def shorter_centrifugal(w: Workspace) -> str:
+    """Return "rnea" where a joint carries a ball: in Christoffel symbols little of its brackets cancels."""
+    return "rnea" if _carries_ball(w) else "crba"
+
+
+def shorter_coriolis_times(w: Workspace) -> str:
+    """Return "crba" for tops and short linkages: less than one body between a body and the ground, no ball carried.
+
+    The matrix grows with the square of that number at least, the recursion does not.
+    """
+    between: dict[str, int] = {}
+    for joint in w.scene.joints:
+        between[joint.child] = between.get(joint.parent, -1) + joint.moves
+    numbers = [between[joint.child] for joint in w.scene.joints if joint.moves]
+    return "crba" if sum(numbers) < len(numbers) and not _carries_ball(w) else "rnea"
 
 
 def _unit(w: Workspace, *moving: int) -> list[Expr]:

@@ -27,16 +27,13 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.loops.newton import generic_places, lever_of
+from symdyn.dynamics.loops.newton import generic_places, in_words, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.outputs.result_labels import COMPONENTS, flagged_entries, joints_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.reactions.closure_equations import all_ties, refuse_without_place
-from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Unknown
-from symdyn.dynamics.reactions.free_bodies import FreeBodies
-from symdyn.dynamics.reactions.minimum_norm import Flags
-from symdyn.dynamics.reactions.recursion import with_loops
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Flags, Unknown
+from symdyn.dynamics.reactions.free_bodies import FreeBodies, with_loops
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene

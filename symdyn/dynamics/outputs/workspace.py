@@ -5,18 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.centroidal import mass
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import Christoffel, Directions, centre_of_mass, directions
+from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.dynamics.mechanism.state import Prescribed, State, generalized_forces, inputs_of, prescribed
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba, crba_in_runs
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
-from symdyn.dynamics.recursive.reduced_tree import ReducedTree, potential_energy, reframe, regroup
-from symdyn.dynamics.recursive.rewritings import held_tips, in_held_axes, resting
+from symdyn.dynamics.recursive.reduced_tree import (
+    ReducedTree,
+    held_tips,
+    in_held_axes,
+    potential_energy,
+    reframe,
+    regroup,
+    resting,
+)
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces

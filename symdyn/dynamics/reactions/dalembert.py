@@ -1,7 +1,5 @@
 """D'Alembert's method: the equilibrium of every body with its inertia forces, as one linear system for all reactions.
 
-Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
-
     j          a moving body; its reference joint is the one that carries it, e its other joints
     O_j        origin of the moved joint frame of its reference joint; frame j has its origin there, axes of the body
     F^A_jj     (5.1) bivector [force; moment about O_j] of weight, loads, and the joints' own elements, axes of frame j
@@ -16,15 +14,27 @@ A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity h
 is what its motion would need); in a closed mechanism those have one that are declared to. Where it is written for
 readers, idle motions that no loop needs have one too, so that there are as many unknowns as equations: theirs comes out
 as zero if the motion is possible.
+
+Its least solution is found in numbers alone, by singular values at one place after the other, so that no choice of
+pivots is made beforehand that could fail at another place:
+
+N              null space of A: self-equilibrated reactions, which no motion tells
+R = T x + R⁰   the reactions of all joints, [force; moment] by joint; R⁰ what drives that are known and elements do
+L              characteristic length: a moment of size M counts as a force M / L
+
+Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on
+import numpy as np
+
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.loops.newton import in_words
 from symdyn.dynamics.reactions.closure_equations import (
     flattened,
     independent_in_plane,
@@ -33,12 +43,109 @@ from symdyn.dynamics.reactions.closure_equations import (
     rows_of,
     taken_wrenches,
 )
-from symdyn.dynamics.reactions.free_bodies import FreeBodies
+from symdyn.dynamics.reactions.free_bodies import Bivectors, FreeBodies, exerted_on
 from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, reactions_of
-from symdyn.dynamics.reactions.minimum_norm import InNumbers
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, evaluate
 from symdyn.spatial import Mat, Vec, Wrench, cross, dot
+
+RANK = 1e-9
+"""Singular values this much below the largest are zero, at positions that close the loops to the last digits."""
+
+LOOSE = 1e-7
+"""Rows of N above it are not zero, a moment counting as a force."""
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least x with A x + b = 0, as far as that can be met.
+
+    Attributes:
+        x: sizes of the unknowns, N or N m.
+        free: which of them are not unique.
+        rank: of A.
+        missed: the largest part of the equilibrium that nothing balances, N.
+        load: the largest entry of b, N.
+        R: reactions, shape (joints + loops, 6).
+        unique: which of their entries are, the same shape.
+    """
+
+    x: Array
+    free: Flags
+    rank: int
+    missed: float
+    load: float
+    R: Array
+    unique: Flags
+
+
+class InNumbers:
+    """A system (5.18), ready to be looked at anywhere."""
+
+    def __init__(self, system: Equilibrium) -> None:
+        """Prepare it."""
+        hanging, self.system = system.hanging, system
+        zeros = [hanging.graph.zero] * 6 * (len(hanging.joints) + len(hanging.loops))
+        balance, shown = system.rows(), system.wrench_rows(zeros)
+        self._size = len(balance)
+        places = [(r, c) for r, row in enumerate([*balance, *shown]) for c in row]
+        self._rows, self._columns = np.array(places, dtype=int).reshape(-1, 2).T
+        self._entries = [entry for row in [*balance, *shown] for entry in row.values()]
+        self._height = self._size + len(shown)
+        self._acts = [x for one in system.unknowns for part in one.acts[0][1] for x in part]
+
+    def matrices(self, values: Mapping[Expr, float]) -> tuple[Array, Array, Array, Array]:
+        """Return A, b, T, R⁰ at values of all symbols."""
+        whole = np.zeros((self._height, len(self.system.unknowns) + 1))
+        whole[self._rows, self._columns] = evaluate(self._entries, Floats(), values)
+        A, T = whole[: self._size], whole[self._size :]
+        return A[:, :-1], -A[:, -1], T[:, :-1], -T[:, -1]
+
+    def sizes(self, values: Mapping[Expr, float], length: float) -> tuple[Array, Array]:
+        """Return what every unknown does in its own joint at unit size, shape (unknowns, 6), and its size, N."""
+        acts = np.array(evaluate(self._acts, Floats(), values)).reshape(-1, 6)
+        found = np.hypot(np.linalg.norm(acts[:, :3], axis=1), np.linalg.norm(acts[:, 3:], axis=1) / length)
+        return acts, np.where(found > 0, found, 1.0)
+
+    def missed(self, values: Mapping[Expr, float], R: Array, length: float) -> float:
+        """Return by how much reactions, shape (6 joints,), miss, whatever the unknowns, over the largest load."""
+        A, b, T, still = self.matrices(values)
+        _, scales = self.sizes(values, length)
+        rows = _as_forces(len(b) + len(R), length)
+        whole = np.vstack([A, T]) * rows[:, None] / scales
+        right = np.concatenate([-b, R - still]) * rows
+        left = whole @ np.linalg.lstsq(whole, right, rcond=RANK)[0] - right
+        return float(np.abs(left).max(initial=0.0)) / (float(np.abs(right).max(initial=0.0)) or 1.0)
+
+    def least(self, values: Mapping[Expr, float], length: float) -> Least:
+        """Return the least solution at values of all symbols, for a characteristic length."""
+        A, b, T, still = self.matrices(values)
+        _, scales = self.sizes(values, length)
+        rows = _as_forces(len(b), length)
+        scaled, right = (A * rows[:, None]) / scales, rows * b
+        U, s, Vt = np.linalg.svd(scaled, full_matrices=True)
+        rank = int((s > RANK * s.max(initial=0.0)).sum())
+        y = -Vt[:rank].T @ ((U[:, :rank].T @ right) / s[:rank])
+        missed = float(np.abs(scaled @ y + right).max(initial=0.0))
+        N = Vt[rank:].T
+        shown = (T / scales) @ N * _as_forces(len(T), length)[:, None]
+        return Least(
+            y / scales,
+            np.linalg.norm(N, axis=1) > LOOSE,
+            rank,
+            missed,
+            float(np.abs(right).max(initial=0.0)),
+            (T @ (y / scales) + still).reshape(-1, 6),
+            (np.linalg.norm(shown, axis=1) <= LOOSE).reshape(-1, 6),
+        )
+
+
+def _as_forces(rows: int, length: float) -> Array:
+    """Return what makes rows of [force; moment] comparable: moments count as forces, shape (rows,)."""
+    return np.tile([1.0] * 3 + [1.0 / length] * 3, rows // 6)
+
 
 Rows = list[dict[int, Expr]]
 

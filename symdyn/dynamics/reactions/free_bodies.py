@@ -1,7 +1,25 @@
-"""A scene's bodies hanging on its joints, for recursions over wrenches from the tips to the ground.
+"""Bodies cut free: what acts on each, and the reactions of joints from the tips to the ground.
 
-f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
-W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+    j          a moving body; frame j has its origin O_j in the joint that carries it, axes of the body
+    F^A_jj     (5.1) bivector [force; moment about O_j] of weight, loads, and the joints' own elements, axes of frame j
+    F^D_jj     (5.17) bivector of its inertia forces
+    P_1j       (5.4) direction cosines of frame j in the ground
+
+The equilibrium of what hangs on a joint gives its wrench:
+
+    f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
+    W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+    τ_k      Σ over the moves of velocity k of S·f, and the rotors: what drives and the joint's own elements do
+    λ        sizes of W, and of the wrenches of contacts: the multipliers of forward dynamics, or from `ties` where a
+             motion is given
+
+A reaction is the whole wrench through the joint: what the bearing forbids, the drive, and the joint's own springs,
+dampers and friction; only what turns the rotor itself (armature) stays in the drive. It acts at the origin of the moved
+joint frame. No body is merged or regrouped: a fixed joint has its reaction, and so a body is cut by declaring it in two
+parts, a fixed joint between them.
+
+Reference: the textbook, section 5.1.1, eq. (5.1)-(5.18); Khalil and Dombre, Modeling, Identification and Control of
+Robots (2002), section 9.5.
 """
 
 from __future__ import annotations
@@ -14,10 +32,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.mechanism.state import State, quaternions
-from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.reactions.bivectors import Bivectors, known_bivectors
-from symdyn.dynamics.reactions.closure_equations import ClosureEquation, sizes, ties
+from symdyn.dynamics.mechanism.state import State, quaternions, vector
+from symdyn.dynamics.mechanism.tree import Tree, TreeMotion
+from symdyn.dynamics.reactions.closure_equations import ClosureEquation, refuse_without_place, sizes, ties
 from symdyn.dynamics.reactions.joint_frames import (
     PLACES,
     TINY,
@@ -36,11 +53,108 @@ from symdyn.dynamics.reactions.joint_frames import (
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut
-from symdyn.spatial import Inertia, Mat, Transform, Wrench, neg
+from symdyn.spatial import (
+    Inertia,
+    Mat,
+    Transform,
+    Vec,
+    Wrench,
+    add,
+    cross,
+    neg,
+    scale,
+    zero_vector,
+)
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+
+
+@dataclass(frozen=True)
+class Bivectors:
+    """The known bivectors of one body, frame j.
+
+    Attributes:
+        action: (5.1).
+        inertia: (5.17).
+        motion: ω_1j, ω̇_1j, acceleration of O_j; axes of frame j.
+        body: mass, first moment, and I_jj of (5.15) about O_j.
+    """
+
+    action: Wrench
+    inertia: Wrench
+    motion: TreeMotion
+    body: Inertia
+
+    def inertia_for(self, a: Vec) -> Wrench:
+        """Return (5.17) for another acceleration of O_j."""
+        return inertia_bivector(self.body, self.motion.w, self.motion.dw, a)
+
+
+def shift(way: Vec) -> tuple[tuple[Expr, ...], ...]:
+    """Return R̄ = [[1, 0], [r̃, 1]] of (5.3), which moves a bivector by r = `way`, with r̃ of (5.2)."""
+    graph = way[0].graph
+    one, r = Mat.identity(graph), Mat.skew(way)
+    return (*((*row, *zero_vector(graph)) for row in one), *((*r[k], *one[k]) for k in range(3)))
+
+
+def turned(P: Transform, bivector: Wrench) -> Wrench:
+    """Return F̄_1j = R̄_1j P̄_1j F̄_jj of (5.5): a bivector of frame j in frame 1, for the placement of j in 1."""
+    force = P.R @ bivector[0]
+    return Wrench(force, add(P.R @ bivector[1], cross(P.p, force)))
+
+
+def known_bivectors(hanging: FreeBodies, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+    """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
+    scene, tree, state = hanging.scene, hanging.tree, hanging.state
+    graph = hanging.graph
+    moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
+    gravity, placed, loads = (
+        vector(scene.gravity, graph),
+        hanging.placements,
+        hanging.acting,
+    )
+    actions, bodies, about_origin = [], [], []
+    for hinge, body, motion, T, load in zip(hanging.joints, hanging.inertias, moved, placed, loads, strict=True):
+        r = hinge.place_on_child  # O_j in the body's frame
+        g = T.R.T @ gravity
+        weight = Wrench(scale(body.m, g), cross(body.h, g))
+        actions.append((weight + load).about(neg(r)))
+        about_origin.append(TreeMotion(motion.w, motion.dw, motion.at(r)))
+        bodies.append(body.seen_from(Transform(Mat.identity(graph), neg(r))))
+    for hinge, forces in zip(hanging.joints, own, strict=True):
+        for force, D in zip(forces, hanging.drives(hinge), strict=True):
+            for j, exerted in exerted_on(hanging, hinge, D.scaled(force)).items():
+                actions[j] = actions[j] + exerted
+    return tuple(
+        Bivectors(action, inertia_bivector(body, motion.w, motion.dw, motion.a), motion, body)
+        for action, motion, body in zip(actions, about_origin, bodies, strict=True)
+    )
+
+
+def inertia_bivector(body: Inertia, w: Vec, dw: Vec, a: Vec) -> Wrench:
+    """Return F̄^D_jj of (5.17) for the acceleration a of O_j; all in frame j, the inertia about O_j.
+
+    F^D = -m (acceleration of the centre of mass) (5.11), M^D = -(I ω̇ + ω̃ I ω) + r̃_jT F*^D (5.14), F*^D = -m a (5.16);
+    m r_jT is the first moment.
+    """
+    force = neg(add(scale(body.m, a), add(cross(dw, body.h), cross(w, cross(w, body.h)))))
+    spin = neg(add(body.I @ dw, cross(w, body.I @ w)))
+    return Wrench(force, add(spin, neg(cross(body.h, a))))
+
+
+def exerted_on(hanging: FreeBodies, hinge: JointFrames, wrench: Wrench) -> dict[int, Wrench]:
+    """Return what a wrench W in a joint does to the bodies on both sides, frames j: (5.6) and (5.8)-(5.10)."""
+    found: dict[int, Wrench] = {}
+    if hinge.child >= 0:
+        way = add(hinge.place_on_child, neg(hanging.joints[hinge.child].place_on_child))
+        found[hinge.child] = hinge.on_child(wrench).about(way)
+    if hinge.parent >= 0:
+        way = add(hinge.place_on_parent, neg(hanging.joints[hinge.parent].place_on_child))
+        exerted = hinge.on_parent(wrench).about(way)
+        found[hinge.parent] = found[hinge.parent] + exerted if hinge.parent in found else exerted
+    return found
 
 
 @dataclass(frozen=True)
@@ -249,3 +363,54 @@ class Samples:
 
 def _symbols(entries: Sequence[Expr]) -> list[Expr]:
     return [node for node in reachable(entries) if node.op is Op.SYMBOL]
+
+
+def reactions(hanging: FreeBodies, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
+    """Return every joint's reaction, row by row, shape (joints + loops, 6): [force; moment], N and N m.
+
+    Args:
+        hanging: the mechanism.
+        axes: "body" (of the child as declared), "joint" (of the joint frame on the parent's side, for every type of
+            joint) or "ground".
+        multipliers: λ of the kept rows, where forces give the motion; None where the motion is given, and the drives of
+            passive joints are zero.
+
+    Raises:
+        DerivationError: motion and drives do not determine what the loops transmit, or a row does not say where its
+            force acts.
+    """
+    refuse_without_place(hanging.scene)
+    f = hanging.transmitted(hanging.loads)
+    if not hanging.cuts:
+        return as_rows(hanging, hanging.at_joints(f), axes)
+    unknown = ties(hanging)
+    if multipliers is None:
+        multipliers = sizes(hanging, unknown, hanging.needed_forces(f))
+    return with_loops(hanging, f, unknown, multipliers, axes)
+
+
+def with_loops(
+    hanging: FreeBodies, f: Sequence[Wrench], unknown: Sequence[ClosureEquation], multipliers: Sequence[Expr], axes: str
+) -> list[Expr]:
+    """Return every reaction for f of the tree alone and given λ of what closes the loops; see `reactions`."""
+    f = list(f)
+    closing = [Wrench.none(hanging.graph)] * len(hanging.cuts)
+    for one, size in zip(unknown, multipliers, strict=True):
+        if one.wrench is not None:
+            closing[one.loop] = closing[one.loop] + one.wrench.scaled(size)
+    for loop, wrench in zip(hanging.cuts, closing, strict=True):
+        hanging.carry(f, loop, wrench)
+    ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=False)]
+    return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
+
+
+def as_rows(hanging: FreeBodies, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
+    """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
+    placed = hanging.placements if axes == "ground" else []
+    entries: list[Expr] = []
+    for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
+        force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
+        if axes == "ground" and hinge.child >= 0:
+            force, moment = wrench.rotated(placed[hinge.child].R)
+        entries += [*force, *moment]
+    return entries

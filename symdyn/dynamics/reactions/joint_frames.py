@@ -1,4 +1,6 @@
-"""Every joint of a scene with its frames, and what it can transmit. Declared bodies, nothing merged or moved.
+"""Joints of a scene with their frames, what they can transmit, and the motion and loads of every declared body.
+
+Bodies are as declared: none is merged, no frame is moved. Equations (5.11)-(5.17) take their terms from here.
 
     J        joint frame, on the parent               B, C     frames of parent and child as declared
     P        origin of the moved joint frame, on the child: where reactions act
@@ -6,20 +8,20 @@
     S        twist (velocity of P; angular velocity) of the child relative to the parent for a unit rate, axes of J
     W        a wrench (force; moment about P) on the child, axes of J: force first, as the textbook stacks bivectors
 
-Bodies have the number of their joint, the ground is -1; joints that close loops come after those of the tree.
+A body has the number of its joint, the ground is -1. Joints that close loops come after those of the tree.
 
-What a joint can transmit is split: wrenches that its freedoms never feel, and one for every freedom.
+The wrenches of a joint are split into those without power and one for every freedom:
 
     W    reactions: t wrenches without power, Sᵀ W = 0
     D    drives: one a velocity, Sᵀ D = 1: the free places of (5.7), which the unknown drives take
 
-D is a moment where the freedoms turn (a screw is turned, not pushed), else what has no part along W.
+D is a moment where the freedoms turn (a screw is turned, not pushed); elsewhere it is what has no part along W.
 
-The motion of every declared body and what acts on it, in its own axes: (5.11)-(5.17) have it from here.
+Every declared body has, in its own axes:
 
-C           frame of the body as declared, nothing merged or moved
-w, dw, a    angular velocity, angular acceleration, acceleration of the origin of C
-m, h, I     mass, first moment and inertia about the origin of C, particles included
+    C           frame of the body
+    w, dw, a    angular velocity, angular acceleration, acceleration of the origin of C
+    m, h, I     mass, first moment and inertia about the origin of C, particles included
 """
 
 from __future__ import annotations

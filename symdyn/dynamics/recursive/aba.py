@@ -1,28 +1,19 @@
 """Articulated-body algorithm: forward dynamics of a kinematic tree in O(n).
 
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 7.1; as in `rnea`, accelerations are those of the
-frames' origins, so that no linear velocity is needed.
-
     i, p        body 1..n and its parent, p < i; body 0 is the base
     X[i]        transform across joint i, from frame i to frame p (`links`)
-    S_i         axis of joint i: z of frame i
-    motion[i]   what velocities alone give: no gravity, q̈ = 0 (`link_motion`)
-    A[i]        articulated inertia and its bias force, for accelerations beside those (`articulated`)
+    S_i         axis of joint i: z of frame i, a unit turn about it or a unit slide along it
+    motion[i]   what velocities alone give: no gravity, q̈ = 0 (`links`)
+    A[i]        articulated inertia and bias: [n; f] = [[J, H], [Hᵀ, M]] [dw; a] + bias (`articulated`)
     U, D, u     A S, Sᵀ A S and τ - Sᵀ bias of joint i
-    a[i]        accelerations beside those, (angular, linear) of frame i
+    share       U / D
+    dw, a       accelerations beside those of motion[i], angular and linear, in frame i
 
-With c = Ṡ q̇ in the motions of pass 1, no inertia but a body's own is multiplied by it, which saves a sixth of the
-operations of table 7.1.
+As in `rnea`, accelerations are those of the frames' origins, so that no linear velocity is needed. With c = Ṡ q̇ in the
+motions of pass 1, c is multiplied by the body's own inertia only. This saves a sixth of the operations of table 7.1.
+Inertias and accelerations cross a joint along its factored link.
 
-Articulated inertias in blocks, and what becomes of them and of accelerations across a joint.
-
-    A        articulated inertia: [n; f] = [[J, H], [Hᵀ, M]] [dw; a] + bias
-    S        axis of the joint, z: a unit turn about it, or a unit slide along it
-    U, D     A S and Sᵀ A S of a joint
-    u        τ - Sᵀ bias
-    share    U / D
-
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.2; everything along factored links.
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.2 and table 7.1.
 """
 
 from __future__ import annotations

@@ -1,30 +1,30 @@
-"""Composite-rigid-body algorithm: the mass matrix of a kinematic tree.
-
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
+"""Composite-rigid-body algorithm: the mass matrix of a kinematic tree, and a faster form for runs of parallel axes.
 
     i, j, p     body 1..n, one that carries it, and its parent, p < i
     X[i]        transform across joint i, from frame i to frame p (`links`)
     S_i         axis of joint i: z of frame i, which it turns about or slides along
-    C[i]        composite body: everything beyond joint i as one rigid body, in frame i (`moments`)
+    C[i]        composite body: everything beyond joint i as one rigid body, in frame i (`links`)
     F           C[i] S_i, its momentum for unit velocity of joint i: (angular, linear), walked down to the base
     H           H_ij = F·S_j, the mass matrix of the moves
 
-Composite bodies along runs of parallel axes: `crba`, with sums of angles in place of single turns.
-
-Its legend holds here. A wrench may leap: on its way to the base it passes a run of parallel axes in one turn, by the
-sum of their angles. Joint j of a run feels n_z + (P × f)_z (or f_z), without any turn, P being the way from its origin
-to the wrench's; and behind the run the wrench is where it would be after all single turns. Sums of angles are taken by
-the addition formulas, so that no sine is evaluated for them. What a run needs is computed once for all wrenches that
-pass it; it pays from three on. The run that a wrench starts in is walked step by step: there its turns are those of the
-composite body.
+`crba` is table 6.2. `crba_in_runs` takes a *run* of parallel axes in one turn, by the sum of their angles, which is
+formed by the addition formulas, so that no further sine is evaluated:
 
     k         the joint at the far end of the run, in whose frame n and f stay
     P         from the origin of frame j to that of frame k, axes of frame k
     Q         the same, in the axes in which link j turns
     turn      from frame k to those axes
 
-Turns about parallel axes keep the polar moment J_xx + J_yy, so that it is added up by itself. And what leaves a run on
-a joint of the base does so in one turn, moments of bodies as well (`held_runs`).
+Joint j of the run feels n_z + (P × f)_z (or f_z) without any turn; behind the run the wrench is where it would be after
+all single turns. What a run needs is computed once for all wrenches that pass it, which pays from three on. A wrench
+that starts inside a run takes single turns there, since these are the turns of the composite body. Turns about parallel
+axes keep the polar moment J_xx + J_yy, so it is added up separately.
+
+A run on a joint of the ground is seen in axes that do not turn with the run (`held_runs`). The joint on the ground
+feels one component of what comes from the run. To have it alone, wrenches and second moments J leave the run in one
+turn; shifts across the run are seen where the body next to them is:
+
+    J in frame p = R J Rᵀ + p uᵀ + u pᵀ        R J Rᵀ by the sum of angles, the rest with the J of body p
 
 Gain (operations; ns one state a call, a state of a batch), where there are such runs; other robots keep `crba`:
 
@@ -32,14 +32,10 @@ Gain (operations; ns one state a call, a state of a batch), where there are such
     M(q)                   -17 %; -8 %, -3 %      0
     forward dynamics      -4.8 %; -1 %, -3 %      0
 
-Of the operations of M of the PUMA, leaps save 7 %, leaving in one turn 10 % more, polar moments 5 % more.
+Of the operations of M of the PUMA, single turns for whole runs save 7 %, leaving in one turn 10 % more, polar moments 5
+% more.
 
-Runs of parallel axes on a joint of the ground, seen in axes that do not turn with the run.
-
-The joint on the ground feels one component of what comes from the run. To have it alone, wrenches and second moments J
-leave the run in one turn by the sum of its angles; shifts across the run are seen where the body next to them is:
-
-    J in frame p = R J Rᵀ + p uᵀ + u pᵀ        R J Rᵀ by the sum of angles, the rest with the J of body p
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
-"""A tree of turns and slides as a table, which a loop over its joints reads.
+"""A tree of revolute and prismatic joints as a table, which a loop over its joints reads.
 
-A row says how frame i lies in frame p and what base parameters body i has, in the frames of the reduced tree:
+A row holds the placement of frame i in frame p and the base parameters of body i, in the frames of the reduced tree:
 
     T_pi = T(shift) · fixed · Rz(θ0 + q) Tz(rise)      a turn;   a slide has Rz(θ0) Tz(rise + q)
 
-What a turn does not feel, m, h_z and J_zz, and what a slide does not, J, stand in no row (`reduced_tree`).
+No row holds what a turn does not feel (m, h_z and J_zz) or what a slide does not feel (J), see `reduced_tree`.
 
-Kinds of rows in tables of joints: what all rows of a kind have in common costs loops over such a table nothing.
-
-A right angle, no shift, no rotor are no symbols but written out; what else a row says are symbols, called as below.
+Rows are of kinds. What all rows of a kind have in common (a right angle, no shift, no rotor) is written out and costs
+the loop nothing; what differs is a symbol:
 
     cosine, sine                    of the turn of the joint, which c0, s0 have at zero
     c, s, matrix0 ..                a fixed turn about x, or any

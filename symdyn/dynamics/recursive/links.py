@@ -1,4 +1,6 @@
-"""Placement of a joint's frame in its parent's, factored so that nothing is multiplied out.
+"""Links, inertias and motions as the recursions take them, factored so that nothing is multiplied out.
+
+A link is the placement of a joint's frame in its parent's:
 
     T = shift · fixed turns · turn of the joint · rise along z
 
@@ -12,14 +14,11 @@ takes 9 and 6. J = Σ m r rᵀ turns about an axis for 8 multiplications, with w
 
     J'_ii = J_jj + c w,    J'_jj = J_ii - c w,    J'_ij = J_ij + s w
 
-H that is not symmetric for 12 in place of 24, with w = c (H_ii - H_jj) - s (H_ij + H_ji) and H'_ji = H_ji + s w.
+H that is not symmetric turns for 12 in place of 24, with w = c (H_ii - H_jj) - s (H_ij + H_ji) and H'_ji = H_ji + s w.
 
-Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), sections 3.2 and 3.3, 9.6.
-
-Inertia by second moments: mass, first moment m r and J = Σ m r rᵀ, about the origin of a frame.
-
-The inertia matrix is I = tr(J) 1 - J, and J = ½ tr(I) 1 - I back again. J moves with fewer operations than I, and what
-a revolute joint cannot feel stands in it by itself: everything on the joint's axis is m, h_z and J_zz.
+Inertias are second moments: mass m, first moment h = m r and J = Σ m r rᵀ, about the origin of a frame. The inertia
+matrix is I = tr(J) 1 - J, and J = ½ tr(I) 1 - I. J moves with fewer operations than I. What a revolute joint cannot
+feel stands in it separately: everything on the joint's axis is m, h_z and J_zz.
 
     shift by p    h' = h + m p,    J' = J + p (h + ½ m p)ᵀ + (h + ½ m p) pᵀ
     turn by R     h' = R h,        J' = R J Rᵀ
@@ -28,19 +27,20 @@ Where points r of the body accelerate by a + U r, Newton's and Euler's equations
 
     f = m a + U h,    n = h × a + axis of (U J - J Uᵀ),    its x being U_y·J_z - U_z·J_y and so on
 
-Pass 1 of the recursions, base to tips: how body i moves, given the motion of its parent p.
+Motions go from the base to the tips (pass 1 of the recursions): motion of body i from that of its parent p, all in axes
+of frame i, whose z axis is the joint's:
 
     w, dw    angular velocity ω and angular acceleration ω̇
     a        acceleration of the frame's origin, in place of Featherstone's spatial one: no linear velocity is needed
     U        [ω̇]× + [ω]× [ω]×: point r of the body has the acceleration a + U r
 
-all in axes of frame i, whose z axis is the joint's. Across link i, whose origin lies at r in frame p,
+Across link i, whose origin lies at r in frame p,
 
     ω = R ω_p + z q̇    ω̇ = R ω̇_p + R ω_p × z q̇ + z q̈    a = R (a_p + U_p r)            a turn
     ω = R ω_p           ω̇ = R ω̇_p                          a = R (a_p + U_p r) + 2 ω × z q̇ + z q̈    a slide
 
-A turn about z leaves the point z of the body as it is in space, so that U z = R U_p z_p. Where z is an axis of frame p,
-U_p z_p is a column that is there, turned for 4 multiplications, and gives ωy² and two entries of ω̇ without one.
+A turn about z does not move the point z of the body, so that U z = R U_p z_p. Where z is an axis of frame p, U_p z_p is
+a known column. It is turned for 4 multiplications, and gives ωy² and two entries of ω̇ for none.
 
 What that saves, and U itself, of inverse dynamics (operations; ns one state a call, a state of a batch):
 
@@ -48,8 +48,8 @@ What that saves, and U itself, of inverse dynamics (operations; ns one state a c
     U z from the parent's      -4.7 %; +1 %,  -1 %    -4.7 %;  0,   -5 %     -4.3 %;   0,   -3 %
     both                        -20 %; -8 %, -16 %     -15 %; -7 %, -7 %      -18 %; -11 %, -9 %
 
-Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), eq. (9.86)-(9.91); the matrix U
-after Balafoutis and Patel, Dynamic Analysis of Robot Manipulators (1991), section 5.4.
+References: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), sections 3.2, 3.3 and 9.6, eq.
+(9.86)-(9.91); the matrix U after Balafoutis and Patel, Dynamic Analysis of Robot Manipulators (1991), section 5.4.
 """
 
 from __future__ import annotations

@@ -1,27 +1,24 @@
-"""Recursive Newton-Euler algorithm: inverse dynamics of a kinematic tree.
-
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 5.1. As in Khalil and Dombre, Modeling,
-Identification and Control of Robots (2002), eq. (9.86)-(9.97), accelerations are those of the frames' origins.
+"""Recursive Newton-Euler algorithm: inverse dynamics of a kinematic tree, and its polar form for two velocities.
 
     i, p         body 1..n and its parent, p < i; body 0 is the base
     X[i]         transform across joint i, from frame i to frame p (`links`)
     S_i          axis of joint i: z of frame i, which it turns about or slides along
-    motion[i]    velocity and acceleration of body i (`link_motion`)
+    motion[i]    velocity and acceleration of body i (`links`)
     f[i]         wrench on body i by its parent: moment about the origin of frame i, then force, in frame i
 
-Gravity is the acceleration -g of the base, so no body needs a weight.
+Accelerations are those of the frames' origins. Gravity is the acceleration -g of the base, so no body needs a weight.
 
-Driving forces along a reference: the recursion of `rnea`, each product of two velocities taken of two motions.
-
-c(q, q̇) is quadratic in q̇, and c(q; u, v) the symmetric form with c(q; u, u) = c(q, u); so is every product of two
-rates in the recursion:
+c(q, q̇) is quadratic in q̇. Its symmetric bilinear form c(q; u, v), with c(q; u, u) = c(q, u), is what control along a
+reference takes (`polarised`). It is the same recursion with every product of two rates polarised:
 
     x y        ½ (x_u y_v + x_v y_u)
     ω × z q̇    ½ (ω_u × z v + ω_v × z u)
 
 One of the two motions is carried as its half, w = ω_u / 2, which leaves one multiplication a term.
 
-Reference: the recursion is that of `rnea`; Slotine and Li (1987), Niemeyer and Slotine (1991) for its use.
+References: Featherstone, Rigid Body Dynamics Algorithms (2008), table 5.1; Khalil and Dombre, Modeling, Identification
+and Control of Robots (2002), eq. (9.86)-(9.97); Slotine and Li (1987), Niemeyer and Slotine (1991), for the use of the
+polar form.
 """
 
 from __future__ import annotations

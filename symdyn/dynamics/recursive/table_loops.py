@@ -1,28 +1,26 @@
-"""Functions that code may compute by a loop over a table of joints: one row each.
+"""Loops over a table of joints: inverse and forward dynamics as sweeps, one row a joint.
 
-A formulation of `OUTPUTS` that goes over a table has its row here, by its name, and nowhere else.
+A sweep is a pass out to the tips or back. Its steps are expressions of the numbers of a row, one set for each kind of
+row. C prints them as a loop, and `over_table` puts the numbers of a table into them: what is proved of these
+expressions is proved of that loop. A formulation of `OUTPUTS` that goes over a table has its row here, by its name, and
+nowhere else.
 
-Forward dynamics as a loop over the rows of a table: the steps are `aba`'s, over symbols for the numbers of a row.
+Inverse dynamics has the steps of `rnea` (see there for U and the moments):
+
+    outward     from the motion of the parent: the joint's, and what its body takes for it
+    inward      from what all bodies beyond take: the joint's force, and its part of the parent's
+
+Forward dynamics has those of `aba`:
 
     outward     from the motion of the parent that velocities alone give: the joint's, and what its body takes for it
     inward      from the articulated inertia of all beyond: U / D and u / D of the joint, and its part of the parent's
     besides     from the accelerations besides of the parent: q̈, and those of the joint
 
-A joint waits for the one before it, so what it can do beforehand it does: a turn about the joint's own axis keeps what
-vanishes along that, and goes on beside the division; U / D is turned into the parent's frame, where q̈ finds it without
-waiting for accelerations to be turned.
+A joint waits for the one before it, so as much as possible is computed beforehand. A turn about the joint's own axis
+keeps what vanishes along that axis, and goes on beside the division. U / D is turned into the parent's frame, where it
+gives q̈ before accelerations are turned.
 
-Inverse dynamics as a loop over the rows of a table: the steps are `rnea`'s, over symbols for the numbers of a row.
-
-    outward     from the motion of the parent: the joint's, and what its body takes for it
-    inward      from what all bodies beyond take: the joint's force, and its part of the parent's
-
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; see `rnea` for U and the moments.
-
-A loop over a table of joints as sweeps: what each does at a joint, kind by kind.
-
-A sweep is a pass out to the tips or back. Its steps are expressions of the numbers of a row; C prints them, and
-`over_table` puts the numbers of a table into them: so what is proved of these expressions is proved of that loop.
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
 """
 
 from __future__ import annotations

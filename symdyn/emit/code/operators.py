@@ -3,9 +3,8 @@
 A spelling says how tightly its result binds and how tightly each operand must bind to stand there bare. Right operands
 of + and * must bind tighter than the operator itself, so the text is evaluated in the order of the graph.
 
-What stands in the text of a line: names of values, and operations that have no name of their own.
-
-Graphs as Python for SymPy, which importing takes longer than writing a lesson.
+In the text of a line stand names of values, and operations that have no name of their own. Graphs are written as Python
+for SymPy here, whose import takes longer than writing a lesson.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 A double-double is the sum of two doubles, the second at most half a unit in the last place of the first: 106 bits, and
 the range of a double.
 
-Sines and cosines that are shorter than doubles allow: a row for every accuracy that `--accuracy` takes.
+Sines and cosines may be shorter than doubles allow, a row for every accuracy that `--accuracy` takes:
 
     n = round(2x/π),   y = x - n π/2                 |y| ≤ π/4, one product; 2⁻⁵³ |x| and n times the rest of π/2 off
     sin y = y + y³ S(y²),   cos y = 1 + y² C(y²)     as `benchmarks/minimax.py` prints them

@@ -1,10 +1,8 @@
-"""What an example beside generated code needs: a state, and what every function must return there.
+"""Examples beside generated code, for languages with one file that is compiled and run by itself.
 
-The numbers are those of the equations in 50 digits. Each comes with how far code may be off, which is a running error
-analysis of the same equations (`symdyn.algebra.big`): whatever compiler and library made it, right code passes, and a
-sign that is wrong does not.
-
-An example beside generated code, for languages with one file that is compiled and run by itself.
+They need a state, and what every function must return there. The numbers are those of the equations in 50 digits. Each
+comes with how far code may be off, which is a running error analysis of the same equations (`symdyn.algebra.big`):
+whatever compiler and library made it, right code passes, and a sign that is wrong does not.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
 """Long formulas in lines, broken at + and -, outside brackets where there is a choice; displays of LaTeX from them.
 
-Lines of LaTeX fit an A4 page with 20 mm margins at 10 pt.
-
-How wide a formula in LaTeX will be, and how wide a line is: an A4 page with 20 mm margins at 10 pt.
-
-Pages that would be too long: their formulas are counted before one is written, and refused with their size.
+Lines of LaTeX fit an A4 page with 20 mm margins at 10 pt. Pages that would be too long are refused with their size:
+their formulas are counted before one is written.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """D'Alembert's system as it is printed, in LaTeX or in plain text: which equations, in which words, and how short.
 
-D'Alembert's system in plain text: the equations (5.18) body by body, one a component, numbers as they are.
-
-Bodies count from 1; frame j has the axes of body j and its origin in the joint that carries it. Forces first, then
-moments; where the mechanism moves in a plane of coordinates, three equations a body.
+Equations (5.18) stand body by body, one a component, numbers as they are. Bodies count from 1; frame j has the axes of
+body j and its origin in the joint that carries it. Forces first, then moments; where the mechanism moves in a plane of
+coordinates, three equations a body.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Equations of motion as text, grouped one way or another, and base parameters, in every format.
+"""The function `equations`: the equations of motion of a scene, to be read or to be worked on with SymPy.
 
-The function `equations`: the equations of motion of a scene, to be read or to be worked on with SymPy.
+They are grouped one way or another, in every format, and base parameters with them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 r"""Equations in LaTeX: a fragment for a text that loads amsmath, or a whole document that pdflatex compiles.
 
-Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brackets are \bigl( and not \left(.
-
-The table of symbols of a page in LaTeX: what each letter is, its unit and its value.
+Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brackets are \bigl( and not \left(. A table
+of symbols says what each letter is, its unit and its value.
 """
 
 from __future__ import annotations

@@ -6,10 +6,9 @@
 
 The coefficients carry their own sign (the textbook's (5.40) pulls the minus of k_C and k_D in front).
 
-Lengths of struts between points and their rates, by name in equations and defined below them.
-
-A spring sf and a damper df between the same points share the length s_sf and the rate s_sf_dot. The letter is one that
-no symbol of the scene has with such an index; of two struts that are called alike the second adds its kind.
+Lengths of struts between points, and their rates, stand by name in equations and are defined below them. A spring sf
+and a damper df between the same points share the length s_sf and the rate s_sf_dot. The letter is one that no symbol of
+the scene has with such an index; of two struts that are called alike the second adds its kind.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 r"""How names look in print: `I1xx` is I_{1,xx}, `theta1` is θ_1, whatever the name is in code.
 
-Letters that pages introduce beside the scene's own: K for the kinetic energy, x_2 for a place, I_1 for an inertia.
-
-A scene may call a stiffness K and a coordinate x1. A family of quantities that would print as one of its symbols takes
-its next letters, all of it together: places x_i, y_i, z_i become X_i, Y_i, Z_i. No two families share a letter, so
-every name on a page means one thing.
+Pages introduce letters beside the scene's own: K for the kinetic energy, x_2 for a place, I_1 for an inertia. A scene
+may call a stiffness K and a coordinate x1. A family of quantities that would print as one of its symbols takes its next
+letters, all of it together: places x_i, y_i, z_i become X_i, Y_i, Z_i. No two families share a letter, so every name on
+a page means one thing.
 """
 
 from __future__ import annotations

@@ -6,10 +6,10 @@ Names of the scene win: one that SymPy uses otherwise (I, E, S, N) becomes the s
 Lengths of struts are functions of what they depend on, `s_sf = Function("s_sf")(x, y)`, so that a derivative of what
 holds them is none that is wrong; `.subs(sub).doit()` writes them out.
 
-Equations of motion as matrices and symbols of SymPy, to substitute, simplify and lambdify.
+Matrices and symbols of SymPy, to substitute, simplify and lambdify, are
 
-M q̈ + C q̇ + g + k_E = τ + Gᵀ λ      c = C q̇
-r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
+    M q̈ + C q̇ + g + k_E = τ + Gᵀ λ      c = C q̇
+    r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
 """
 
 from __future__ import annotations

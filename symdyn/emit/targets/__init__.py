@@ -1,1 +1,1 @@
-"""Targets: one file each, or a folder; the table of them and `emit` are in `emit_program.py`."""
+"""Targets: one file each, C a folder; the table of them and `emit` are in `emit_program.py`."""

@@ -2,9 +2,7 @@
 
 Where a program has a function's derivatives too, they are its Jacobian: CasADi asks for it, and differentiates nothing.
 
-C that `casadi.external` takes: our own, and around it the interface by which CasADi calls.
-
-Which functions of a program are derivatives of others, column by column: CasADi takes them for its Jacobians.
+`casadi.external` takes C: our own, and around it the interface by which CasADi calls.
 """
 
 from __future__ import annotations
@@ -21,8 +19,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import function_names, names_of_c
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, FunctionText, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import HEADER_ONLY, C

@@ -21,8 +21,7 @@ from collections.abc import Mapping
 from symdyn.emit.code.identifiers import names_of_c, stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import BATCH, Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.cuts import FEW, CutText, cuts

@@ -17,8 +17,7 @@ from itertools import accumulate
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import ArgumentText, FunctionText
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.graph import Op

@@ -4,9 +4,8 @@
 
 Numbers are exact: fractions in text, π by its name; there is no float in the file. The text is ASCII.
 
-Programs read back from files of the target "json"; a file is a stranger's until all of it has been looked at.
-
-What every target writes of a program that was read is, byte for byte, what it writes of the program itself.
+A file that is read back is a stranger's until all of it has been looked at. What every target writes of a program that
+was read is, byte for byte, what it writes of the program itself.
 """
 
 from __future__ import annotations

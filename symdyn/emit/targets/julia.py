@@ -14,8 +14,7 @@ from functools import partial
 
 from symdyn.emit.code.operators import OPERATORS, Printer, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.source_text import FunctionText, Line
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, FunctionText, Line, Target, alone
 from symdyn.emit.escape import in_comment, in_julia_docstring
 from symdyn.emit.render import render
 from symdyn.graph import Expr, Op

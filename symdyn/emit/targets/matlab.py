@@ -18,8 +18,7 @@ from functools import partial
 
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, digits
-from symdyn.emit.code.source_text import FunctionText, Line
-from symdyn.emit.code.target import BATCH, Contents, Draft, Target, alone
+from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
 from symdyn.emit.escape import in_percent_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import C

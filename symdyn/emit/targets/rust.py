@@ -1,25 +1,19 @@
-"""The row of the Rust target: a module that needs `core` alone, one function an output, one state a call.
+"""The Rust target: a module that needs `core` alone, one function an output, one state a call.
 
     mod two_link;
     let mut tau = [0.0; 2];
     two_link::inverse_dynamics(&q, &qd, &qdd, &params, &mut tau);
 
-With option "batch", `inverse_dynamics_rows` takes slices of such arrays: blocks of states go through loops that become
-vector code.
+Lengths are in the types. With option "batch", `inverse_dynamics_rows` takes slices of such arrays; loops over the
+states of a block become vector code, as in C.
 
-Lengths are in the types. Sines and cosines are those of the C target's batches, with the same bits where that computes
-them itself, below 2^20; larger angles are reduced here, too. What else `core` lacks (square root, exponential, ...)
-stands in the file where it is called. Sums of products call `fma`, which is one operation where the target has it.
+Rust never fuses a product with a sum by itself: sums of products call `fma`, which is one operation where the target
+has it. What `core` lacks (square root, exponential, ...) stands in the file where it is called. Sines and cosines are
+those of the C target's batches, with the same bits where that computes them itself, below 2^20.
 
-Functions over many states in Rust: loops over the states of a block, as C has them, with lengths in types.
-
-A printer for languages that never fuse a product with a sum by themselves: sums of products call `fma`.
-
-2/π in words of 64 bits, for angles of any size.
-
-Of m 2^e 2/π what counts is the remainder by 4: bits of 2/π that make it larger than that by m 2^e alone are skipped,
-192 of those that follow are multiplied by m, and 126 bits of the fraction stay. Doubles come no nearer to a multiple
-of π/2 than 2^-62, so that 64 bits are right.
+Larger angles are reduced here, too, with 2/π in words of 64 bits. Of m 2^e 2/π only the remainder by 4 counts. Bits of
+2/π that make it larger than that by m 2^e alone are skipped, 192 of those that follow are multiplied by m, and 126 bits
+of the fraction stay. Doubles come no nearer to a multiple of π/2 than 2^-62, so that 64 bits are right.
 
 Reference: Payne and Hanek, Radian reduction for trigonometric functions, SIGNUM Newsletter 18 (1983).
 """
@@ -36,8 +30,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import ATOM, OPERATORS, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import SINGLE, digits
-from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.code.target import BATCH, Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of

@@ -3,10 +3,9 @@
 Core dimensions are frozen, `(7),(7),(7)->(7)`, so that NumPy itself refuses a wrong length, broadcasts, casts, takes
 `out=` and lets go of the interpreter's lock. The C is that of target "c", under names of its own for each real type.
 
-What `symdyn.load` compiles: C with entries that are all called alike, and one extension module over them.
-
-The module knows no scene: it makes NumPy's generalized ufuncs of addresses, and is compiled once. A scene's own code
-is plain C, which compilers read in a tenth of the time that the headers of Python and NumPy take.
+`symdyn.load` compiles C with entries that are all called alike, and one extension module over them. The module knows no
+scene: it makes NumPy's generalized ufuncs of addresses, and is compiled once. A scene's own code is plain C, which
+compilers read in a tenth of the time that the headers of Python and NumPy take.
 """
 
 from __future__ import annotations
@@ -16,8 +15,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symdyn.emit.code.real import REALS, ShortSines
-from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.code.target import Contents, Draft, Target, alone
+from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.errors import EmitError

@@ -1,10 +1,8 @@
-"""Arrays of JAX on a card (`card.py`): handlers that XLA calls with columns, on the stream that it computes on.
+"""Arrays of JAX on a card: handlers that XLA calls with columns, on the stream that it computes on.
 
 What a handler takes is (entries, states), all leading dimensions one after another. XLA turns rows into that on the
 card, and where (7, n) was transposed before, it does neither; what lacks a leading dimension it broadcasts before the
-call. Nothing leaves the card.
-
-A program as functions that XLA calls: batch code or kernels, with handlers, compiled, loaded and registered.
+call. Nothing leaves the card. Handlers are compiled with batch code or kernels, loaded and registered here.
 """
 
 from __future__ import annotations
@@ -24,10 +22,10 @@ import jaxlib
 from symdyn.emit import C, Entries, Sources, emit
 from symdyn.errors import BuildError
 from symdyn.program import Program, shared
-from symdyn.runtime.backends.torch_card import Kernels, architecture, compiled, several
+from symdyn.runtime.backends.card import Kernels, architecture, compiled, several
 from symdyn.runtime.backends.words import Word
+from symdyn.runtime.commands import Needs
 from symdyn.runtime.compiler import PATIENCE, find_compiler
-from symdyn.runtime.dialects import Needs
 from symdyn.runtime.library import SUFFIX, LibraryKind, load_library
 
 HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)

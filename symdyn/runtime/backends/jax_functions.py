@@ -1,7 +1,7 @@
 """The functions of a scene for JAX: jit, vmap, grad, jacfwd, jacrev, in double and in float.
 
 XLA calls the C by its foreign function interface, on a card kernels. A call's arguments are put into the form that the
-primitive takes (`jax_primitives.py`); what XLA's program calls is in `jax_lowering.py`.
+primitive takes; that and what XLA's program calls is in `jax_primitives.py`.
 """
 
 from __future__ import annotations

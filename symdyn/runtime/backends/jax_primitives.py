@@ -3,9 +3,8 @@
 One primitive calls one word (`words.py`). What moves with what is in `rules.py`, and JAX differentiates nothing by
 itself. Where vmap gives one state many directions, as jacfwd does, all of J is computed once and multiplied.
 
-What XLA's program calls of a word, by platform: the C on the CPU, kernels on a card (`jax_card.py`).
-
-Code is made when a program is lowered for a platform, for that platform alone.
+XLA's program calls the C on the CPU, kernels on a card (`jax_card.py`). Code is made when a program is lowered for a
+platform, for that platform alone.
 """
 
 from __future__ import annotations

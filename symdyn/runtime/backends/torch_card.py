@@ -1,15 +1,8 @@
-"""Tensors of PyTorch on a card (`card.py`): launchers in C, on the stream that PyTorch computes on.
+"""Tensors of PyTorch on a card: launchers in C, on the stream that PyTorch computes on.
 
 A tensor (n, m) whose memory is that of a contiguous (m, n) is columns, and is taken where it lies; another one is
 copied on its card. Results are such tensors, so that what one function returns the next one takes without a copy.
 Nothing waits, and nothing leaves the card.
-
-Kernels on a card: the files of the GPU target and what hosts call of them, compiled by nvcc, and kept.
-
-A kernel takes columns, entry i of all states together, and gives columns; all states have one set of parameters. What
-differs by library of arrays is how columns come to it: `torch_card.py`, `jax_card.py`.
-
-Tests compile all this with nvcc, and run it as C++ over arrays on the CPU. It has not been run on a card.
 """
 
 from __future__ import annotations
@@ -17,76 +10,18 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import torch
 
-from symdyn.emit import TARGETS, Entries, Sources, emit
-from symdyn.errors import ArgumentError, BuildError
-from symdyn.program import Program, shared
+from symdyn.emit import Entries, Sources
+from symdyn.errors import BuildError
+from symdyn.program import shared
+from symdyn.runtime.backends.card import Kernels, architecture, compiled, several
 from symdyn.runtime.backends.words import Word
-from symdyn.runtime.compiler import CUDA, NOTHING, find_compiler
-from symdyn.runtime.library import SUFFIX, LibraryKind, load_library
-
-GPU = TARGETS["gpu"]
-
-Files = Mapping[str, str]
-
-PLAIN = LibraryKind(SUFFIX, NOTHING, ("cuda",), ctypes.CDLL)
-
-
-@dataclass(frozen=True)
-class Kernels:
-    """What makes what a library of arrays calls of a program's kernels, for one architecture; equal ones make it once.
-
-    Attributes:
-        machine: the architecture, as the compiler calls it.
-        build: returns the library of files for an architecture, and its path.
-        write: returns files and what is called there, of sources of target "gpu".
-        open: returns what is called, of sources, these entries, and the library and its path.
-    """
-
-    machine: str
-    build: Callable[[Files, str], tuple[Path, ctypes.CDLL]]
-    write: Callable[[Sources], Entries]
-    open: Callable[[Sources, Entries, Path, ctypes.CDLL], Any]
-
-    def __call__(self, program: Program, real: str, _: tuple[int, ...]) -> Any:
-        """Return what is called of a program's kernels in one real type."""
-        sources = emit(program, GPU.name, real)
-        entries = self.write(sources)
-        return self.open(sources, entries, *self.build(entries.files, self.machine))
-
-
-def compiled(files: Files, machine: str, kind: LibraryKind = PLAIN) -> tuple[Path, ctypes.CDLL]:
-    """Return the library that nvcc makes for an architecture, kept as all that compilers make, and its path.
-
-    Raises:
-        BuildError: nvcc is not there, or refuses.
-    """
-    path, library = load_library(files, replace(find_compiler(language=CUDA), machine=(f"-arch={machine}",)), kind=kind)
-    return path, library
-
-
-def architecture(capability: Sequence[int]) -> str:
-    """Return what nvcc calls cards of a compute capability.
-
-    >>> architecture((9, 0))
-    'sm_90'
-    """
-    return "sm_{}{}".format(*capability)
-
-
-def several(function: str, place: Any, name: str, count: int) -> ArgumentError:
-    """Return what is said where states on a card have sets of parameters of their own."""
-    return ArgumentError(
-        f"{function}: on {place} one {name} is for all states, and there are {count}; "
-        "call it once for each, or on the CPU"
-    )
-
 
 Array = Any
 

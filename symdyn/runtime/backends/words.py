@@ -11,7 +11,7 @@ They are derived when they are first called. There are two ways to them. `stated
 velocities are rates of coordinates. `plain` differentiates what the code computes by all of its arguments, entry by
 entry: free parameters, inputs, time, parts of quaternions, all coordinates of a closed scene.
 
-A function of a scene over another library's arrays: names, defaults and faults as those for NumPy have them.
+Over another library's arrays names, defaults and faults are as those for NumPy have them.
 """
 
 from __future__ import annotations

@@ -21,24 +21,32 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
-from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.joints.start import resting
+from symdyn.scene.joints.joint_table import JOINTS, resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Strut
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Coupling, Joint, acceleration_name, velocity_name
+from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, word
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.requested_units import fits, fits_place, with_unit
-from symdyn.scene.values.table import Entry, Faults, Table, show
+from symdyn.scene.values.shape import FLAG, NUMBER, described
 from symdyn.scene.values.unit import Unit, UnitError
 
-MIMIC_KEYS = ("joint", "coordinate", "ratio", "offset")
-
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
+
+LEADER = word("joint", "", ADVICE.removeprefix("write "))
+
+RATIO = Key("ratio", EntryReader.quantity, Quantity.ONE)
+
+OFFSET = number("offset")
+
+MIMIC: tuple[Key[str] | Key[Quantity], ...] = (LEADER, word("coordinate", ""), RATIO, OFFSET)
+"""What `mimic` says."""
 
 
 @dataclass(frozen=True)
@@ -57,21 +65,21 @@ class Mimic:
     coordinate: str = ""
 
 
-def read_mimic(table: Table) -> Mimic | None:
+def read_mimic(table: EntryReader) -> Mimic | None:
     """Return what a joint declares to follow, None if it has a coordinate of its own."""
     if "mimic" not in table:
         return None
-    inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
+    inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     if "coordinate" in inner and "joint" in inner:
         inner.fault("joint and coordinate say the same thing twice; give one of them")
     coordinate = inner.text("coordinate") if "coordinate" in inner else ""
-    leader = "" if "coordinate" in inner else inner.required("joint", ADVICE)
+    leader = "" if "coordinate" in inner else LEADER.declared(inner)
     if not (coordinate or leader):
         table.faults.nameless(table.entry.where, "mimic", "")
-    return Mimic(leader, inner.quantity("ratio", Quantity.ONE), inner.quantity("offset"), coordinate)
+    return Mimic(leader, RATIO.declared(inner), OFFSET.declared(inner), coordinate)
 
 
-def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[Table]) -> tuple[Joint, ...]:
+def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
     """Return the joints, those that follow another one coupled to the coordinate at the end of their chain.
 
     Args:
@@ -105,7 +113,7 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
     )
 
 
-def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], table: Table) -> int | None:
+def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], table: EntryReader) -> int | None:
     """Return the index of the joint that a joint follows; None, and a fault, if it cannot be followed."""
     name = mimic.leader
     if name not in index:
@@ -122,7 +130,7 @@ def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], tab
     return index[name]
 
 
-def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
+def _followed(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> str:
     """Return the coordinate that a mimic names, "" and a fault if it cannot be followed."""
     name = mimic.coordinate
     if not name:
@@ -136,7 +144,7 @@ def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
     return name
 
 
-def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Table) -> None:
+def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: EntryReader) -> None:
     """Report a ratio or an offset whose unit is not that of the joint, or of it for one of what it follows."""
     own = JOINTS[joint.type].coordinates(joint)[:1]
     leader = next((one for one in joints if one.name == mimic.leader or mimic.coordinate in one.coordinates), None)
@@ -144,12 +152,12 @@ def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Tab
         return
     units = JOINTS[leader.type].coordinates(leader)
     followed = dict(zip(leader.coordinates, units, strict=False)).get(mimic.coordinate, units[0] if units else "")
-    inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
+    inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     fits_place(inner, "ratio", mimic.ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
     fits_place(inner, "offset", mimic.offset, own)
 
 
-def _chain(mimic: Mimic, behind: Coupling, table: Table) -> Coupling:
+def _chain(mimic: Mimic, behind: Coupling, table: EntryReader) -> Coupling:
     """Return ratio · (ratio' q + offset') + offset."""
     try:
         ratio = folding.mul(mimic.ratio, behind.ratio)
@@ -160,14 +168,22 @@ def _chain(mimic: Mimic, behind: Coupling, table: Table) -> Coupling:
     return Coupling(behind.coordinate, ratio, offset)
 
 
-DECLARED = ("locked", "position")
+LOCKED = KeyGroup(  # read when the scene is known; what was locked is said as fixed
+    {
+        "locked": described("whether it stands still", FLAG),
+        "position": described("where a locked joint stands, rad or m", NUMBER),
+    },
+    rules=[
+        {"if": {"required": ["position"]}, "then": {"required": ["locked"], "properties": {"locked": {"const": True}}}}
+    ],
+)
 
 
 def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
     """Return the position of every joint that is declared to be locked; rad or m."""
     positions: dict[str, Quantity] = {}
     for entry in joints:
-        locked, raw = (entry.table.get(key) for key in DECLARED)
+        locked, raw = (entry.table.get(key) for key in LOCKED.keys)
         if locked is True:
             try:
                 positions[entry.name] = quantity(raw if raw is not None else 0)

@@ -1,166 +1,45 @@
 """From raw tables to a checked scene: the one way that TOML files, Denavit-Hartenberg tables and Python all take.
 
-Bodies as tables: raw keys to `Body`, every fault collected.
+Denavit-Hartenberg tables are a compact way to write a chain of joints.
+
+    standard   A_i = Rz(θ) Tz(d) Tx(a) Rx(α)                 link frame at the far end of its link
+    modified   A_i = Rx(α) Tx(a) Rz(θ) Tz(d)                 a, α of row i are the book's a_(i-1), α_(i-1) (Craig)
+
+The joint moves along or about its z axis: θ = theta + q for a revolute joint, d = d + q for a prismatic one, so theta
+or d in a row is the offset of the coordinate. Rotation and shift along one axis commute, so both stand in the origin;
+Tx(a) Rx(α) of a standard table is the tip. Body frames are the link frames of the table.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
-from typing import TypedDict
+from typing import Any, TypeVar
 
-from symdyn.bounds import BOUNDS
 from symdyn.scene.declaration.coupling import lock, read_locks
-from symdyn.scene.declaration.dh import BODY_KEYS, expand
 from symdyn.scene.declaration.draft import Draft
-from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops
-from symdyn.scene.declaration.reading import Reading, ReadOptions, read_coherent, read_valued
+from symdyn.scene.declaration.joint_table import PARENT, ROWS, read_joints, read_loops
+from symdyn.scene.declaration.reading import Reading, ReadOptions
+from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_elements
-from symdyn.scene.values.body import Body, Outline, Particle
-from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.outline import OUTLINES
-from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
-from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
+from symdyn.scene.values.body import Body
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, compose, plain, show
+from symdyn.scene.values.key import Key, Part, fields_of, keys_of, number, one_of, word
+from symdyn.scene.values.model import Input, Parameter, Point, Scene, Signal
+from symdyn.scene.values.quantity import Quantity
 
-MOST_PARTICLES = BOUNDS["particles of a body"]
-"""Particles of a body; each is a term of every formula, so that more of them are given by their sums."""
-
-INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
-
-
-def read_body(entry: Entry, faults: Faults) -> Body:
-    """Return a declared body."""
-    table = Table(entry, faults, BODY_KEYS if not entry.where.startswith("dh.") else tuple(entry.table))
-    about = table.text("inertia_about", "frame" if "first_moment" in table else "com")
-    if about not in ("com", "frame"):
-        table.fault(f'inertia_about = "{about}" is not known; write "com" or "frame"')
-    elif "inertia" in table and "inertia_about" not in table:
-        table.fault('inertia_about is missing; write "com" (centre of mass) or "frame" (origin of the body frame)')
-    if "first_moment" in table:
-        if "com" in table:
-            table.fault("com and first_moment say the same thing twice; give one of them")
-        if about == "com":
-            table.fault(
-                'first_moment goes with inertia_about = "frame"; give com instead, or the inertia about the frame'
-            )
-    return Body(
-        name=entry.name,
-        mass=table.quantity("mass"),
-        com=None if "first_moment" in table else table.vector("com"),
-        first_moment=table.vector("first_moment") if "first_moment" in table else None,
-        inertia=_inertia(table),
-        about=about,
-        particles=_particles(table, faults),
-        allow_invalid_inertia=table.flag("allow_invalid_inertia"),
-        shape=_shape(table, faults) if "shape" in table else None,
-    )
-
-
-def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]:
-    """Return (xx, yy, zz, xy, xz, yz) from a diagonal, a table of entries or a symmetric matrix."""
-    nothing = (Quantity.ZERO,) * 6
-    raw = plain(table.raw.get("inertia", (0, 0, 0)))
-    try:
-        if isinstance(raw, Mapping):
-            for key in raw:
-                if key not in INERTIA_KEYS:
-                    raise FormulaError(f"has an unknown key {show(str(key))}; {suggestion(str(key), INERTIA_KEYS)}")
-            xx, yy, zz, xy, xz, yz = (quantity(raw.get(key, 0)) for key in INERTIA_KEYS)
-            return xx, yy, zz, xy, xz, yz
-        if not isinstance(raw, (list, tuple)) or len(raw) != 3:
-            raise FormulaError("is neither [xx, yy, zz] nor a table { xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }")
-        if not any(isinstance(row, (list, tuple)) for row in raw):
-            return (*vector(raw), Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
-        rows = [vector(row) for row in raw]
-        if any(rows[i][j] != rows[j][i] for i in range(3) for j in range(i)):
-            raise FormulaError("is not symmetric; entry [i][j] must equal entry [j][i]")
-        (xx, xy, xz), (_, yy, yz), (_, _, zz) = rows
-    except FormulaError as error:
-        table.refuse("inertia", error)
-        return nothing
-    return xx, yy, zz, xy, xz, yz
-
-
-def _shape(table: Table, faults: Faults) -> Outline | None:
-    """Return what a body looks like, from a word or a table with sizes."""
-    raw = plain(table.raw["shape"])
-    if isinstance(raw, Outline):
-        return raw
-    given: Mapping[str, object] = raw if isinstance(raw, Mapping) else {"type": raw}
-    if not isinstance(given.get("type"), str) or given["type"] not in OUTLINES:
-        known = ", ".join(f'"{word}"' for word in OUTLINES)
-        table.fault(f"shape = {show(raw)} is not known; write one of {known}, or a table with such a type")
-        return None
-    kind = OUTLINES[str(given["type"])]
-    keys = ("type", *(() if kind.axis is None else ("axis",)), *kind.sizes)
-    row = Table(Entry("", given, f"{table.entry.where}: shape"), faults, keys)
-    sizes = tuple((size, row.quantity(size)) for size in kind.sizes if size in row)
-    for size, length in sizes:
-        if isinstance(length.value, Fraction) and length.value <= 0:
-            row.fault(f"{size} = {shown(length)} is no length; give one above zero")
-    bare = all(entry == Quantity.ZERO for entry in _inertia(table)) or table.quantity("mass") == Quantity.ZERO
-    if bare and len(sizes) < len(kind.sizes):
-        row.fault(f"{' and '.join(kind.sizes)} missing, which no inertia tells; write them beside type")
-    axis = row.vector("axis") if "axis" in row else None
-    if axis is not None and (any(x.symbols for x in axis) or axis == NULL):
-        row.fault("axis is no direction in numbers; give one such as [0, 0, 1]")
-        axis = None
-    return Outline(str(given["type"]), sizes, axis)
-
-
-def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:
-    raw = table.raw.get("particles", ())
-    advice = 'give a list such as [{ mass = "m1", at = [0, 0, 0] }]'
-    if not isinstance(raw, (list, tuple)):
-        table.fault(f"particles = {show(raw)} is not a list; {advice}")
-        return ()
-    if len(raw) > MOST_PARTICLES:
-        table.fault(
-            f"particles lists {len(raw)}; {MOST_PARTICLES} are allowed, give the mass, com and inertia of all together"
-        )
-        return ()
-    particles = []
-    for k, item in enumerate(raw):
-        if isinstance(item, Particle):
-            particles.append(item)
-            continue
-        if not isinstance(item, Mapping):
-            table.fault(f"particles[{k}] = {show(item)} is not a table; {advice}")
-            continue
-        row = Table(Entry("", item, f"{table.entry.where}: particles[{k}]"), faults, ("mass", "at"))
-        for key in ("mass", "at"):
-            if key not in row:
-                row.fault(f"{key} is missing; {advice}")
-        particles.append(Particle(row.quantity("mass"), row.vector("at")))
-    return tuple(particles)
-
-
-LANGUAGE = re.compile("[a-z]{2}")
-
-PARAMETER_KEYS = ("value", "positive", "unit", "tolerance", "latex", "text")
-
-POINT_KEYS = ("body", "at")
-
-INPUT_KEYS = ("value", "unit", "latex", "text")
-
-OUTPUT_KEYS = ("formula", "unit", "text")
-
-TABLE_KEYS: Mapping[str, tuple[str, ...]] = {
-    "parameters": PARAMETER_KEYS,
-    "bodies": BODY_KEYS,
-    "joints": joint_keys(),
-    "points": POINT_KEYS,
-    "inputs": INPUT_KEYS,
-    "outputs": OUTPUT_KEYS,
+SECTIONS: Mapping[str, Sequence[Part]] = {
+    "parameters": PARAMETER,
+    "bodies": BODY,
+    "joints": ROWS,
+    "points": POINT,
+    "inputs": INPUT,
+    "outputs": OUTPUT,
 }
-"""The tables of a scene but those of elements, and their words."""
+"""The tables of a scene but those of elements, and their keys; of joints those that all types share."""
 
 
 @dataclass(frozen=True)
@@ -224,31 +103,31 @@ def assemble(
     """
     bodies, joints = list(declaration.bodies), list(declaration.joints)
     if declaration.dh is not None:
-        more_bodies, more_joints = expand(declaration.dh, faults)
+        more_bodies, more_joints = _expand(declaration.dh, faults)
         bodies, joints = bodies + more_bodies, joints + more_joints
     held = [str(entry.table.get("joint")) for entries in declaration.elements.values() for entry in entries]
     spanned = span(joints, held, spanning_tree, faults)
-    points = tuple(_point(entry, faults) for entry in declaration.points)
+    points = _nouns(Point, POINT, declaration.points, faults)
     named = {point.name: point for point in points}
     loops = (*declaration.loops, *spanned.cut)
-    parameters = tuple(_parameter(entry, faults) for entry in declaration.parameters)
-    gravity = _gravity(declaration.gravity, faults)
+    parameters = _nouns(Parameter, PARAMETER, declaration.parameters, faults)
+    head = _head(declaration, faults)
     scene = Scene(
         name=declaration.name,
         parameters=parameters,
-        gravity=gravity,
-        bodies=tuple(read_body(entry, faults) for entry in bodies),
+        gravity=head["gravity"],
+        bodies=_nouns(Body, BODY, bodies, faults),
         joints=tuple(
             turned(joint) if joint.name in spanned.turned else joint for joint in read_joints(spanned.joints, faults)
         ),
         points=points,
         loops=read_loops(loops, faults),
-        inputs=tuple(_input(entry, faults) for entry in declaration.inputs),
-        outputs=tuple(_output(entry, faults) for entry in declaration.outputs),
-        dimensionless=_dimensionless(declaration.units, faults) or dimensionless,
+        inputs=_nouns(Input, INPUT, declaration.inputs, faults),
+        outputs=_nouns(Signal, OUTPUT, declaration.outputs, faults),
+        dimensionless=head["dimensionless"] or dimensionless,
         source=source,
     )
-    elements = read_elements(declaration.elements, Scope(named, gravity, parameters), faults)
+    elements = read_elements(declaration.elements, Scope(named, scene.gravity, parameters), faults)
     scene = replace(scene, elements=tuple(one for _, one in elements))
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
     places |= {kind: getattr(declaration, kind) for kind in ("parameters", "points", "inputs", "outputs")}
@@ -272,80 +151,79 @@ def _note_friction(scene: Scene, faults: Faults) -> None:
         faults.note("", f"{found}; a scene says friction = {{ coulomb = 0.5, smoothing = 0.01 }} to have it act")
 
 
-def _gravity(raw: object, faults: Faults) -> Vector:
-    if raw is None:
-        return STANDARD_GRAVITY
-    if raw is False or (isinstance(raw, str) and raw == "none"):
-        return NULL
-    advice = 'give a vector such as [0, 0, -9.81], or "none"'
-    if raw is True or isinstance(raw, str):
-        faults.add("", f"gravity = {show(raw)} is not a vector; {advice}")
-        return NULL
-    return Table(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
+Noun = TypeVar("Noun")
 
 
-def _dimensionless(raw: object, faults: Faults) -> bool:
-    if raw is not None and raw != "none":
-        faults.add(
-            "", f'units = {show(raw)} is not known; write units = "none" in a scene without dimensions, or leave it out'
-        )
-    return raw == "none"
+def _nouns(
+    noun: Callable[..., Noun], parts: Sequence[Part], entries: Sequence[Entry], faults: Faults
+) -> tuple[Noun, ...]:
+    """Return what tables of one section declare."""
+    keys = keys_of(parts)
+    return tuple(noun(name=one.name, **fields_of(parts, EntryReader(one, faults, keys))) for one in entries)
 
 
-class _Described(TypedDict):
-    text: str
-    texts: tuple[tuple[str, str], ...]
+def _head(declaration: Declaration, faults: Faults) -> dict[str, Any]:
+    """Return what stands above all tables."""
+    said = {key: value for key, value in vars(declaration).items() if key in keys_of(HEAD) and value is not None}
+    return fields_of(HEAD[1:], EntryReader(Entry("", said, ""), faults, keys_of(HEAD)))
 
 
-def _parameter(entry: Entry, faults: Faults) -> Parameter:
-    table = Table(entry, faults, PARAMETER_KEYS)
-    said = read_valued(table)
-    return Parameter(
-        name=entry.name,
-        value=said.value,
-        positive=table.flag("positive"),
-        unit=said.unit,
-        latex=table.text("latex") if "latex" in table else None,
-        tolerance=table.tolerance(said.written or said.unit),
-        written=said.written,
-        **_described(table),
-    )
+# Denavit-Hartenberg tables
+
+CONVENTIONS = ("standard", "modified")
+
+CHAIN: tuple[Key[str], ...] = (
+    one_of("convention", CONVENTIONS, "of the table", "", f'convention = "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"'),
+    word("parent", PARENT.holds, default=Scene.GROUND),
+)
+"""What a table says of all of its rows, which stand under `links`."""
+
+LINK: tuple[Key[Quantity], ...] = (
+    number("theta", "rad", text="turn about z"),
+    number("d", "m", text="shift along z"),
+    number("a", "m", text="shift along x"),
+    number("alpha", "rad", text="turn about x"),
+)
+"""What a row says beside the keys of its joint and its body."""
 
 
-def _input(entry: Entry, faults: Faults) -> Input:
-    table = Table(entry, faults, INPUT_KEYS)
-    said = read_valued(table)
-    return Input(
-        name=entry.name,
-        value=said.value or Quantity.ZERO,
-        unit=said.unit,
-        written=said.written,
-        latex=table.text("latex") if "latex" in table else None,
-        **_described(table),
-    )
+LINK_OF_JOINT = ("type", "pitch", *keys_of(ROWS))
+
+LINK_KEYS = ("name", *keys_of(LINK), *LINK_OF_JOINT, *keys_of(BODY))
+"""What a row says: of itself, of its joint, and of its body."""
 
 
-def _output(entry: Entry, faults: Faults) -> Signal:
-    table = Table(entry, faults, OUTPUT_KEYS)
-    if "formula" not in table:
-        table.fault('formula is missing; write what is looked at, such as formula = "point_tip_x"')
-    return Signal(entry.name, table.quantity("formula"), read_coherent(table), **_described(table))
+def _expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:
+    """Return the bodies and joints that a table `dh` stands for; faults are collected."""
+    table = EntryReader(entry, faults, (*keys_of(CHAIN), "links"))
+    convention, parent = (key.declared(table) for key in CHAIN)
+    faults.nameless(entry.where, "convention", convention)
+    rows = plain(entry.table.get("links", ()))
+    if not isinstance(rows, (list, tuple)) or not rows:
+        table.fault("links is no list of rows; write one [[dh.links]] for each joint")
+        return [], []
+    bodies, joints = [], []
+    for k, row in enumerate(rows, start=1):
+        if not isinstance(row, Mapping):
+            table.fault(f"links: row {k} = {show(row)} is not a table; give theta, d, a and alpha")
+            continue
+        named = row.get("name", f"link{k}")
+        link = Entry(named if isinstance(named, str) else f"link{k}", row, f"dh.links.{named}")
+        body, joint = _link(link, k, parent, convention, faults)
+        bodies.append(body)
+        joints.append(joint)
+        parent = link.name
+    return bodies, joints
 
 
-def _described(table: Table) -> _Described:
-    """Return `text` and `texts` of what a row says it is, in one language or in several."""
-    raw = table.raw.get("text", "")
-    if not isinstance(raw, dict):
-        return {"text": table.text("text"), "texts": ()}
-    if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
-        table.fault(f'text = {show(raw)} names languages by two letters, such as {{ en = "mass", sk = "hmotnosť" }}')
-        return {"text": "", "texts": ()}
-    each = Table(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
-    said = {code: each.text(code) for code in raw}
-    first = "en" if "en" in said else next(iter(said))
-    return {"text": said[first], "texts": tuple((code, text) for code, text in said.items() if code != "en")}
-
-
-def _point(entry: Entry, faults: Faults) -> Point:
-    table = Table(entry, faults, POINT_KEYS)
-    return Point(entry.name, table.required("body", "write the body that carries the point"), table.pose("at"))
+def _link(link: Entry, k: int, parent: str, convention: str, faults: Faults) -> tuple[Entry, Entry]:
+    table = EntryReader(link, faults, LINK_KEYS)
+    table.text("name", link.name)
+    turn, shift, length, twist = zip(("Rz", "Tz", "Tx", "Rx"), (key.declared(table) for key in LINK), strict=True)
+    standard = convention != "modified"
+    joint: dict[str, object] = {"type": "revolute", "parent": parent, "child": link.name}
+    joint |= {key: link.table[key] for key in LINK_OF_JOINT if key in link.table}
+    joint["origin"] = compose(turn, shift) if standard else compose(twist, length, turn, shift)
+    joint["tip"] = compose(length, twist) if standard else compose()
+    body = {key: link.table[key] for key in keys_of(BODY) if key in link.table}
+    return Entry(link.name, body, link.where), Entry(f"joint{k}", joint, link.where)

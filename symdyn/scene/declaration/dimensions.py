@@ -10,13 +10,13 @@ from symdyn.scene.declaration.draft import Use
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms
+from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.signals import LETTERS
-from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
 ADVICE = "correct it, write the factor that is left out as a parameter with its unit"

@@ -12,20 +12,20 @@ that has both. What is welded to the ground moves nowhere, and no equation holds
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from symdyn.graph import Op
-from symdyn.scene.forces.force_kind import ForcePart
+from symdyn.scene.declaration.scene_table import BODY, GRAVITY, POINT
 from symdyn.scene.forces.force_table import FORCES, place_of
-from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS, ORIGIN, RESISTING, TIP
 from symdyn.scene.values.body import Body, Pose, central_inertia, impossible, inertia_fault
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
+from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, TIMED, Part
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
@@ -73,9 +73,10 @@ def uses(draft: Draft) -> Iterator[Use]:
     scene, where = draft.scene, draft.where
     moving = frozenset((*scene.coordinates, *scene.velocities))
     timed = moving | {CLOCK, *(one.name for one in scene.inputs)}
-    yield from _vector("", "gravity", scene.gravity, "m/s^2")
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed}
+    yield from _uses("", (GRAVITY,), scene, allowed)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
-        yield from _body(place, body)
+        yield from _uses(place, BODY, body, allowed)
     followed = {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
     led = {q: way for one in scene.joints if followed.intersection(one.coordinates) for q, way in _ways(one)}
     for place, joint in zip(where["joints"], scene.joints, strict=True):
@@ -83,15 +84,20 @@ def uses(draft: Draft) -> Iterator[Use]:
     for place, joint in zip(where["loops"], scene.loops, strict=True):
         yield from _joint(place, joint, timed)
     for place, point in zip(where["points"], scene.points, strict=True):
-        yield from _steps(place, "at", point.at)
-    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed}
+        yield from _uses(place, POINT, point, allowed)
     for place, one in zip(where["elements"], scene.elements, strict=True):
-        straight = slides(scene, one)
-        for part in FORCES[one.kind].parts:
-            for (key, quantity, names), unit in zip(part.numbers(one), _units(part, one, straight), strict=True):
-                yield Use(place, key, quantity, allowed[names], unit)
+        yield from _uses(place, FORCES[one.kind].parts, one, allowed, slides(scene, one))
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
         yield Use(place, "formula", output.formula, frozenset(scene.letters(output.formula.symbols)), output.unit)
+
+
+def _uses(
+    where: str, parts: Iterable[Part], one: object, allowed: Mapping[int, frozenset[str]], straight: bool = True
+) -> Iterator[Use]:
+    """Return the quantities of a noun, whose parts say what each may name, and its unit."""
+    for part in parts:
+        for key, quantity, names, unit in part.numbers(one, straight):
+            yield Use(where, key, quantity, allowed[names], unit)
 
 
 def slides(scene: Scene, one: Element) -> bool:
@@ -100,20 +106,9 @@ def slides(scene: Scene, one: Element) -> bool:
     return named is None or JOINTS[named.type].slides(named)
 
 
-def _units(part: ForcePart, one: Element, straight: bool) -> Iterator[str]:
-    """Return the units of the numbers of a part of an element; of one that is no key, those of places."""
-    for k, (key, _, _) in enumerate(part.numbers(one)):
-        yield part.unit_at(k, straight) if isinstance(part, Key) else "m" if "at[" in key else ""
-
-
 def _ways(joint: Joint) -> Iterator[tuple[str, str]]:
     """Return the unit of each coordinate of a joint."""
     return zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=False)
-
-
-def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
-    """Return what a joint says in numbers and parameters beside its placement, by key."""
-    yield from ((use.key, use.quantity) for use in _numbers("", joint))
 
 
 def _numbers(where: str, joint: Joint, led: Mapping[str, str] = MappingProxyType({})) -> Iterator[Use]:
@@ -130,59 +125,27 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
     """Return what a joint says in numbers, as of one that only slides or only turns."""
     kind = JOINTS[joint.type]
     places, speeds = kind.coordinates(joint), kind.velocities(joint)
-    way, inertia = ("m", "kg") if straight else ("rad", "kg m^2")
-    force = force_unit(way)
+    way = "m" if straight else "rad"
     plain = frozenset[str]()
     if joint.coupling is not None:
         leading = led.get(joint.coupling.coordinate, "")
         ratio = "1" if leading == way else f"{way}/{leading}" if leading else ""
         yield Use(where, "mimic.ratio", joint.coupling.ratio, plain, ratio)
         yield Use(where, "mimic.offset", joint.coupling.offset, plain, way)
-    yield Use(where, "armature", joint.armature, plain, inertia)
-    yield Use(where, "damping", joint.damping, plain, f"{force} s/{way}")
-    yield Use(where, "friction", joint.friction, plain, force)
-    dry = joint.dry
-    for part in FORCES[dry.kind].parts if dry else ():
-        assert dry is not None, "its kind was just asked for"
-        for (name, quantity, _), unit in zip(part.numbers(dry), _units(part, dry, straight), strict=True):
-            yield Use(where, f"friction.{name}", quantity, plain, unit)
-    for limit, unit in (("lower", way), ("upper", way), ("velocity", f"{way}/s"), ("effort", force)):
-        quantity = getattr(joint.limits, limit)
-        if quantity is not None:
-            yield Use(where, f"limits.{limit}", quantity, plain, unit)
-    for key in kind.keys:
-        yield from (
-            Use(where, name, x, plain, key.unit_at(k, straight)) for k, (name, x, _) in enumerate(key.numbers(joint))
-        )
+    allowed = {PARAMETERS: plain, OWN: frozenset(joint.coordinates)}
+    yield from _uses(where, (*RESISTING, *kind.keys), joint, allowed, straight)
+    for use in _uses(where, FORCES[joint.dry.kind].parts, joint.dry, allowed, straight) if joint.dry else ():
+        yield use._replace(key=f"friction.{use.key}")
     for k, x in enumerate(joint.start):
         yield Use(where, f"start[{k}]", x, plain, "".join(places[k : k + 1]))
     for k, x in enumerate(joint.start_rates):
         yield Use(where, f"start_rates[{k}]", x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
 
 
-def _body(where: str, body: Body) -> Iterator[Use]:
-    yield Use(where, "mass", body.mass, unit="kg")
-    for key, vector, unit in (
-        ("com", body.com, "m"),
-        ("first_moment", body.first_moment, "kg m"),
-        ("inertia", body.inertia, "kg m^2"),
-    ):
-        yield from _vector(where, key, vector or (), unit)
-    for k, particle in enumerate(body.particles):
-        yield Use(where, f"particles[{k}].mass", particle.mass, unit="kg")
-        yield from _vector(where, f"particles[{k}].at", particle.at, "m")
-    yield from (Use(where, f"shape.{name}", size, unit="m") for name, size in (body.shape.sizes if body.shape else ()))
-    yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or (), "")
-
-
 def _joint(
     where: str, joint: Joint, timed: frozenset[str], led: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[Use]:
-    yield from _steps(where, "origin", joint.origin)
-    yield from _steps(where, "tip", joint.tip)
-    for key, value in JOINTS[joint.type].values(joint):
-        if isinstance(value, Pose):
-            yield from _steps(where, key.name, value, frozenset(joint.coordinates))
+    yield from _uses(where, (ORIGIN, TIP), joint, {PARAMETERS: frozenset()})
     speeds = JOINTS[joint.type].velocities(joint)
     for k, force in enumerate(joint.forces):
         unit = "".join(map(force_unit, speeds[k : k + 1]))
@@ -190,15 +153,6 @@ def _joint(
     if joint.motion is not None:
         yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))
     yield from _numbers(where, joint, led)
-
-
-def _vector(where: str, key: str, entries: Sequence[Quantity], unit: str) -> Iterator[Use]:
-    yield from (Use(where, f"{key}[{i}]", x, unit=unit) for i, x in enumerate(entries))
-
-
-def _steps(where: str, key: str, pose: Pose, allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
-    for kind, amount in pose.steps:
-        yield Use(where, f"{key}.{kind}", amount, allowed, "m" if kind.startswith("T") else "rad")
 
 
 WELD = "fixed"

@@ -1,194 +1,109 @@
-"""Joints as tables: raw keys to `Joint`, in the tree and where they close loops; every fault collected.
+"""Joints as tables, in the tree and where they close loops: a row a key, or one for one freedom and one for several.
 
 A joint in the tree names its coordinates and its drives, or gets q<k> and tau<k>, counted over the whole scene. Every
-other key says something about its velocities; a key that a type knows nothing of is refused.
+other key says something about its velocities; a key that a type knows nothing of is refused. Every fault is collected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeGuard
 
-from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
-from symdyn.scene.forces.force_table import read_rubbing
-from symdyn.scene.joints.joint_table import JOINTS, own_keys
-from symdyn.scene.values.element import Element
+from symdyn.scene.declaration.coupling import LOCKED, MIMIC, OFFSET, RATIO, Mimic, couple, read_mimic
+from symdyn.scene.forces.force_kind import Scope
+from symdyn.scene.forces.force_table import read_rubbing, table_of
+from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
+from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
-from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Joint, Limits, velocity_name
+from symdyn.scene.values.joint import Joint, velocity_name
+from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, number, optional, raw_of, shape_of, word
 from symdyn.scene.values.names import choice
-from symdyn.scene.values.quantity import FormulaError, Quantity, spell
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell
 from symdyn.scene.values.requested_units import fits_place
-from symdyn.scene.values.table import Entry, Faults, Table, as_list, plain, show
+from symdyn.scene.values.shape import ANYTHING, FLAG, NUMBER, Shape, choice_of, described, name_shape, not_both
 
-PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
+PARENT = word("parent", 'name of the body it hangs on, or "ground"', 'the body that carries it, or "ground"')
 
-OWN_KEYS = ("coordinate", "coordinates", "drive", "drives", "force", "forces", "start", "start_rates", "motion")
-"""What only a joint with coordinates of its own has."""
-
-SINGLE_KEYS = ("mimic", "armature", "rotor", "limits", "motion")
-"""What only a joint with one velocity has; a ball has an armature too."""
-
-RATE_KEYS = ("mimic", "armature", "rotor", "damping", "friction", "limits")
-
-LOCK_KEYS = ("locked", "position")
-
-LIMIT_KEYS = ("lower", "upper", "velocity", "effort")
-
-STAND_IN = next(iter(JOINTS))
-"""Type of a joint whose type is none; the mistake is reported where it stands."""
+CHILD = word("child", "name of the body it carries", "the body that it carries")
 
 
-def loop_keys() -> tuple[str, ...]:
-    """Return the keys of a joint that closes a loop."""
-    return (*PLACE_KEYS, *own_keys())
+def place_keys() -> tuple[Key[str] | Key[Pose], ...]:
+    """Return the keys of type, bodies and frames of all joints, the types being those that are known by now."""
+    type_ = word("type", "what kind of joint", f"one of {', '.join(JOINTS)}", shape=choice_of(*JOINTS))
+    return (type_, PARENT, CHILD, ORIGIN, TIP)
 
 
-def joint_keys() -> tuple[str, ...]:
-    """Return the keys of a joint in the tree."""
-    return (*loop_keys(), *OWN_KEYS, *RATE_KEYS, *LOCK_KEYS)
+@dataclass(frozen=True)
+class Standing:
+    """A joint while its table is read or written, and what the joints of its scene say.
+
+    Attributes:
+        joint: of its type, where it is.
+        nq, nv: coordinates and velocities of the joints before it.
+        leaders: names of joints by their coordinate.
+    """
+
+    joint: Joint
+    nq: int
+    nv: int
+    leaders: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """Names of its coordinates where none are said: q<k>, counted over the scene."""
+        units = JOINTS[self.joint.type].coordinates(self.joint)
+        return tuple(f"q{self.nq + k}" for k in range(1, len(units) + 1))
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Names of its drives where none are said: tau<k>, counted over the scene."""
+        speeds = JOINTS[self.joint.type].velocities(self.joint)
+        return tuple(f"tau{self.nv + k}" for k in range(1, len(speeds) + 1))
+
+    def has(self, n: int, what: str) -> str:
+        """Return what a message says of its number of coordinates or velocities."""
+        return f"a {self.joint.type} joint has {n} {what}"
 
 
-def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
-    """Return the joints of the tree, parents first as the entries are."""
-    keys = joint_keys()
-    tables = [Table(entry, faults, keys) for entry in entries]
-    joints: list[Joint] = []
-    mimics: list[Mimic | None] = []
-    nq = nv = 0
-    for table in tables:
-        kind = _type(table)
-        placed = _placed(table, kind, _shape(table, kind))
-        mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
-        joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
-        nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
-    return couple(joints, mimics, tables)
+def _one_or_more(keys: Sequence[str], values: Sequence[object]) -> dict[str, object]:
+    """Return one value under the first key, several under the last, none under none."""
+    return {} if not values else {keys[0]: values[0]} if len(values) == 1 else {keys[-1]: list(values)}
 
 
-def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
-    """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
-    loops = []
-    for entry in entries:
-        table = Table(entry, faults, joint_keys())
-        _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a joint that closes a loop")
-        kind = _type(table)
-        loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
-    return tuple(loops)
-
-
-def freedoms(entry: Entry) -> int:
-    """Return how many freedoms a declared joint has; mistakes are reported where it is read."""
-    raw = entry.table.get("type")
-    kind = raw if isinstance(raw, str) and raw in JOINTS else STAND_IN
-    table = Table(entry, Faults(""), tuple(entry.table))
-    return len(JOINTS[kind].velocities(Joint("", kind, "", "", _shape(table, kind))))
-
-
-def _shape(table: Table, kind: str) -> tuple[tuple[str, Any], ...]:
-    return tuple((key.name, key.declared(table)) for key in JOINTS[kind].keys)
-
-
-def _type(table: Table) -> str:
-    """Return a key of `JOINTS`; `STAND_IN` for what is none."""
-    kind = table.required("type", f"write one of {', '.join(JOINTS)}")
-    if kind in JOINTS:
-        own = {key.name for key in JOINTS[kind].keys}
-        strange = [key for key in own_keys() if key not in own]
-        _refuse(table, strange, f"a {kind} joint")
-        return kind
-    if kind:
-        table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
-    table.faults.nameless(table.entry.where, "type", kind)
-    return STAND_IN
-
-
-def _placed(table: Table, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
-    """Return a joint of its type and frames, without coordinates."""
-    return Joint(
-        name=table.entry.name,
-        type=kind,
-        parent=table.required("parent", 'write the body that carries it, or "ground"'),
-        child=table.required("child", "write the body that it carries"),
-        shape=shape,
-        origin=table.pose("origin"),
-        tip=table.pose("tip"),
-    )
-
-
-def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
-    """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
-    kind = joint.type
-    units = JOINTS[kind].coordinates(joint)
-    speeds = JOINTS[kind].velocities(joint)
-    for keys, what in meaningless(joint, follows):
-        _refuse(table, keys, what)
-    if not speeds:
-        return joint
-    data, dry = _friction(table, kind, len(speeds))
-    said: dict[str, Any] = {"armature": _armature(table), "damping": table.quantity("damping")}
-    said |= {"friction": data, "dry": dry, "limits": _limits(table)}
-    if follows:
-        return replace(joint, **said)
-    coordinates = _coordinates(table, kind, len(units), nq)
-    return replace(
-        joint,
-        **said,
-        coordinates=coordinates,
-        velocities=_velocities(joint, coordinates),
-        forces=_forces(table, kind, speeds),
-        drives=_drives(table, kind, len(speeds), nv),
-        start=_numbers(table, "start", len(units), f"a {kind} joint has {len(units)} coordinates"),
-        start_rates=_numbers(table, "start_rates", len(speeds), f"a {kind} joint has {len(speeds)} velocities"),
-        motion=table.quantity("motion") if "motion" in table else None,
-    )
-
-
-def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[str], str]]:
-    """Yield keys that have no meaning for a joint, and what it is."""
-    kind, speeds = JOINTS[joint.type], JOINTS[joint.type].velocities(joint)
-    if not speeds:
-        yield (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), f"a {joint.type} joint"
-        return
-    if follows:
-        yield (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one"
-    if len(speeds) != 1:
-        keys = [key for key in SINGLE_KEYS if key != "armature" or not kind.ball(joint)]
-        yield keys, f"a {joint.type} joint, which has {len(speeds)} velocities"
-    if kind.names_coordinates:
-        yield ("mimic",), f"a {joint.type} joint"
-
-
-def _refuse(table: Table, keys: Sequence[str], what: str) -> None:
-    for key in keys:
-        if key in table and not (key == "drive" and table.raw[key] is False):
-            table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")
-
-
-def _either(table: Table, one: str, several: str) -> str:
+def _either(table: EntryReader, one: str, several: str) -> str:
     """Return which of two keys is given, the first if none is."""
     if one in table and several in table:
         table.fault(f"{one} and {several} say the same thing twice; give one of them")
     return several if several in table else one
 
 
-def _coordinates(table: Table, kind: str, n: int, before: int) -> tuple[str, ...]:
-    default = tuple(f"q{before + k}" for k in range(1, n + 1))
-    key = _either(table, "coordinate", "coordinates")
+# Coordinates
+
+
+def _coordinates(table: EntryReader, at: Standing) -> dict[str, Any]:
+    names = _coordinate_names(table, at)
+    return {"coordinates": names, "velocities": _velocities(at.joint, names)}
+
+
+def _coordinate_names(table: EntryReader, at: Standing) -> tuple[str, ...]:
+    default = at.letters
+    key = _either(table, *COORDINATES.keys)
     if key not in table:
-        if JOINTS[kind].names_coordinates:
+        if JOINTS[at.joint.type].names_coordinates:
             table.fault('coordinates is missing; name those that its steps use, such as coordinates = ["u"]')
         return default
-    if key == "coordinate" and n == 1:
-        return (table.text("coordinate", default[0]),)
+    if key == COORDINATES.keys[0] and len(default) == 1:
+        return (table.text(key, default[0]),)
     names = as_list(table.raw[key])
     wrong = [name for name in names if not isinstance(name, str)]
     if wrong:
         table.fault(f"{key}: {show(wrong[0])} is not text; put it in quotes, such as {key} = [{show(default[0])}]")
         return default
-    if len(names) != n:
-        table.fault(f"{key} = {show(table.raw[key])} has {len(names)} names; a {kind} joint has {n} coordinates")
+    if len(names) != len(default):
+        table.fault(f"{key} = {show(table.raw[key])} has {len(names)} names; {at.has(len(default), 'coordinates')}")
         return default
     return tuple(str(name) for name in names)
 
@@ -206,26 +121,49 @@ def _velocities(joint: Joint, coordinates: Sequence[str]) -> tuple[str, ...]:
     return tuple(names) if any(block.letters for block in blocks) else ()
 
 
-def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, ...]:
+def _said_coordinates(joint: Joint, at: Standing) -> dict[str, object]:
+    made_up = joint.coordinates == at.letters and not JOINTS[joint.type].names_coordinates
+    return {} if made_up else _one_or_more(COORDINATES.keys, joint.coordinates)
+
+
+LETTER = name_shape(letter=True)
+
+LETTERS: Shape = {"anyOf": [LETTER, {"type": "array", "items": LETTER}]}
+
+COORDINATES = KeyGroup(
+    {
+        "coordinate": described("name of q; q1, q2, ... when left out", LETTERS),
+        "coordinates": described("names of q of a joint that has several", LETTERS),
+    },
+    _coordinates,
+    _said_coordinates,
+    rules=not_both([("coordinate", "coordinates")]),
+)
+
+
+# Drives and forces
+
+
+def _drives(table: EntryReader, at: Standing) -> tuple[str | None, ...]:
     """Return the names of the drives, one a velocity, None where it is passive."""
-    default = [f"tau{before + k}" for k in range(1, n + 1)]
-    key = _either(table, "drive", "drives")
+    default = at.drives
+    key = _either(table, *DRIVES.keys)
     raw = plain(table.raw.get(key, True))
     if raw is False:
-        return (None,) * n
+        return (None,) * len(default)
     if raw is True:
-        return tuple(default)
+        return default
     if "" in as_list(raw):
         table.fault(
             f"{key} = {show(raw)} is no name; give one such as {show(default[0])}, or false where it is passive"
         )
-        return tuple(default)
-    if n == 1 and key == "drive" and not isinstance(raw, (list, tuple)):
-        return (table.text("drive", default[0]) or default[0],)
+        return default
+    if len(default) == 1 and key == DRIVES.keys[0] and not isinstance(raw, (list, tuple)):
+        return (table.text(key, default[0]) or default[0],)
     given = as_list(raw)
-    if len(given) != n:
-        table.fault(f"{key} = {show(raw)} has {len(given)} entries; a {kind} joint has {n} velocities")
-        return tuple(default)
+    if len(given) != len(default):
+        table.fault(f"{key} = {show(raw)} has {len(given)} entries; {at.has(len(default), 'velocities')}")
+        return default
     names: list[str | None] = []
     for own, one in zip(default, given, strict=True):
         if not isinstance(one, (str, bool)):
@@ -234,39 +172,90 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
     return tuple(names)
 
 
-def _forces(table: Table, kind: str, speeds: Sequence[str]) -> tuple[Quantity, ...]:
-    key = _either(table, "force", "forces")
-    forces = _numbers(table, key, len(speeds), f"a {kind} joint has {len(speeds)} velocities")
+def _said_drives(joint: Joint, at: Standing) -> dict[str, object]:
+    if not joint.coordinates or joint.drives == at.drives:
+        return {}
+    if not any(joint.drives):
+        return {DRIVES.keys[0]: False}
+    return _one_or_more(DRIVES.keys, [name or False for name in joint.drives])
+
+
+DRIVE: Shape = {"anyOf": [LETTER, FLAG, {"type": "array", "items": {"anyOf": [LETTER, FLAG]}}]}
+
+DRIVES = KeyGroup(
+    {
+        "drive": described("name of the driving force or torque, false for a passive joint", DRIVE),
+        "drives": described("names of the driving forces, false where it is passive", DRIVE),
+    },
+    lambda table, at: {"drives": _drives(table, at)},
+    _said_drives,
+    rules=not_both([("drive", "drives")]),
+)
+
+
+def _acting(forces: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    """Return forces, none where all are zero."""
     return forces if any(force != Quantity.ZERO for force in forces) else ()
 
 
-def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
-    """Return a number or a list of n numbers; () where the key is not given or does not fit."""
+def _numbers(table: EntryReader, key: str, at: Standing, what: str = "velocities") -> tuple[Quantity, ...]:
+    """Return a number for each coordinate or velocity; () where the key is not given or does not fit."""
     if key not in table:
         return ()
-    given = as_list(table.raw[key])
+    n, given = len(at.drives if what == "velocities" else at.letters), as_list(table.raw[key])
     if len(given) != n:
         some = "one number" if len(given) == 1 else f"{len(given)} numbers"
-        table.fault(f"{key} = {show(table.raw[key])} is {some}; {why}")
+        table.fault(f"{key} = {show(table.raw[key])} is {some}; {at.has(n, what)}")
         return ()
-    try:
-        return tuple(quantity(plain(one)) for one in given)
-    except FormulaError as error:
-        table.refuse(key, error)
-        return ()
+    return table.parsed(key, (), lambda _: quantities(given))
 
 
-def _armature(table: Table) -> Quantity:
+EACH: Shape = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
+
+FORCE: KeyGroup = KeyGroup(
+    {
+        "force": described("generalized force beside the drive, N m or N, in what moves, inputs and t", EACH),
+        "forces": described("generalized forces, one a velocity, N m or N", EACH),
+    },
+    lambda table, at: {"forces": _acting(_numbers(table, _either(table, *FORCE.keys), at))},
+    lambda joint, at: _one_or_more(FORCE.keys, _acting(joint.forces)),
+    rules=not_both([("force", "forces")]),
+)
+
+# What follows, resists, and starts
+
+
+def _said_mimic(joint: Joint, at: Standing) -> dict[str, object]:
+    follows = joint.coupling
+    if follows is None:
+        return {}
+    name = at.leaders.get(follows.coordinate)
+    leader = {"joint": name} if name else {"coordinate": follows.coordinate}
+    return {"mimic": leader | raw_of((RATIO, OFFSET), follows)}
+
+
+FOLLOWED = KeyGroup(
+    {
+        "mimic": described(
+            "position = ratio * position of another joint + offset",
+            {**shape_of(MIMIC), "oneOf": [{"required": ["joint"]}, {"required": ["coordinate"]}]},
+        )
+    },
+    said=_said_mimic,  # read by `read_mimic`, of all joints of a scene together
+)
+
+ROTOR = (number("inertia"), Key("gear", EntryReader.quantity, Quantity.ONE))
+
+
+def _armature(table: EntryReader) -> Quantity:
     """Return the inertia of a rotor seen at the joint: as it is, or behind a gear, inertia · gear²."""
-    if "rotor" not in table:
-        return table.quantity("armature")  # its sign is looked at when values are known
-    if "armature" in table:
-        table.fault("armature and rotor say the same thing twice; give one of them")
+    if _either(table, "armature", "rotor") == "armature":
+        return ARMATURE.declared(table)
     advice = "write rotor = { inertia = 1e-4, gear = 100 }"
-    inner = table.inner("rotor", ("inertia", "gear"), advice)
+    inner = table.inner("rotor", keys_of(ROTOR), advice)
     if "inertia" not in inner:
         inner.fault(f"inertia is missing; {advice}")
-    inertia, gear = inner.quantity("inertia"), inner.quantity("gear", Quantity.ONE)
+    inertia, gear = (key.declared(inner) for key in ROTOR)
     fits_place(inner, "inertia", inertia, ("kg m^2", "kg"))
     fits_place(inner, "gear", gear, ("1", "rad/m"))
     if gear == Quantity.ZERO:
@@ -281,24 +270,180 @@ def _armature(table: Table) -> Quantity:
         return Quantity.ZERO
 
 
+ROTORS = KeyGroup(
+    {
+        **ARMATURE.words,
+        "rotor": described("in place of armature, which is inertia * gear^2", shape_of(ROTOR, ["inertia"])),
+    },
+    lambda table, at: {"armature": _armature(table)},
+    ARMATURE.raw,
+    rules=not_both([("armature", "rotor")]),
+)
+
+
 def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
     """Tell whether raw friction is a table of what acts; a number is data, also one as a table with its unit."""
     return isinstance(friction, Mapping) and "value" not in friction
 
 
-def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None]:
+def _friction(table: EntryReader, at: Standing) -> dict[str, Any]:
     """Return dry friction as data, and as it enters the equations."""
     raw = table.raw.get("friction")
     if not acts(raw):
-        return table.quantity("friction"), None
-    if n != 1:
-        table.fault(f"friction is a table, which has no meaning for a {kind} joint; give loads instead")
+        return {"friction": DRY.declared(table), "dry": None}
+    if len(at.drives) != 1:
+        table.fault(f"friction is a table, which has no meaning for a {at.joint.type} joint; give loads instead")
     entry = Entry(table.entry.name, raw, f"{table.entry.where}: friction")
-    return Quantity.ZERO, read_rubbing(entry, "friction", table.faults)
+    return {"friction": Quantity.ZERO, "dry": read_rubbing(entry, "friction", table.faults)}
 
 
-def _limits(table: Table) -> Limits:
-    if "limits" not in table:
-        return Limits()
-    inner = table.inner("limits", LIMIT_KEYS, "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }")
-    return Limits(*(inner.quantity(key) if inner.raw.get(key) is not None else None for key in LIMIT_KEYS))
+def _said_friction(joint: Joint, at: Standing) -> dict[str, object]:
+    return {"friction": table_of(joint.dry, Scope({}, NULL, ()))} if joint.dry else DRY.raw(joint, at)
+
+
+FRICTION = KeyGroup(
+    {"friction": described("dry friction: a number is data, a table acts", ANYTHING)}, _friction, _said_friction
+)
+
+START = KeyGroup(
+    {"start": described("position at the start, rad or m; a guess where loops close", EACH)},
+    read=lambda table, at: {"start": _numbers(table, "start", at, "coordinates")},
+    said=lambda joint, at: _one_or_more(["start"], joint.start),
+)
+
+START_RATES = KeyGroup(
+    {"start_rates": described("velocity at the start", EACH)},
+    read=lambda table, at: {"start_rates": _numbers(table, "start_rates", at)},
+    said=lambda joint, at: _one_or_more(["start_rates"], joint.start_rates),
+)
+
+MOTION = Key("motion", optional(EntryReader.quantity), None, holds="prescribed motion, a formula in t", shape=NUMBER)
+
+
+OWN_COORDINATES: tuple[Part, ...] = (COORDINATES, DRIVES, FORCE, START, START_RATES, MOTION)
+"""What only a joint with coordinates of its own has."""
+
+ROWS: tuple[Part, ...] = (
+    *(COORDINATES, DRIVES, FOLLOWED, FORCE, ROTORS, DAMPING, FRICTION, LIMITED, START, START_RATES, MOTION, LOCKED),
+)
+"""What joints of all types say beside place and type, in the order in which it is written."""
+
+SINGLE: tuple[Part, ...] = (FOLLOWED, ROTORS, LIMITED, MOTION)
+"""What only a joint with one velocity has; a ball has an armature too."""
+
+
+def said_place(joint: Joint) -> dict[str, object]:
+    """Return what the table of a joint says of type, bodies and frames."""
+    shape = {key.name: key.of(joint) for key in JOINTS[joint.type].keys}
+    return {"type": joint.type, **raw_of((PARENT, CHILD), joint), **shape, **raw_of((ORIGIN, TIP), joint)}
+
+
+def said_joint(joint: Joint, at: Standing) -> dict[str, object]:
+    """Return what the table of a joint of the tree says."""
+    return said_place(joint) | raw_of(ROWS, joint, at)
+
+
+# Reading
+
+STAND_IN = next(iter(JOINTS))
+"""Type of a joint whose type is none; the mistake is reported where it stands."""
+
+
+def loop_keys() -> tuple[str, ...]:
+    """Return the keys of a joint that closes a loop."""
+    return (*keys_of(place_keys()), *own_keys())
+
+
+def joint_keys() -> tuple[str, ...]:
+    """Return the keys of a joint in the tree."""
+    return (*loop_keys(), *keys_of(ROWS))
+
+
+def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
+    """Return the joints of the tree, parents first as the entries are."""
+    keys = joint_keys()
+    tables = [EntryReader(entry, faults, keys) for entry in entries]
+    joints: list[Joint] = []
+    mimics: list[Mimic | None] = []
+    nq = nv = 0
+    for table in tables:
+        kind = _type(table)
+        placed = _placed(table, kind, _shape(table, kind))
+        mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
+        joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
+        nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
+    return couple(joints, mimics, tables)
+
+
+def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
+    """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
+    loops = []
+    for entry in entries:
+        table = EntryReader(entry, faults, joint_keys())
+        _refuse(table, keys_of(ROWS), "a joint that closes a loop")
+        kind = _type(table)
+        loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
+    return tuple(loops)
+
+
+def freedoms(entry: Entry) -> int:
+    """Return how many freedoms a declared joint has; mistakes are reported where it is read."""
+    raw = entry.table.get("type")
+    kind = raw if isinstance(raw, str) and raw in JOINTS else STAND_IN
+    table = EntryReader(entry, Faults(""), tuple(entry.table))
+    return len(JOINTS[kind].velocities(Joint("", kind, "", "", _shape(table, kind))))
+
+
+def _shape(table: EntryReader, kind: str) -> tuple[tuple[str, Any], ...]:
+    return tuple((key.name, key.declared(table)) for key in JOINTS[kind].keys)
+
+
+def _type(table: EntryReader) -> str:
+    """Return a key of `JOINTS`; `STAND_IN` for what is none."""
+    type_, *_ = place_keys()
+    kind = str(type_.declared(table))
+    if kind in JOINTS:
+        own = {key.name for key in JOINTS[kind].keys}
+        strange = [key for key in own_keys() if key not in own]
+        _refuse(table, strange, f"a {kind} joint")
+        return kind
+    if kind:
+        table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
+    table.faults.nameless(table.entry.where, "type", kind)
+    return STAND_IN
+
+
+def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
+    """Return a joint of its type and frames, without coordinates."""
+    return Joint(table.entry.name, kind, shape=shape, **fields_of((PARENT, CHILD, ORIGIN, TIP), table))
+
+
+def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
+    """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
+    for keys, what in meaningless(joint, follows):
+        _refuse(table, keys, what)
+    if not JOINTS[joint.type].velocities(joint):
+        return joint
+    parts = [part for part in ROWS if not (follows and part in OWN_COORDINATES)]
+    return replace(joint, **fields_of(parts, table, Standing(joint, nq, nv)))
+
+
+def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[str], str]]:
+    """Yield keys that have no meaning for a joint, and what it is."""
+    kind, speeds = JOINTS[joint.type], JOINTS[joint.type].velocities(joint)
+    if not speeds:
+        yield keys_of(ROWS), f"a {joint.type} joint"
+        return
+    if follows:
+        yield keys_of((*OWN_COORDINATES, LOCKED)), "a joint that follows another one"
+    if len(speeds) != 1:
+        keys = [key for key in keys_of(SINGLE) if key != ARMATURE.name or not kind.ball(joint)]
+        yield keys, f"a {joint.type} joint, which has {len(speeds)} velocities"
+    if kind.names_coordinates:
+        yield FOLLOWED.keys, f"a {joint.type} joint"
+
+
+def _refuse(table: EntryReader, keys: Sequence[str], what: str) -> None:
+    for key in keys:
+        if key in table and not (key == "drive" and table.raw[key] is False):
+            table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")

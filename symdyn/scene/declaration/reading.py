@@ -17,12 +17,12 @@ from typing import Protocol
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.forces.force_table import FORCES, place_of
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.requested_units import fits
-from symdyn.scene.values.table import Table
-from symdyn.scene.values.unit import Unit, UnitError, in_si
+from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 
 _ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")
 
@@ -191,7 +191,7 @@ class Valued:
     written: str = ""
 
 
-def read_valued(table: Table) -> Valued:
+def read_valued(table: EntryReader) -> Valued:
     """Return what `value` and `unit` of a table say; what is wrong with them is a fault of the table."""
     text = table.text("unit")
     value = table.quantity("value") if "value" in table else None
@@ -207,17 +207,30 @@ def read_valued(table: Table) -> Valued:
         return valued(None, unit)
 
 
-def read_coherent(table: Table) -> str:
-    """Return the `unit` of a table whose formula is computed, which is in SI."""
-    text = table.text("unit")
+def said_value(letter: Letter) -> tuple[Quantity | None, str]:
+    """Return a letter's value and unit as its writer chose it, wherever that reads as the same value again."""
+    value, unit = letter.value, letter.unit
+    if value is not None and value.unit:
+        return value, "" if value.unit == (letter.written or unit) else letter.written or unit
+    if letter.written:
+        chosen = Unit.read(letter.written)
+        there = None if value is None else out_of_si(value, chosen)
+        if there is None or in_si(there, chosen) == value:
+            return there, letter.written
+    return value, unit
+
+
+def read_coherent(table: EntryReader, key: str, usual: str) -> str:
+    """Return the unit of a table whose formula is computed, which is in SI."""
+    text = table.text(key, usual)
     try:
         unit = Unit.read(text) if text else None
     except UnitError as error:
-        table.refuse("unit", error)
-        return ""
+        table.refuse(key, error)
+        return usual
     if unit is None or unit.is_coherent:
         return text
-    table.fault(f'unit = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"')
+    table.fault(f'{key} = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"')
     return unit.si
 
 

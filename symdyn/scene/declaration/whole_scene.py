@@ -13,10 +13,11 @@ from collections.abc import Collection, Iterator, Mapping
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import check_dimensions
-from symdyn.scene.declaration.draft import KINDS, Draft, Use, joint_numbers, judge, uses
+from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
 from symdyn.scene.forces.force_table import FORCES
-from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
+from symdyn.scene.values.entry import Faults, show, shown
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
@@ -25,7 +26,6 @@ from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, liste
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.requested_units import fits, with_unit
 from symdyn.scene.values.signals import LETTERS
-from symdyn.scene.values.table import Faults, show, shown
 from symdyn.scene.values.unit import Unit, UnitError
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
@@ -99,9 +99,6 @@ def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, Non
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
 
 
-NOT_NEGATIVE = ("armature", "damping", "friction", "limits.velocity", "limits.effort")
-
-
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
     """Report what is wrong with the joints, one by one."""
     for section in ("joints", "loops"):
@@ -121,24 +118,19 @@ def _shape(joint: Joint, stand: Stand) -> None:
     fine = [stand.direction(key.name, way) for key, way in kind.directions(joint)]
     if all(fine) and (amiss := kind.fault(joint)):
         stand.fault(amiss)
-    for key in kind.keys:
+    for key in (*kind.keys, *RESISTING):
         key.check(joint, stand)
 
 
 def _signs(joint: Joint, stand: Stand) -> None:
-    """What dissipates or stores energy is not negative, and limits leave room."""
-    numbers = dict(joint_numbers(joint))
-    known = {key: stand.value(quantity) for key, quantity in numbers.items()}
-    for key in NOT_NEGATIVE:
-        value = known.get(key)
-        if value is not None and value < 0:
-            stand.fault(f"{key} = {float(value):.6g} is negative; give zero or more")
+    """What acts fits together, and limits leave room."""
     if joint.dry and (check := FORCES[joint.dry.kind].check):
         check(joint.dry, stand)
-    lower, upper = known.get("limits.lower"), known.get("limits.upper")
-    if lower is not None and upper is not None and lower > upper:
-        texts = [f"{key} = {shown(numbers[key])}" for key in ("limits.lower", "limits.upper")]
-        stand.fault(f"{texts[0]} is above {texts[1]}; swap them")
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if lower is not None and upper is not None:
+        low, high = stand.value(lower), stand.value(upper)
+        if low is not None and high is not None and low > high:
+            stand.fault(f"limits.lower = {shown(lower)} is above limits.upper = {shown(upper)}; swap them")
 
 
 def _start(joint: Joint, stand: Stand) -> None:

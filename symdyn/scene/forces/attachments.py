@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.element import Contact, Place, Plane, Strut
-from symdyn.scene.values.key import (
-    NAMED,
-    PARAMETERS,
-    VECTOR,
-    Shape,
-    Stand,
-    along,
-    exactly_one,
-    indexed,
-    not_both,
-    table_shape,
-)
-from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.entry import EntryReader, plain, show
+from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
-from symdyn.scene.values.table import Table, plain, show
+from symdyn.scene.values.quantity import NULL, Vector, spell
+from symdyn.scene.values.shape import NAMED, VECTOR, Shape, described, exactly_one, not_both, table_shape
 from symdyn.scene.values.turns import translation
 
 End = str | Place | Mapping[str, object]
@@ -34,9 +23,9 @@ ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point
 
 
 AT_BODY: Mapping[str, Shape] = {
-    "body": {"description": 'name of a body, or "ground"', **NAMED},
-    "point": {"description": "name of a point, in place of body and at", **NAMED},
-    "at": {"description": "place in the frame of the body, m", **VECTOR},
+    "body": described('name of a body, or "ground"', NAMED),
+    "point": described("name of a point, in place of body and at", NAMED),
+    "at": described("place in the frame of the body, m", VECTOR),
 }
 
 BODY_OR_POINT = [
@@ -50,22 +39,13 @@ END: Shape = {
 }
 
 
-class Ends:
+class Ends(Part):
     """The joint of a strut, or the two points between which it is."""
 
-    keys = ("joint", "from", "to")
+    words: Mapping[str, Shape] = {"joint": described("joint that it is at", NAMED), "from": END, "to": END}
+    rules = (exactly_one(("joint",), ("from", "to")),)
 
-    @property
-    def words(self) -> Mapping[str, Shape]:
-        """The name of the joint, or the ends."""
-        return {"joint": {"description": "joint that it is at", **NAMED}, "from": END, "to": END}
-
-    @property
-    def rules(self) -> Sequence[Shape]:
-        """Either the joint or both ends."""
-        return [exactly_one(("joint",), ("from", "to"))]
-
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the joint that it is at, or the points that it connects."""
         given = [key for key in self.keys if key in table]
         if given == ["joint"]:
@@ -80,10 +60,10 @@ class Ends:
         joint: dict[str, object] = {"joint": one.joint} if one.joint else {}
         return joint | {key: table_of(end) for key, end in zip(self.keys[1:], one.ends, strict=False)}
 
-    def numbers(self, one: Strut) -> Iterator[tuple[str, Quantity, int]]:
+    def numbers(self, one: Strut, slides: bool = True) -> Iterator[KeyedQuantity]:
         """Return where the ends are."""
         for key, end in zip(self.keys[1:], one.ends, strict=False):
-            yield from ((f"{key}.at{index}", x, PARAMETERS) for index, x in indexed(end.at))
+            yield from (KeyedQuantity(f"{key}.at{index}", x, unit="m") for index, x in indexed(end.at))
 
     def named(self, one: Strut, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Strut:
         """Return it with the places of its ends named."""
@@ -117,14 +97,13 @@ class Ends:
             stand.fault(f'from and to are on one body, "{one.ends[0].body}", so that it never changes its length')
 
 
-class AtBody:
+class AtBody(Part):
     """A place of a body: the body and at, or a point."""
 
-    keys = ("body", "point", "at")
-    words: Mapping[str, Shape] = AT_BODY
-    rules: Sequence[Shape] = BODY_OR_POINT
+    words = AT_BODY
+    rules = BODY_OR_POINT
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the place."""
         return {"place": place_of(table, scope)}
 
@@ -132,9 +111,9 @@ class AtBody:
         """Return body and place."""
         return table_of(one.place)
 
-    def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
+    def numbers(self, one: Any, slides: bool = True) -> Iterator[KeyedQuantity]:
         """Return where it is."""
-        yield from ((f"at{index}", x, PARAMETERS) for index, x in indexed(one.place.at))
+        yield from (KeyedQuantity(f"at{index}", x, unit="m") for index, x in indexed(one.place.at))
 
     def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
         """Return it with its place named."""
@@ -155,7 +134,7 @@ def known_body(key: str, body: str, stand: Stand) -> None:
         stand.fault(f'{key} = "{body}" is not a body; {suggestion(body, bodies)}')
 
 
-def place_of(table: Table, scope: Scope) -> Place:
+def place_of(table: EntryReader, scope: Scope) -> Place:
     """Return the point of a body that `body` and `at`, or `point`, name."""
     if ("body" in table) == ("point" in table):
         table.fault('give body and at, or point; write body = "NAME" and at = [0, 0, 0]')
@@ -186,7 +165,7 @@ def named_shift(at: Vector, text: str, where: str, names: Names) -> Vector:
     return along(at, ("a", "b", "d"), where, "m", text, names)
 
 
-def _end(table: Table, key: str, scope: Scope) -> Place:
+def _end(table: EntryReader, key: str, scope: Scope) -> Place:
     raw = plain(table.raw[key])
     if isinstance(raw, Place):
         return raw
@@ -195,7 +174,7 @@ def _end(table: Table, key: str, scope: Scope) -> Place:
     if not isinstance(raw, Mapping):
         table.fault(f"{key} = {show(raw)} is no end; {ADVICE}")
         return Place("")
-    return place_of(table.inner(key, AtBody.keys, ADVICE), scope)
+    return place_of(table.inner(key, tuple(AT_BODY), ADVICE), scope)
 
 
 def _at_point(name: str, scope: Scope) -> Place:
@@ -221,17 +200,17 @@ PLANE: Mapping[str, Shape] = {
 }
 
 
-class OnPlane:
+class OnPlane(Part):
     """The plane that is touched; level where nothing else is said of a plane of the ground that has to be somewhere."""
+
+    rules = not_both([("plane", "normal")])
 
     def __init__(self, needs_normal: bool) -> None:
         """Say whether the plane has to be somewhere, as a blade's has not."""
         self.needs_normal = needs_normal
-        self.keys = ("plane", "normal") if needs_normal else ("plane",)
-        self.words: Mapping[str, Shape] = {key: PLANE[key] for key in self.keys}
-        self.rules: Sequence[Shape] = not_both([("plane", "normal")])
+        self.words = {key: shape for key, shape in PLANE.items() if needs_normal or key == "plane"}
 
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the plane that a row declares."""
         declared, where = "plane" in table, table
         if declared:
@@ -265,9 +244,9 @@ class OnPlane:
         said |= {"at": plane.at} if plane.at != NULL else {}
         return {"plane": said if fixed and plane.normal == scope.level else said | {"normal": plane.normal}}
 
-    def numbers(self, one: Contact) -> Iterator[tuple[str, Quantity, int]]:
+    def numbers(self, one: Contact, slides: bool = True) -> Iterator[KeyedQuantity]:
         """Return where the plane is."""
-        yield from ((f"plane.at{index}", x, PARAMETERS) for index, x in indexed(one.plane.at))
+        yield from (KeyedQuantity(f"plane.at{index}", x, unit="m") for index, x in indexed(one.plane.at))
 
     def named(self, one: Contact, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Contact:
         """Return the row with the place of its plane named."""

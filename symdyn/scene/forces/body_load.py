@@ -8,10 +8,10 @@ from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
-from symdyn.scene.values.key import TIMED, Key, Stand, choice, choice_of
+from symdyn.scene.values.entry import Entry, EntryReader, Three, entry
+from symdyn.scene.values.key import TIMED, Key, Stand, one_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell
-from symdyn.scene.values.table import Entry, Table, Three, entry
 from symdyn.spatial import Vec, Wrench
 
 
@@ -42,7 +42,7 @@ LOAD = ForceKind(
         AtBody(),
         Key(
             "force",
-            Table.vector,
+            EntryReader.vector,
             NULL,
             silent=lambda load: load.force == NULL and load.couple != NULL,
             letters=("Fx", "Fy", "Fz"),
@@ -50,8 +50,10 @@ LOAD = ForceKind(
             text="force of {}",
             names=TIMED,
         ),
-        Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED),
-        Key("frame", choice("ground", "body"), "ground", shape=choice_of("ground", "body")),
+        Key(
+            "couple", EntryReader.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED
+        ),
+        one_of("frame", ("ground", "body"), "whose axes the components are along", "ground"),
     ),
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
@@ -84,4 +86,4 @@ def load(
         couple: N m, the same.
         frame: "ground" or "body", whose axes the components are along; the ground's when left out.
     """
-    return entry("loads", name, body=body, at=at, point=point, force=force, couple=couple, frame=frame)
+    return entry("loads", **locals())

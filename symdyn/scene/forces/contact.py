@@ -23,17 +23,20 @@ from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
-from symdyn.scene.values.key import VECTOR, Key, always_given, choice_of, several
+from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, plain, show
+from symdyn.scene.values.key import Key, number
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
-from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
+from symdyn.scene.values.shape import VECTOR, choice_of, several
 from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 
 ACROSS: Vector = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
 
 COMPONENTS = ("along", "across", "normal")
 
+AXIS_HOLDS = "of the wheel, or across the blade, in the frame of the body; any length but zero"
 
-def _axis(table: Table, key: str, ball: Vector | None) -> Vector | None:
+
+def _axis(table: EntryReader, key: str, ball: Vector | None) -> Vector | None:
     return table.vector(key, ACROSS) if key in table else ball
 
 
@@ -42,7 +45,7 @@ def _usual(ball: bool) -> tuple[str, ...]:
     return COMPONENTS if ball else COMPONENTS[:2]
 
 
-def _components(table: Table, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
+def _components(table: EntryReader, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
     usual = _usual("axis" not in table)
     raw = plain(table.raw.get(key, usual))
     some = isinstance(raw, (list, tuple)) and raw and all(one in COMPONENTS for one in raw)
@@ -148,9 +151,11 @@ KNIFE_EDGE = ForceKind(
     section="rows",
     noun=partial(Contact, type="knife_edge"),
     letter="r",
-    parts=(AtBody(), Key("axis", Table.vector, ACROSS, silent=always_given, names=None), OnPlane(needs_normal=False)),
-    needs=("axis",),
-    missing="axis is missing; write axis = [0, 1, 0]",
+    parts=(
+        AtBody(),
+        Key("axis", EntryReader.vector, ACROSS, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
+        OnPlane(needs_normal=False),
+    ),
     law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
     law_words=_law_of_blade,
     words={"en": "knife edge", "sk": "čepeľ"},
@@ -163,14 +168,13 @@ ROLLING = ForceKind(
     letter="r",
     parts=(
         AtBody(),
-        Key("axis", _axis, None, names=None, shape=VECTOR),
-        Key(
+        Key("axis", _axis, None, names=None, shape=VECTOR, holds=AXIS_HOLDS),
+        number(
             "radius",
-            Table.quantity,
-            Quantity.ZERO,
+            "m",
+            example="radius = 0.1",
             above_zero="is that of no wheel; give one above zero",
             letters=("r",),
-            unit="m",
             text="radius of {}",
             positive=True,
             geometry=True,
@@ -181,11 +185,10 @@ ROLLING = ForceKind(
             _components,
             (),
             silent=lambda row: row.components == _usual(row.axis is None),
+            holds="of the velocity of the point that touches, which vanish",
             shape=several(choice_of(*COMPONENTS), 1, 9),
         ),
     ),
-    needs=("radius",),
-    missing="radius is missing; write radius = 0.1",
     law=Touch(_lean, _rolling, _height, lambda row: tuple(one == "normal" for one in row.components), _words),
     law_words=_law_of_rolling,
     words={"en": "rolling contact", "sk": "valenie"},
@@ -208,7 +211,7 @@ def knife_edge(
     With a plane {"body": name, "at": [x, y, z], "normal": [x, y, z]} the velocity is relative to the body that carries
     it, the ground when left out.
     """
-    return entry("rows", name, type="knife_edge", body=body, at=at, point=point, axis=axis, plane=plane)
+    return entry("rows", type="knife_edge", **locals())
 
 
 def rolling(
@@ -238,6 +241,4 @@ def rolling(
         components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal", the last
             of which holds it at its height too; for a wheel the first two when left out, for a ball all.
     """
-    where = {"body": body, "at": at, "point": point}
-    more = {"plane": plane, "normal": normal, "components": components}
-    return entry("rows", name, type="rolling", **where, axis=axis, radius=radius, **more)
+    return entry("rows", type="rolling", **locals())

@@ -14,19 +14,17 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.element import Contact, Element, Row
 from symdyn.scene.values.folding import neg
-from symdyn.scene.values.key import Shape, Stand
-from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.key import Part, Stand
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Vec, Wrench
 from symdyn.unlocked import cached_property
 
@@ -96,37 +94,6 @@ class Scope:
     def level(self) -> Vector | str:
         """The normal of level ground; or why there is none, for a message."""
         return level_normal(self.gravity, self.parameters)
-
-
-class ForcePart(Protocol):
-    """A part of a kind's table: some keys, and the fields of its noun that they fill. A `Key` is one."""
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys."""
-
-    @property
-    def words(self) -> Mapping[str, Shape]:
-        """Shapes of the values of its keys."""
-
-    @property
-    def rules(self) -> Sequence[Shape]:
-        """What is so of several keys together."""
-
-    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
-        """Return the fields that a table says, every fault collected."""
-
-    def raw(self, one: Any, scope: Scope) -> dict[str, object]:
-        """Return what a table says of a noun; what has its default value is left out."""
-
-    def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
-        """Return every quantity with its key, and what it may name."""
-
-    def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
-        """Return the k-th noun of its section with names in place of its numbers; `what` is "geometry" or "forces"."""
-
-    def check(self, one: Any, stand: Stand) -> None:
-        """Report what is wrong in a noun."""
 
 
 @dataclass(frozen=True)
@@ -225,8 +192,8 @@ class ForceKind:
         noun: makes an element of its name and of the fields that its parts read.
         letter: in names that are made up for its places.
         parts: its ends and its keys, as they are written.
-        needs: keys of which one must be given.
-        missing: what is said where none is.
+        needs: keys of which one must be given, where no key says so by itself.
+        missing: what is said where none of them is.
         law: what it does.
         law_words: its law in words, for tables.
         words: its name by language.
@@ -238,13 +205,13 @@ class ForceKind:
     section: str
     noun: Callable[..., Element]
     letter: str
-    parts: tuple[ForcePart, ...]
-    needs: tuple[str, ...]
-    missing: str
+    parts: tuple[Part, ...]
     law: Law
     law_words: Callable[[Any], str]
     words: Mapping[str, str]
     lost: str
+    needs: tuple[str, ...] = ()
+    missing: str = ""
     mark: Mark | Rim | None = None
     check: Callable[[Any, Stand], None] | None = None
 

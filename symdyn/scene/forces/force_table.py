@@ -6,16 +6,16 @@ from collections.abc import Iterable, Mapping
 
 from symdyn.scene.forces.body_load import LOAD
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
-from symdyn.scene.forces.damper import DAMPER
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.friction import FRICTION
-from symdyn.scene.forces.spring import SPRING
+from symdyn.scene.forces.struts import DAMPER, SPRING
 from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
 from symdyn.scene.values.element import Element, Strut
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
+from symdyn.scene.values.key import fields_of, keys_of, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL
-from symdyn.scene.values.table import Entry, Faults, Table, show
 
 FORCES: dict[str, ForceKind] = {
     "spring": SPRING,
@@ -62,11 +62,10 @@ def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Fa
         faults.add(entry.where, f"type = {show(type_)} is not a constraint; {suggestion(str(type_), kinds)}")
         return None
     kind = kinds[type_]
-    table = Table(entry, faults, (*own, *(key for part in kind.parts for key in part.keys)))
-    if not any(key in table for key in kind.needs):
+    table = EntryReader(entry, faults, (*own, *keys_of(kind.parts)))
+    if kind.missing and not any(key in table for key in kind.needs):
         table.fault(kind.missing)
-    fields = {name: value for part in kind.parts for name, value in part.fields(table, scope).items()}
-    return kind.noun(name=entry.name, **fields)
+    return kind.noun(name=entry.name, **fields_of(kind.parts, table, scope))
 
 
 def place_of(one: Element) -> str:
@@ -77,10 +76,8 @@ def place_of(one: Element) -> str:
 def table_of(one: Element, scope: Scope) -> dict[str, object]:
     """Return what the table of an element says, its type first."""
     kind, kinds = FORCES[one.kind], kinds_of(FORCES[one.kind].section)
-    said: dict[str, object] = {} if one.kind == next(iter(kinds)) else {"type": one.kind}
-    for part in kind.parts:
-        said |= part.raw(one, scope)
-    return said
+    type_: dict[str, object] = {} if one.kind == next(iter(kinds)) else {"type": one.kind}
+    return type_ | raw_of(kind.parts, one, scope)
 
 
 def elastic(scene: Scene) -> tuple[Strut, ...]:

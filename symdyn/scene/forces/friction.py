@@ -11,9 +11,10 @@ from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
-from symdyn.scene.values.key import NUMBER, Key, Stand, always_given
+from symdyn.scene.values.entry import EntryReader
+from symdyn.scene.values.key import Key, Stand, number, optional
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.table import Table
+from symdyn.scene.values.shape import NUMBER
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,6 @@ class Friction(Element):
     kind = "friction"
 
 
-def _optional(table: Table, key: str, usual: Quantity | None) -> Quantity | None:
-    return table.quantity(key) if key in table else usual
-
-
 def _force(dry: Friction, rate: Expr) -> Expr:
     graph = rate.graph
     size = dry.coulomb.express(graph)
@@ -61,7 +58,7 @@ def _law_words(dry: Friction) -> str:
 
 def _check(dry: Friction, stand: Stand) -> None:
     """Report what is negative, and a rate that is none."""
-    known = {key: stand.value(x) for part in FRICTION.parts for key, x, _ in part.numbers(dry)}
+    known = {x.key: stand.value(x.quantity) for part in FRICTION.parts for x in part.numbers(dry)}
     for key in ("coulomb", "static", "smoothing"):
         if (value := known.get(key)) is not None and value < 0:
             stand.fault(f"friction.{key} = {float(value):.6g} is negative; give zero or more")
@@ -77,19 +74,17 @@ FRICTION = ForceKind(
     noun=Friction,
     letter="",
     parts=(
-        Key(
+        number(
             "coulomb",
-            Table.quantity,
-            Quantity.ZERO,
-            silent=always_given,
+            FORCE_UNITS,
+            example="friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
             letters=("fc",),
-            unit=FORCE_UNITS,
             text="sliding friction of {}",
             positive=True,
         ),
         Key(
             "static",
-            _optional,
+            optional(EntryReader.quantity),
             None,
             letters=("fs",),
             unit=FORCE_UNITS,
@@ -99,25 +94,15 @@ FRICTION = ForceKind(
         ),
         Key(
             "stribeck",
-            Table.quantity,
+            EntryReader.quantity,
             Quantity.ONE,
             letters=("vs",),
             unit=RATE,
             text="Stribeck rate of {}",
             positive=True,
         ),
-        Key(
-            "smoothing",
-            Table.quantity,
-            Quantity.ZERO,
-            letters=("ve",),
-            unit=RATE,
-            text="smoothing of the friction of {}",
-            positive=True,
-        ),
+        number("smoothing", RATE, letters=("ve",), text="smoothing of the friction of {}", positive=True),
     ),
-    needs=("coulomb",),
-    missing="coulomb is missing; write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
     law=Rub(_force, jumps=lambda dry: dry.smoothing == Quantity.ZERO),
     law_words=_law_words,
     words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},

@@ -15,11 +15,12 @@ from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
+from symdyn.scene.values.entry import Entry, EntryReader, entry, show, shown
 from symdyn.scene.values.folding import add, div, mul, neg, sub
-from symdyn.scene.values.key import MOTION, Key, Stand, always_given, choice_of
+from symdyn.scene.values.key import MOTION, Key, Stand, number
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.table import Entry, Table, entry, show, shown
+from symdyn.scene.values.shape import choice_of
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ IN_JOINTS = "joints"
 """What a row says of the place of its force: each of its velocities feels it in its own joint, as a drive."""
 
 
-def _acts_in(table: Table, key: str, usual: str) -> str:
+def _acts_in(table: EntryReader, key: str, usual: str) -> str:
     said = table.text(key, usual)
     if said in (usual, IN_JOINTS):
         return said
@@ -123,11 +124,14 @@ FORMULA = ForceKind(
     noun=Formula,
     letter="r",
     parts=(
-        Key("formula", Table.quantity, Quantity.ZERO, silent=always_given, names=MOTION),
-        Key("acts_in", _acts_in, "", shape={"description": "where its force acts", **choice_of(IN_JOINTS)}),
+        number(
+            "formula",
+            example='what vanishes, such as formula = "x_dot - r*phi_dot"',
+            names=MOTION,
+            holds="what vanishes: velocities, each times a formula in coordinates and parameters",
+        ),
+        Key("acts_in", _acts_in, "", holds="where its force acts", shape=choice_of(IN_JOINTS)),
     ),
-    needs=("formula",),
-    missing='formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"',
     law=Forbid(lambda row: row.formula),
     law_words=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
     words={"en": "constraint", "sk": "väzba"},

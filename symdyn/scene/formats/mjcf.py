@@ -33,7 +33,7 @@ from symdyn.scene.declaration.declare import reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import XmlElement
-from symdyn.scene.values.table import Faults, shorten, show
+from symdyn.scene.values.entry import Faults, shorten, show
 
 RESOLUTIONS = {"cone": (0,), "wedge": (0, 1), "plate": (0, 1)}
 """Which parameters of a built-in mesh its corners are the product of; of all others they are the first one squared."""

@@ -19,12 +19,12 @@ from symdyn.scene.formats.placing import Doubles
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import Entry, Faults, compose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.table import Entry, Faults, compose
 from symdyn.scene.values.turns import Step, inverse, plus
 
 ADVICE = "delete it, convert to TOML, and say there what it does: a row [rows.NAME] with a formula in velocities"

@@ -23,10 +23,10 @@ from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_pri
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import Doubles
+from symdyn.scene.values.entry import Entry, Faults, shorten
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import LONGEST, listed
-from symdyn.scene.values.table import Entry, Faults, shorten
 
 NO_NAME = "MuJoCo Model"
 

@@ -37,12 +37,12 @@ from symdyn.scene.formats.par_sheet import (
 from symdyn.scene.formats.placing import snap_angle
 from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import Entry, Faults, compose, shorten, show
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.table import Entry, Faults, compose, shorten, show
 
 LARGEST_FILE = BOUNDS["bytes of a .par file"]
 

@@ -28,14 +28,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from decimal import Context, Decimal, Inexact, InvalidOperation
+from decimal import Decimal, Inexact, InvalidOperation
 from fractions import Fraction
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.formula import DEGREE, quantity
-from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector, exact_decimal
 from symdyn.scene.values.turns import Step, circular, turns
 
 DENOMINATORS = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
@@ -90,11 +90,6 @@ def is_rounding(text: str, exact: Fraction, fewest_digits: int = FEWEST_DIGITS) 
     return abs(Fraction(decimal) - exact) * 2 <= Fraction(10) ** exponent
 
 
-MOST_DIGITS = 40
-"""A decimal longer than this is written as the nearest double, or as a fraction."""
-
-EXACT = Context(prec=MOST_DIGITS, traps=[Inexact])
-
 NEARLY_ZERO = 1e-14
 """Cosine of the pitch below which roll and yaw turn about one axis, so that the roll may be zero."""
 
@@ -110,15 +105,6 @@ def decimal_text(value: Value) -> str:
             return repr(float(value)).removesuffix(".0")
         return f"{exact:f}" if Fraction(1, 10**9) <= abs(value) < 10**15 else str(exact)
     return repr(float(value)).removesuffix(".0")
-
-
-def exact_decimal(value: Fraction) -> Decimal:
-    """Return a fraction as a decimal without zeros behind it.
-
-    Raises:
-        Inexact: it has none of at most `MOST_DIGITS` digits.
-    """
-    return EXACT.normalize(EXACT.divide(Decimal(value.numerator), Decimal(value.denominator)))
 
 
 def angle_text(value: Value) -> str:

@@ -33,11 +33,11 @@ from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
+from symdyn.scene.values.entry import Entry, Faults, show
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
-from symdyn.scene.values.table import Entry, Faults, show
 
 _DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?\Z", re.ASCII)
 

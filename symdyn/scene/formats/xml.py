@@ -24,7 +24,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import LARGEST, Opened, read_bounded
-from symdyn.scene.values.table import shorten
+from symdyn.scene.values.entry import shorten
 
 LARGEST_FILE = LARGEST
 LONGEST_TAG = BOUNDS["bytes of a tag"]

@@ -21,11 +21,12 @@ from symdyn.graph import Expr, Graph, Op, gradient
 from symdyn.scene.joints.joint_kind import Gimbal, JointBlock, JointMotion, Move
 from symdyn.scene.values import turns
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.entry import EntryReader, show
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key, choice_of
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.table import Table, show
+from symdyn.scene.values.shape import choice_of
 from symdyn.scene.values.turns import Step, towards
 from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
 
@@ -121,7 +122,7 @@ AXES: dict[str, Vector] = {
 # Keys of more than one type
 
 
-def _orientation(table: Table, name: str, default: str) -> str:
+def _orientation(table: EntryReader, name: str, default: str) -> str:
     raw = table.text(name, default)
     axes = len(raw) == 3 and all(letter in "xyz" for letter in raw) and raw[0] != raw[1] != raw[2]
     if raw != "quaternion" and not axes:
@@ -133,11 +134,19 @@ def _orientation(table: Table, name: str, default: str) -> str:
     return raw
 
 
-AXIS: Key[Vector] = Key("axis", Table.vector, AXES["z"], names=None)
+AXIS: Key[Vector] = Key(
+    "axis", EntryReader.vector, AXES["z"], names=None, holds="direction in the frame of the joint, any length but zero"
+)
 
 SEQUENCES = tuple("".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2])
 
-ORIENTATION = Key("orientation", _orientation, "quaternion", shape=choice_of("quaternion", *SEQUENCES))
+ORIENTATION = Key(
+    "orientation",
+    _orientation,
+    "quaternion",
+    holds="quaternion, or three axes of turns",
+    shape=choice_of("quaternion", *SEQUENCES),
+)
 """How any rotation is described: "quaternion", or three axes such as "zyx"."""
 
 

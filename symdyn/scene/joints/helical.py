@@ -11,18 +11,15 @@ from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, 
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key
+from symdyn.scene.values.key import number
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
-PITCH = Key(
+PITCH = number(
     "pitch",
-    Table.quantity,
-    Quantity.ZERO,
+    "m",
     example="pitch = 0.01, the advance a turn in metres",
     letters=("h",),
-    unit="m",
     text="advance a turn of {}",
     positive=True,
     geometry=True,

@@ -245,13 +245,10 @@ class JointKind:
         """Whether its joints say an axis."""
         return any(key.name == "axis" for key in self.keys)
 
-    def values(self, joint: Joint) -> Iterator[tuple[Key[Any], Any]]:
-        """Yield what a joint says, by key."""
-        yield from ((key, key.of(joint)) for key in self.keys)
-
     def directions(self, joint: Joint) -> Iterator[tuple[Key[Vector], Vector]]:
         """Yield the directions among what a joint says, by key."""
-        for key, value in self.values(joint):
+        for key in self.keys:
+            value: Any = key.of(joint)
             if isinstance(value, tuple) and all(isinstance(x, Quantity) for x in value):
                 yield key, value
 

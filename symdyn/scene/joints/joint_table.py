@@ -6,9 +6,13 @@ Custom joint: elementary motions whose amounts are formulas in its own coordinat
 
 A cam, a screw with a varying pitch, a knee: the motion subspace is what the formulas' derivatives make it. It carries a
 body of the tree; it closes no loop, since what it forbids has no closed form.
+
+Numbers that joints of all types have, and where they start.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from symdyn.graph import Graph
 from symdyn.scene.joints.blocks import (
@@ -41,13 +45,17 @@ from symdyn.scene.joints.joint_kind import (
 )
 from symdyn.scene.joints.rod import ROD
 from symdyn.scene.joints.universal import UNIVERSAL
-from symdyn.scene.values.body import Pose
-from symdyn.scene.values.joint import Joint, velocity_name
-from symdyn.scene.values.key import PLACEMENT, Key, choice_of, several
-from symdyn.scene.values.table import Table, as_list, plain, show
+from symdyn.scene.values.body import UNMOVED
+from symdyn.scene.values.dimension import FORCE_UNITS
+from symdyn.scene.values.entry import EntryReader, as_list, plain, show
+from symdyn.scene.values.joint import Joint, Limits, velocity_name
+from symdyn.scene.values.key import OWN, Key, keys_of, number, optional, placement, shape_of
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.shape import NUMBER, choice_of, several
 
 
-def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
+def _units(table: EntryReader, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
     if name in table:
         raw = plain(table.raw[name])
         if isinstance(raw, (list, tuple)) and 1 <= len(raw) <= 6 and all(unit in ("rad", "m") for unit in raw):
@@ -58,10 +66,11 @@ def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]
 
 STEPS = Key(
     "steps",
-    lambda table, name, default: table.pose(name),
-    Pose(),
+    EntryReader.pose,
+    UNMOVED,
     example='the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]',
-    shape=PLACEMENT,
+    names=OWN,
+    holds="the motion: elementary steps whose amounts are formulas in its coordinates",
 )
 
 UNITS: Key[tuple[str, ...]] = Key(
@@ -69,6 +78,7 @@ UNITS: Key[tuple[str, ...]] = Key(
     _units,
     ("rad",),
     example='"rad" or "m" for each coordinate, such as units = ["rad"]',
+    holds="of its coordinates",
     shape=several(choice_of("rad", "m"), 1, 6),
 )
 
@@ -219,6 +229,58 @@ JOINTS: dict[str, JointKind] = {
 }
 
 
+ORIGIN = placement("origin", "from the frame of the parent to that of the joint")
+
+TIP = placement("tip", "from the moved frame of the joint to that of the child")
+
+LIMITS: tuple[Key[Quantity | None], ...] = (
+    Key("lower", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),
+    Key("upper", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),
+    Key("velocity", optional(EntryReader.quantity), None, unit=("rad/s", "m/s"), shape=NUMBER, never_negative=True),
+    Key("effort", optional(EntryReader.quantity), None, unit=FORCE_UNITS, shape=NUMBER, never_negative=True),
+)
+"""What a joint may do, each of them by its own key."""
+
+
+def _limits(table: EntryReader, key: str, unlimited: Limits) -> Limits:
+    if key not in table:
+        return unlimited
+    advice = "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }"
+    inner = table.inner(key, keys_of(LIMITS), advice)
+    return Limits(**{one.name: one.declared(inner) for one in LIMITS if inner.raw.get(one.name) is not None})
+
+
+ARMATURE = number(
+    "armature",
+    ("kg m^2", "kg"),
+    letters=("Ia",),
+    text="rotor inertia at {}",
+    positive=True,
+    holds="inertia of a rotor, seen at the joint, {}",
+    never_negative=True,
+)
+
+DAMPING = number(
+    "damping",
+    ("N m s/rad", "N s/m"),
+    letters=("fv",),
+    text="damping of {}",
+    positive=True,
+    holds="viscous, {}",
+    never_negative=True,
+)
+
+DRY = number("friction", FORCE_UNITS, never_negative=True)
+"""Dry friction as data; what acts is a table."""
+
+LIMITED = Key(
+    "limits", _limits, Limits(), inside=LIMITS, holds="of position, velocity and force", shape=shape_of(LIMITS)
+)
+
+RESISTING: tuple[Key[Quantity] | Key[Limits], ...] = (ARMATURE, DAMPING, DRY, LIMITED)
+"""Numbers that joints of all types have, but for those that stand still."""
+
+
 def own_keys() -> tuple[str, ...]:
     """Return the keys that some joint type takes, each once."""
     return tuple(dict.fromkeys(key.name for kind in JOINTS.values() for key in kind.keys))
@@ -233,3 +295,35 @@ def joint_motion(joint: Joint, graph: Graph) -> JointMotion:
         return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
     q = tuple(graph.symbol(name) for name in joint.coordinates)
     return JOINTS[joint.type].motion(joint, graph, q, tuple(graph.symbol(name) for name in joint.rates))
+
+
+# Where a scene starts: zeros where it does not say, no rotation for a quaternion
+
+
+class Start(NamedTuple):
+    """A state at the start.
+
+    Attributes:
+        position: shape (nq,), a guess of it where loops close; rad, m or 1.
+        velocity: shape (nv,); rad/s or m/s.
+    """
+
+    position: tuple[Quantity, ...]
+    velocity: tuple[Quantity, ...]
+
+
+def start_of(scene: Scene) -> Start:
+    """Return the state at the start."""
+    return Start(
+        tuple(x for joint in scene.joints for x in joint.start or resting(joint)),
+        tuple(x for joint in scene.joints for x in joint.start_rates or (Quantity.ZERO,) * len(joint.rates)),
+    )
+
+
+def resting(joint: Joint) -> tuple[Quantity, ...]:
+    """Return the coordinates of a joint that does not say where it starts: zeros, and (1, 0, 0, 0) for a quaternion."""
+    values = [Quantity.ZERO] * len(joint.coordinates)
+    first = JOINTS[joint.type].quaternion(joint)
+    if first is not None:
+        values[first] = Quantity.ONE
+    return tuple(values)

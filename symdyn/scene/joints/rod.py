@@ -11,19 +11,16 @@ from symdyn.scene.joints.blocks import AXES, ORIENTATION, Steps, gimbals, orient
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.joint_kind import LINE, Forbids, Gimbal, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import Key
+from symdyn.scene.values.key import number
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
-LENGTH = Key(
+LENGTH = number(
     "length",
-    Table.quantity,
-    Quantity.ZERO,
+    "m",
     example="length = 0.5, the distance of its ends in metres",
     above_zero="is that of no rod; give the distance of its ends, or write a spherical joint",
     letters=("l",),
-    unit="m",
     text="length of {}",
     positive=True,
     geometry=True,

@@ -9,14 +9,19 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXIS, opposite, turn, unit
 from symdyn.scene.joints.forbidden import forces, moments
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
+from symdyn.scene.values.entry import EntryReader, shorten
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
-from symdyn.scene.values.table import Table, shorten
 from symdyn.spatial import Mat, Transform, Wrench, cross, dot
 
 SECOND: Key[Vector] = Key(
-    "second_axis", Table.vector, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO), names=None, turned=True
+    "second_axis",
+    EntryReader.vector,
+    (Quantity.ONE, Quantity.ZERO, Quantity.ZERO),
+    names=None,
+    turned=True,
+    holds="in the frame that the first rotation has turned",
 )
 
 ROUNDING = 1e-12

@@ -1,10 +1,11 @@
 """Names that `symdyn.scene.values` offers; each is imported when it is first used."""
 
-from .body import Body as Body, Pose as Pose
+from .body import OUTLINES as OUTLINES, Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
 )
 from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
+from .entry import Faults as Faults, shorten as shorten, show as show
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
@@ -22,7 +23,6 @@ from .names import (
     nearest as nearest,
     suggestion as suggestion,
 )
-from .outline import OUTLINES as OUTLINES
 from .quantity import FormulaError as FormulaError, spell as spell
 from .requested_units import (
     ask_for_units as ask_for_units,
@@ -30,6 +30,5 @@ from .requested_units import (
     question as question,
 )
 from .signals import LETTERS as LETTERS
-from .table import Faults as Faults, shorten as shorten, show as show
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError

@@ -21,8 +21,8 @@ from typing import NamedTuple
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
+from symdyn.scene.values.entry import shown
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.table import shown
 
 Powers = tuple[tuple[str, Exponent], ...]
 

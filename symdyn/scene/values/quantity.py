@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 from math import isqrt
 from numbers import Rational
@@ -260,3 +261,18 @@ def _product(a: Quantity, b: Quantity) -> tuple[str, int]:
 def _at_least(q: Quantity, level: int) -> str:
     text, own = _spell(q)
     return text if own >= level else f"({text})"
+
+
+MOST_DIGITS = 40
+"""A decimal longer than this is written as the nearest double, or as a fraction."""
+
+EXACT = Context(prec=MOST_DIGITS, traps=[Inexact])
+
+
+def exact_decimal(value: Fraction) -> Decimal:
+    """Return a fraction as a decimal without zeros behind it.
+
+    Raises:
+        Inexact: it has none of at most `MOST_DIGITS` digits.
+    """
+    return EXACT.normalize(EXACT.divide(Decimal(value.numerator), Decimal(value.denominator)))

@@ -10,11 +10,11 @@ from collections.abc import Container, Iterable, Sequence
 
 from symdyn.errors import SceneError
 from symdyn.scene.values import folding
+from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 
 
@@ -86,7 +86,7 @@ def _letters_meant(value: Quantity, letters: Container[str]) -> str:
     return f"; for {number} times {told} write {number}*{factors}"
 
 
-def fits_place(table: Table, key: str, value: Quantity, units: Sequence[str]) -> None:
+def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[str]) -> None:
     """Report a value of a table, where it was written with a unit, that is in none of the units that may stand there.
 
     For what is computed with when it is read, so that its unit is lost; what is kept is looked at in its scene.

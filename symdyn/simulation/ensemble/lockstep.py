@@ -31,7 +31,7 @@ from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingCompiler
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.program import Candidates, Program, assemble, lower, prepare
+from symdyn.program import Program, assemble, lower, prepare
 from symdyn.runtime import find_compiler, load_functions
 from symdyn.scene import Quantity
 from symdyn.scene.values import LETTERS, Faults
@@ -39,10 +39,10 @@ from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
 from symdyn.simulation.equations.compiled_routines import Kept, Opened, acting, function_of, opened
-from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
+from symdyn.simulation.equations.monitors import SLACK, STOPS, limits_of
+from symdyn.simulation.forward import dies_out_fast
 from symdyn.simulation.integrate.method import DOUBLES
 from symdyn.simulation.integrate.watch import CLOSER, FIRST, ROUNDING, Looks
-from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED
@@ -87,13 +87,11 @@ def lockstep(
     """
     w = Workspace(opened.scene, opened.closing)
     place = acting(w, forces)
-    accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
+    accelerations = substitute(derive_one(w, "forward_dynamics").entries, place)
     moving = Moving.driven(w)
     named = {name for one in insides for name in one.symbols}
     energies = {
-        w.graph.symbol(name): Candidates(w, output).cheapest().entries[0]
-        for name, output in ENERGIES.items()
-        if name in named
+        w.graph.symbol(name): derive_one(w, output).entries[0] for name, output in ENERGIES.items() if name in named
     }
     seen = substitute(substitute(moving.expressed(insides), energies), place) if insides else []
     tau = [place[one] for one in w.state.tau]

@@ -21,10 +21,10 @@ from symdyn.runtime import load_program
 from symdyn.simulation.ensemble import lockstep, one_by_one
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
+from symdyn.simulation.forward import LARGEST
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import TURNING, UNSEEN, Expressions, library
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
-from symdyn.simulation.integrator import LARGEST
 from symdyn.simulation.trajectory import END
 
 CHUNK = 512

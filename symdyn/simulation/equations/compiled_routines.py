@@ -1,11 +1,12 @@
-"""Functions of a scene, parameters free, compiled: what depends on these alone is computed once for their values.
+"""Compiled functions of a scene whose parameters are free: one compilation serves all values.
 
-f(x, p) = h(x, P(p))        h is compiled, and called with the prepared values P(p)
+    f(x, p) = h(x, P(p))        h is compiled, and called with the prepared values P(p)
 
-A scene with its named parameters free, and their values beside it: what is derived and compiled knows no value.
+P(p), which depends on parameters alone, is computed once for a set of values. A scene is taken apart into one with its
+named parameters free and their values, so that what is derived and compiled knows no value.
 
-Some values decide the form of equations, and stay: what is zero drops out, and right angles turn axes into axes. Such
-values are part of the open scene, so that equations of another form are never taken for these.
+Some values decide the form of equations, and stay: zeros drop out, and right angles turn axes into axes. Such values
+are part of the scene with free parameters, so that equations of another form are never taken for these.
 """
 
 from __future__ import annotations

@@ -1,25 +1,23 @@
-"""Equations of motion as a first-order system: ẋ = f(t, x), compiled, and what is told about its states.
+"""Equations of motion as a first-order system, ẋ = f(t, x), compiled, and the return of a state to its constraints.
 
     x        q (nq), u (nv), and W where anything but gravity, springs and loops does work: Ẇ is its power
     q̇        H(q) u
     u̇        forward dynamics, of the closed mechanism where loops close it
+    r, G     residuals and kept constraint equations of the loops and of the scene, compiled
 
-The accelerations of a closed mechanism exist on its manifold only: near a change point, where G_d is nearly singular,
-a state that misses it by e is off by e / σ² in u̇. The stages of a Runge-Kutta step miss it by far more than its result
-does. So a state is brought back before it is looked at, q_d by Newton steps -G_d⁻¹ r, u_d from u_i, both compiled.
+The accelerations of a closed mechanism exist on its manifold only. Near a change point, where G_d is nearly singular, a
+state that misses the manifold by e is off by e / σ² in u̇, and the stages of a Runge-Kutta step miss it by far more
+than its result does. So a state is brought back before it is evaluated, q_d by Newton steps -G_d⁻¹ r, u_d from u_i,
+both compiled.
 
-Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
-pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
-together with multipliers, see `closed_system`.
+Where G_d is nearly singular and G is not, only the choice of independent velocities fails, as the height of a pendulum
+does at its lowest point. There the state is brought back by the shortest steps, and u̇ is solved for together with
+multipliers (`together` of `written.py`).
 
-Bringing a state back to its constraints: quaternions of unit length, closed loops, velocities that the rows allow.
-
-    r, G        residuals and kept rows of the loops and of the scene, compiled
-    q̇ = H u     a step δ along the velocities moves q by H δ
-
-Positions first, by Newton's method with the shortest steps, δ = -G⁺ r; then velocities, u - G⁺ G u. Both converge
-quadratically, so that one step is the last where what it takes away is `SMALL`. What has a prescribed motion is not
-moved. Where loops hold dependent coordinates in proportion, these follow the independent ones.
+The shortest steps (`Projection`) give quaternions of unit length, closed loops, and velocities that the constraints
+allow; a step δ along the velocities moves q by H δ. Positions come first, by Newton's method, δ = -G⁺ r; then
+velocities, u - G⁺ G u. Both converge quadratically, so that a step whose correction is `SMALL` is the last. What has a
+prescribed motion is not moved. Where loops hold dependent coordinates in proportion, these follow the independent ones.
 
 Reference: Eich, Convergence results for a coordinate projection method applied to mechanical systems (1993).
 """
@@ -42,8 +40,7 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
-from symdyn.simulation.equations.conserved import Candidates
-from symdyn.simulation.equations.crossings import Limit
+from symdyn.simulation.equations.monitors import Candidates, Limit
 from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property

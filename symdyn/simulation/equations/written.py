@@ -1,27 +1,27 @@
-"""State equations derived and compiled: the functions that a system of them consists of.
+"""State equations derived and compiled, with the decisions that they rest on.
 
-All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
-parameters are free. What depends on them alone is prepared once for a set of values, so that the same equations, once
-compiled, serve all values of theirs. Numbers decide some things (which rows are independent, which velocities, whether
-loops hold coordinates in proportion, which momenta are conserved): these are decided at every set of values, and
-equations are taken only where they were written for the same decisions.
+All is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
+parameters are free. What depends on them alone is prepared once for a set of values, so that compiled equations serve
+all values of theirs.
 
-A pickle holds the scene, what drives it, the events and a hash of what the equations are made of; who reads it compiles
-them, or has them.
+Some things are decided in numbers, at every set of values: which constraints are independent, which velocities, whether
+loops hold coordinates in proportion, which momenta are conserved. Equations are taken only where they were written for
+the same decisions. These are made at assembled positions. Where the start is given for other values, nothing is
+assembled: it is tested whether the decisions hold there and a step away from there, and only if they may not are they
+made anew.
 
-What the system of a closed mechanism has beside that of a tree.
+The system of a closed mechanism has more functions than that of a tree:
 
-residual, row_rates    r and G u: how far a state misses its loops
-correction, fitted     what brings it back: -G_d⁻¹ r, and velocities from independent ones
-reach                  ∂u/∂u_i, which is large where the choice of independent velocities fails
-together               rates by all rows at once, with multipliers: no choice, regular wherever G has full rank
+    residual, row_rates    r and G u: how far a state misses its loops
+    correction, fitted     what brings it back: -G_d⁻¹ r, and velocities from independent ones
+    reach                  ∂u/∂u_i, which is large where the choice of independent velocities fails
+    together               rates by all constraints at once, with multipliers: no choice, regular wherever G has full
+                           rank
 
-M u̇ - Gᵀ λ = τ - h        G u̇ = -γ        u̇_p = p̈ where a motion p is prescribed
+    M u̇ - Gᵀ λ = τ - h        G u̇ = -γ        u̇_p = p̈ where a motion p is prescribed
 
-What numbers decide about closed mechanisms before their equations are written, at values of the parameters.
-
-Decisions are made at assembled positions. Where the start is given for other values, nothing is assembled: it is looked
-whether the decisions hold there and a step away from there, and only where they may not are they made anew.
+A pickle holds the scene, its driving forces, the events and a hash of what the equations are made of; the reader
+compiles them, or has them.
 """
 
 from __future__ import annotations
@@ -36,11 +36,9 @@ from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, substitute
-from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
-from symdyn.simulation.equations.conserved import candidates
-from symdyn.simulation.equations.crossings import limits_of
+from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
 
@@ -153,7 +151,7 @@ def _written(
     tau = [place[one] for one in w.state.tau]
     moving = Moving.driven(w)
     moving.check([one.formula for one in w.scene.outputs])
-    solved = linear.forward_dynamics(w) if linear else Candidates(w, "forward_dynamics").cheapest().entries
+    solved = linear.forward_dynamics(w) if linear else derive_one(w, "forward_dynamics").entries
     accelerations = substitute(solved, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
@@ -168,8 +166,8 @@ def _written(
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
-        function_of(w, "kinetic", Candidates(w, "kinetic_energy").cheapest().entries),
-        function_of(w, "potential", Candidates(w, "potential_energy").cheapest().entries),
+        function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
+        function_of(w, "potential", derive_one(w, "potential_energy").entries),
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
@@ -182,10 +180,10 @@ def _written(
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
     if scene.is_closed:
-        G = Candidates(w, "constraint_jacobian").cheapest()
+        G = derive_one(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [Candidates(w, "constraint_residual").cheapest(), row_rates(w, G), *corrections(w, decisions)]
+        functions += [derive_one(w, "constraint_residual"), row_rates(w, G), *corrections(w, decisions)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))

@@ -1,14 +1,12 @@
-"""What a controller is: a law of time and state, what it drives, and how often, how late and how far.
+"""Controllers: a law of time and state, the forces that it drives, its period, delay and limits.
 
     τ = law(t, q, u)                         all the time, where there is no period
     τ = law(k T, q(k T), u(k T))             at sample times k T; held from k T + delay until the next one comes
 
-A force beyond its limits is cut there. Forces prescribed beside it are added behind the cut.
-
-When a controller's forces were cut at their limits: which one, at which limit, from when until when.
-
-A force that is held is cut from one sample to the next, or not. One that acts all the time is looked at inside of every
-step, and the time at which it passes a limit is narrowed down by bisection, for it may jump.
+A force beyond its limits is cut there, and forces prescribed beside it are added behind the cut. A run reports which
+force was cut, at which limit, from when until when. A force that is held is cut from one sample to the next, or not.
+One that acts all the time is tested inside every step, and the time at which it passes a limit is found by bisection,
+for it may jump.
 """
 
 from __future__ import annotations

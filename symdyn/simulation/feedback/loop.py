@@ -1,12 +1,11 @@
-"""A controller at work in one run: what it says at a state, or what it holds since its last sample.
+"""A controller at work in one run: its force at a state or held since its last sample, and the rows of the run.
 
 Sample k is taken at k T, and acts from (k + m) T + r on, where m T + r is the delay and 0 ≤ r < T. The integration
 stops at all these times, so that a step never goes across a jump of a force. What acts at a time is kept, so that a run
-can be told of again without asking the controller twice.
+can be reported again without asking the controller twice.
 
-Rows of a run whose controller takes samples: one wherever a force may change, if nobody asks for others.
-
-Between samples a motion goes on: where they are few, a period is divided, so that there are `SAMPLES` rows at least.
+Where a controller takes samples, a run has a row wherever a force may change, if no other rows are asked for. Where
+samples are few, a period is divided, so that there are `SAMPLES` rows at least.
 """
 
 from __future__ import annotations

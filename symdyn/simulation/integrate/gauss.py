@@ -22,13 +22,13 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics import Equations, Workspace
+from symdyn.dynamics import Equations, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
-from symdyn.program import Candidates, Program, lower
+from symdyn.program import Program, lower
 from symdyn.runtime import load_functions
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
@@ -160,7 +160,7 @@ def _program(system: StateEquations) -> Program:
     """Return the rates as a program, values of parameters bound to all their digits."""
     w = Workspace(system.scene)
     place = acting(w, system.forces)
-    accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
+    accelerations = substitute(derive_one(w, "forward_dynamics").entries, place)
     drives = substitute(w.state.tau, place)
     acts = (drives, substitute(w.Q, place))
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]

@@ -1,17 +1,25 @@
-"""Equations as heyoka's expressions, and whether its series can follow them.
+"""Equations as heyoka's expressions, whether its series can follow them, and its integrators, kept between processes.
 
 Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
+
+An integrator is compiled code, which belongs to one processor: in the cache its name is made of heyoka's version, the
+processor, the expressions as heyoka pickles them, and its options.
 """
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import os
+import pickle
+import platform
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from fractions import Fraction
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -187,3 +195,43 @@ def taylor_of(system: StateEquations, start: Any, real: Callable[[Fraction], Any
     heyoka = library()
     rates = list(zip(*translate(system, real=real), strict=True))
     return heyoka.taylor_adaptive(rates, start, compact_mode=True, fp_type=kind), heyoka.taylor_outcome.time_limit
+
+
+SUFFIX = ".heyoka"
+
+MOST = 64
+"""Integrators that are kept, of a few hundred kB each."""
+
+
+def integrator(expressions: Sequence[Any], options: Mapping[str, Any], make: Callable[[], Any]) -> Any:
+    """Return an integrator of expressions with options: the one that is kept, or the one that `make` compiles.
+
+    The caller sets its state, time and parameters, which are those that it was made with.
+    """
+    kept = Kept(_name(expressions, options))
+    content = kept.content()
+    if content is not None:
+        with suppress(Exception):  # a heyoka of the same version that was built otherwise
+            return pickle.loads(content)  # our own bytes: folder, owner and hash were looked at
+    made = make()
+    kept.keep(pickle.dumps(made), MOST)
+    return made
+
+
+def _name(expressions: Sequence[Any], options: Mapping[str, Any]) -> str:
+    digest = hashlib.sha256()
+    about = (library().__version__, platform.python_version(), *processor(), repr(sorted(options.items())))
+    for part in (*(one.encode() for one in about), pickle.dumps(list(expressions))):
+        digest.update(f"{len(part)}:".encode() + part)
+    return f"integrator-{digest.hexdigest()[:24]}{SUFFIX}"
+
+
+@cache
+def processor() -> tuple[str, ...]:
+    """Return what tells processors apart that run different code: model and features, else the machine's own name."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return (*platform.uname(),)
+    told = ("model name", "flags", "Features", "CPU part", "isa", "uarch", "cpu")
+    return (platform.machine(), *sorted({line for line in lines if line.partition(":")[0].strip() in told}))

@@ -24,7 +24,7 @@ from numpy.polynomial.polynomial import polyval
 from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import cached_integrators
+from symdyn.simulation.integrate import heyoka_expressions
 from symdyn.simulation.integrate.heyoka_expressions import (
     guarded,
     library,
@@ -88,7 +88,7 @@ def _integrator(system: StateEquations, tolerance: float) -> Any:
 
     with interrupts_wait():
         kept = not (compact or soon)  # loops compile soon
-        return cached_integrators.integrator([*variables, *entries], options, make) if kept else make()
+        return heyoka_expressions.integrator([*variables, *entries], options, make) if kept else make()
 
 
 def run(problem: InitialValueProblem) -> Iterator[Piece]:

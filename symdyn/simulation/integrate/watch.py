@@ -1,28 +1,23 @@
-"""Zeros of formulas along a motion: which events happen inside a step, when and where.
+"""Events of a motion: which formulas pass zero inside a step, when and where.
 
 An event happens where its formula changes its sign. One that is zero at the start is armed by the sign that it takes
-right behind, which is that of its first derivative there that is not zero; what touches zero and turns back has not
-crossed it. A stretch is divided until its looks are sure (see `looks` and `passages`), so that a formula that rises and
-falls again between two of them is seen.
+right behind, which is that of its first derivative there that is not zero. What touches zero and turns back has not
+crossed it. A formula that has no real value for a while takes the sign that it has behind that as its own: it has not
+passed zero; nor has one that changes its sign through infinity.
 
-A limit is passed where it is left behind by more than `SLACK`, for a joint that rests on it rounds; the time and the
-place are those at which the limit itself was passed.
-
-Reference: Shampine, Gladwell and Brankin, Reliable solution of special event location problems for ODEs (1991).
-
-Where a stretch is looked at, and how far what is smooth can bend between the looks.
+A stretch of time is sampled, and divided until the samples are sure to show every sign (see `looks` and `passages`), so
+that a formula that rises and falls again between two of them is seen. How far what is smooth can bend between them:
 
     f(s) ≈ Σ c_j T_j(s)        -1 ≤ s ≤ 1, from values at s_k = -cos(π k / n)
     |T_j''| ≤ j² (j² - 1) / 3  so that f leaves its chord between two nodes by Σ |c_j| j² (j² - 1)/3 · Δ²/8 at most
 
 The nodes are no multiples of each other: a formula whose period is a part of the stretch does not hide between them.
 
-Reference: Trefethen, Approximation Theory and Approximation Practice (2013), chapters 2 and 3.
+A limit is passed where it is left behind by more than `SLACK`, since a joint that rests on it has rounding errors; the
+time and the place are those at which the limit itself was passed.
 
-Where in a step a formula passes zero: stretches are divided until their looks are sure, and a zero is closed in on.
-
-A formula that has no real value for a while takes the sign that it has behind that as its own: it has not passed zero;
-nor has one that changes its sign through infinity.
+References: Shampine, Gladwell and Brankin, Reliable solution of special event location problems for ODEs (1991);
+Trefethen, Approximation Theory and Approximation Practice (2013), chapters 2 and 3.
 """
 
 from __future__ import annotations
@@ -36,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.simulation.equations.crossings import SLACK
+from symdyn.simulation.equations.monitors import SLACK
 from symdyn.simulation.integrate.method import Hit, InitialValueProblem
 
 

@@ -1,11 +1,12 @@
-"""Driving forces over time: formulas in t, q and q̇, constants, and columns of a CSV file, interpolated.
+"""Driving forces over time and the prescribed motion of a scene: what users give, read and checked.
 
-A table is interpolated by PCHIP, which is once differentiable and does not overshoot at steps; before its first and
-after its last row the force is what stands there.
+A force is a formula in t, q and q̇, a constant, a function, or a column of a CSV file. Tables of forces are
+interpolated by PCHIP, which is once differentiable and does not overshoot at steps. Before its first and after its last
+row a table keeps its value.
+
+A motion is a law for each coordinate, from formulas, named laws, TOML, functions or CSV.
 
 Reference: Fritsch and Butland, A method for constructing local monotone piecewise cubic interpolants (1984).
-
-The motion of a scene: a law a coordinate, from formulas, named laws, TOML or CSV.
 """
 
 from __future__ import annotations

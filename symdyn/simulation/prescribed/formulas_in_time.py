@@ -1,8 +1,7 @@
-"""Formulas in time and state as a user writes them: parsed, their names checked, their parameters bound.
+"""Formulas in time and state, tables in CSV and sample times, as a user gives them: read and checked.
 
-Numbers over time: tables in CSV, and the times of samples.
-
-A table has a header with the column t, then rows with rising times.
+The names in a formula are checked and its parameters bound. A table has a header with the column t, then rows with
+rising times.
 """
 
 from __future__ import annotations

@@ -11,12 +11,11 @@
 The laws from a to b take start=... as last argument (0 s), ramp is T/4 if it is not given; before and after a law the
 coordinate rests.
 
+A law may also be a function of time in Python. If it returns a position alone, it is differentiated by differences,
+whose step is chosen by their agreement: of sin(2 t) the rate comes out to 1e-13 and the acceleration to 2e-11. If it
+returns position, velocity and acceleration, these are taken as they are.
+
 Reference: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), sections 2.1 to 3.2.
-
-Motions that functions of time say, in Python.
-
-A function that returns a position alone is differentiated by differences, whose step is chosen by their agreement: of
-sin(2 t) the rate comes out to 1e-13 and the acceleration to 2e-11. One that returns all three is taken as it is.
 """
 
 from __future__ import annotations

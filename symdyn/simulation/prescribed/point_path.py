@@ -1,4 +1,4 @@
-"""Paths of points and frames: where they are to be, how they are to be turned, as laws in time.
+"""Paths of points and frames: their positions and orientations as laws in time, from texts, tables and files.
 
     tool = x, y, z                          its origin in ground axes, m: three laws; _ leaves a component free
     tool = x, y, z, rpy(a, b, c)            and its axes, Rz(c) Ry(b) Rx(a), as URDF turns
@@ -7,7 +7,7 @@
     tool = FILE.csv                         columns x, y, z, or point_tool_x, ... as runs have them, and roll, pitch,
                                             yaw or qw, qx, qy, qz; with rates x_dot and x_ddot where they are known
 
-What a path asks for is written in rows of the motion of its frame, [v; ω] = J u in ground axes:
+What a path asks for is linear in the motion of its frame, [v; ω] = J u in ground axes:
 
     S J u = b        S J u̇ = ḃ - Ṡ J u - S J̇ u
 
@@ -15,8 +15,6 @@ What a path asks for is written in rows of the motion of its frame, [v; ω] = J 
                  axes: 1; one axis d: 1 - d dᵀ, whose row along d is empty
     ω, ω̇         of axes: 2 e' e* and 2 e'' e* for a unit quaternion e, e* its conjugate; of one axis: d × ḋ, d × d̈
     residual     p - p*; the rotation vector of R R*ᵀ; of one axis: minus the turn about d' × d that takes d' to d
-
-Paths of points and frames as a user says them: laws, tables, files.
 """
 
 from __future__ import annotations

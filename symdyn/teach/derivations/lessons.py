@@ -76,7 +76,7 @@ def walkthrough(
         scene: by Lagrange's method an open chain or tree with a closed form; with multipliers one with loops,
             rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
         language: "en" or "sk".
-        detail: "full", or "brief" without the steps that a second reading needs.
+        detail: keep every small step, "full", or leave out those that a second reading needs, "brief".
         until: the last part, "" for all: by Lagrange's method "energies", "lagrangian", "equations",
             "coefficients" or "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system"
             or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; by D'Alembert's "count",

@@ -3,7 +3,7 @@
 A quaternion is moved by roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll). In a mechanism with loops coordinates that
 follow have a number only.
 
-Closed mechanisms on the page: all coefficients reduced to the independent velocities, and what closes the loops.
+Of closed mechanisms all coefficients are reduced to the independent velocities, with what closes the loops:
 
     u = T u_i,  u̇ = T u̇_i + s      what loops and rows allow, s quadratic in u
     tau*_i = Tᵀ (M u̇ + c + g + k_E - Q),  so with b(u) = Tᵀ (M s + c):

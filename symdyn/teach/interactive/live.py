@@ -1,19 +1,19 @@
-"""What the interactive page computes: the scene's own functions, and where everything is that it draws, as one program.
+"""What the interactive page computes, as one program: functions of the scene, places of all that it draws, and arrows.
 
-All parameters are arguments here, those with values too, so that each of them can be moved by hand. The textbook's
+All parameters are arguments here, those with values too, so that each of them can be changed by hand. The textbook's
 equation (5.40), row i, with what else acts on the joint:
 
     tau_i = Σ k_z,ij q̈_j + Σ k_C,i,jk q̇_j q̇_k + Σ k_D,ij q̇_j² + k_G,i + k_E,i - Q_i
 
-Of a closed mechanism the rows are those of its independent velocities, and all coefficients are reduced to them.
+Of a closed mechanism the equations are those of its independent velocities, and all coefficients are reduced to them.
 
-What the page draws as arrows: how every mass moves, what acts, and what joints carry, as functions of the state.
+Arrows show how every mass moves, what acts, and what joints carry, as functions of the state:
 
     v, a      velocity and acceleration of a particle or a centre of mass, ground frame; m/s, m/s^2
     L, L̇     angular momentum about it, and its rate I α + ω × I ω; kg m^2/s, N m
 
-From these the page's script makes weights m g, momenta m v, inertia forces -m a and -L̇, and splits the latter as (5.40)
-does: what is left of a with q̈ = 0 is quadratic in the velocities, so that with b(u) = a(q, u, 0)
+From these the page's script makes weights m g, momenta m v, inertia forces -m a and -L̇, and splits the latter as
+(5.40) does: what is left of a with q̈ = 0 is quadratic in the velocities, so that with b(u) = a(q, u, 0)
 
     centrifugal, by q̇_j²      -m b(u_j)
     Coriolis, by q̇_j q̇_k      -m (b(u_j + u_k) - b(u_j) - b(u_k))

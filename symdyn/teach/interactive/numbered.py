@@ -1,6 +1,6 @@
 """Numbers under terms: which values of a document the program of its page computes, and what each term speaks of.
 
-What the figure of a page shows: the words of `Step.show`, and which vector a term of a formula speaks of.
+The figure of a page shows the words of `Step.show`, and the vector that a term of a formula speaks of.
 """
 
 from __future__ import annotations

@@ -3,9 +3,8 @@
 What it computes is the JavaScript that `symdyn generate --target js` writes; the script of the page only draws, closes
 loops by Newton's method and integrates the motion by Runge and Kutta.
 
-What the page plots: coordinates and velocities over time, by unit, and pairs of both for phase portraits.
-
-Tables: of what each force is made, and what drives, loops and rows of a closed mechanism exert.
+Plots are coordinates and velocities over time, by unit, and pairs of both for phase portraits. Tables tell of what each
+force is made, and what drives, loops and rows of a closed mechanism exert.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """What a student derives in SymPy against symdyn's own: energies, momenta, slopes, equations of one scene.
 
-What a student needs who sees no derivation: joints and masses with all coordinates zero, in axes of the ground.
-
-What a student writes in SymPy, as a node of a graph.
+Who sees no derivation is given joints and masses with all coordinates zero, in axes of the ground. What a student
+writes in SymPy becomes a node of a graph.
 """
 
 from __future__ import annotations

@@ -3,10 +3,9 @@
 A page checks an answer by value: `questions` gives it the symbols, points and what each result is worth there, never
 the result itself.
 
-What stays hidden until exercises are answered: what comes after them, and what is worth the same.
-
-The rule is the order of the derivation: a step may follow from every result before it, unless it is about another mass
-or body, or a row of `APART` says otherwise. So a new kind of step leaks nothing before anyone thinks of exercises.
+Until they are answered what comes after them stays hidden, and what is worth the same. The rule is the order of the
+derivation: a step may follow from every result before it, unless it is about another mass or body, or a row of `APART`
+says otherwise. So a new kind of step leaks nothing before anyone thinks of exercises.
 """
 
 from __future__ import annotations
@@ -37,8 +36,8 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.derived import with_given
+from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.statements import read_formula
-from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 

@@ -1,8 +1,7 @@
 """What a page is told to check answers by value: never a result itself, nor a formula that a mistake gives.
 
-A sheet to print: the task, numbered questions with room to write, and solutions where they are wanted.
-
-A document with exercises for formats in which nothing opens: solutions and what follows from them at the end.
+A sheet to print has the task, numbered questions with room to write, and solutions where they are wanted. In formats in
+which nothing opens, solutions and what follows from them stand at the end.
 """
 
 from __future__ import annotations
@@ -20,10 +19,9 @@ from symdyn.teach.document import Blank, Block, Box, Document, Fold, Room, Secti
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.exercises import FREE, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.grammar import PAGE
+from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.statements import SPEEDS
-from symdyn.teach.student.vocabulary import Names
 
 FEW, BUDGET, SMALL = 300, 1000, 2
 """Mistakes of one blank that a page knows, and of all its blanks where a scene has more than `SMALL` velocities."""

@@ -24,11 +24,11 @@ class Handout:
     Attributes:
         scene: any that `walkthrough` takes.
         language, detail, until, formulation: as of `walkthrough`.
-        seed: draws a variant of the scene; None for the scene itself.
-        exercises: whether results are left out.
+        seed: of a variant of the scene: other masses, lengths, axes, springs, another way down; None for the scene.
+        exercises: leave results out, with hints and solutions; the HTML page checks answers.
         grade, ask: which, as of `with_exercises`.
         grades: those that there are.
-        sheet: "questions" or "solutions" of exercises to be printed; "" for the whole lesson.
+        sheet: the exercises to print, "questions" with room to write, or "solutions"; "" for the whole lesson.
     """
 
     grades: ClassVar[tuple[int, ...]] = tuple(GRADES)

@@ -1,9 +1,8 @@
 """A document as a Jupyter notebook, one file: prose, pictures, and cells that read the scene and check its formulas.
 
-Cells that derive a scene's equations in SymPy, for a student to change: places, energies, Lagrange's equations.
-
-Names of bodies and joints stand in no cell; letters of the scene do, which are identifiers, with an underscore behind
-what Python, SymPy or a cell calls something else.
+Cells may derive a scene's equations in SymPy, for a student to change: places, energies, Lagrange's equations. Names of
+bodies and joints stand in no cell; letters of the scene do, which are identifiers, with an underscore behind what
+Python, SymPy or a cell calls something else.
 """
 
 from __future__ import annotations

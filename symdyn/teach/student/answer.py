@@ -1,8 +1,7 @@
 """What became of one statement of a student's text, and that in words: sentences, filled with formulas.
 
-Left = right of a student's: an equation of motion, or a row of constraints, right or in which terms it differs.
-
-A formula of a student's beside that of one quantity: equal by value, or in which terms it differs.
+A statement is left = right, an equation of motion or a row of constraints, or a formula of one quantity: right by
+value, or in which terms it differs.
 """
 
 from __future__ import annotations

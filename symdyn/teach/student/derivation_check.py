@@ -4,10 +4,9 @@ Equality is decided by value over finite fields (`symdyn.verify.equality`); the 
 (`symdyn.teach.student.differences`). Coefficients carry their own sign; `book` takes the minus of k_C and k_D out, as
 (5.40).
 
-Multipliers in a student's Lagrangian: L + Σ λ_k f_k, where every f_k vanishes wherever the loops are closed.
-
-The conditions may be written in other ways than the scene's, so they are looked at in numbers, as rows are: each
-vanishes on the motions that are allowed, and together they forbid as much as the scene's rows.
+A student's Lagrangian may have multipliers: L + Σ λ_k f_k, where every f_k vanishes wherever the loops are closed. The
+conditions may be written in other ways than the scene's, so they are looked at in numbers, as rows are: each vanishes
+on the motions that are allowed, and together they forbid as much as the scene's rows.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer, equality, judged, less, minus, untitled, without_slope
 from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
 from symdyn.teach.student.statements import Statement, find_target, read_statements
-from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import Verdict
 
 ENERGIES = ("K", "P", "L")

@@ -1,11 +1,11 @@
-"""Which rule a wrong answer forgets: it is looked up by value among the mistakes of its quantity, then proved.
+"""Which rule a wrong answer forgets: it is found by value among the mistakes of its quantity, then proved.
 
-Points at which answers are compared by value, the same in every run and in both checkers.
+Points at which answers are compared by value are the same in every run and in both checkers:
 
-0 … 5      drawn       6 … 9      parameters of 0 … 3 at another position
-10 … 12    those of 0 … 2, parameters and position, with other rates, accelerations and drives
-13         the first, with lengths, masses and times in other units, where the scene says its units
-14 … 17    parameters as declared: with all else of 0, 1, 10 and 11; only where the scene has such
+    0 … 5      drawn       6 … 9      parameters of 0 … 3 at another position
+    10 … 12    those of 0 … 2, parameters and position, with other rates, accelerations and drives
+    13         the first, with lengths, masses and times in other units, where the scene says its units
+    14 … 17    parameters as declared: with all else of 0, 1, 10 and 11; only where the scene has such
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
-from symdyn.teach.student.vocabulary import Names
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3

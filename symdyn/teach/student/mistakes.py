@@ -2,9 +2,8 @@
 
 Three tables make them: energies of a course in which one part of one mass (or of all) is treated wrongly, steps from
 energies to equations of which one is left out, and terms of the right formula that are lost, turned or misread. Both
-checkers look a wrong answer up among them: the shell exactly, the page by values.
-
-Steps from energies to equations that were not taken, or taken wrongly, and equations divided but for one term.
+checkers look a wrong answer up among them: the shell exactly, the page by values. Equations may also be divided but for
+one term.
 """
 
 from __future__ import annotations

@@ -18,9 +18,8 @@ from fractions import Fraction
 from symdyn.algebra import Form, Function, Number, Pi, Symbol
 from symdyn.graph import Op
 from symdyn.scene.values import shorten
-from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS
+from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS, Names
 from symdyn.teach.student.tokens import Cursor, Source, Token
-from symdyn.teach.student.vocabulary import Names
 
 LARGEST = 10**60  # a number, or one over it
 TOO_LARGE = "a number beyond 1e60, or below 1e-60, has no place in a formula"

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from symdyn.algebra import Form
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
-from symdyn.teach.student.grammar import plain_index
+from symdyn.teach.student.grammar import Names, Target, plain_index
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.tokens import Source, Token, source, tokens, without_time
-from symdyn.teach.student.vocabulary import Names, Target
 
 SPEEDS = re.compile(r"d?[xyzrv][0-9]*[a-h]?[xyz]?(?:dot)?|omega[0-9]*[xyz]?|I[0-9]*|J[0-9]*")
 """Names that a member of a chain may use before the last one is written out: speeds, rates of places."""

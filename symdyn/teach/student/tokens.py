@@ -1,18 +1,18 @@
-r"""Tokens of a student's formula: the same for LaTeX and for plain text, by the tables of `grammar`.
+r"""Tokens of a student's formula, the same for LaTeX and for plain text, and a cursor that reads them one by one.
 
-word      a name with its indices, as letters and digits alone: q_{1}, q1 and q_1 are "q1", \theta_1 is "theta1"
-sub       an index that follows a bracket or an accent
-number    exact; 0.5 and 0,5
-command   \frac, \dot, a brace                   function, constant      \sin, sin, pi
-open, close, op      brackets and + - * / ^ =
-row, stop            the end of a line; the end of a formula
-unknown              what has no place in a formula; its text says why
+First the text is brought to one spelling; positions in the student's text are kept:
 
-A cursor reads them one by one.
+    θ̇₁²    \dot{\theta }_{1}^{2}        ½ m·h    (1/2) m*h        dL/dqd1    slopeqd1
 
-A student's text in the one way that is parsed: what is spelled otherwise is replaced, with positions.
+Then it is split by the tables of `grammar`:
 
-θ̇₁²    \dot{\theta }_{1}^{2}        ½ m·h    (1/2) m*h        dL/dqd1    slopeqd1
+    word      a name with its indices, as letters and digits alone: q_{1}, q1 and q_1 are "q1", \theta_1 is "theta1"
+    sub       an index that follows a bracket or an accent
+    number    exact; 0.5 and 0,5
+    command   \frac, \dot, a brace                   function, constant      \sin, sin, pi
+    open, close, op      brackets and + - * / ^ =
+    row, stop            the end of a line; the end of a formula
+    unknown              what has no place in a formula; its text says why
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from symdyn.teach.student.grammar import (
     MOST_LETTERS,
     SPELLINGS,
     TIME_LETTERS,
+    Names,
     plain_index,
 )
-from symdyn.teach.student.vocabulary import Names
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows

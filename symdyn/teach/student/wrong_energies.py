@@ -1,6 +1,6 @@
 """Energies in which one rule is broken, for each mass that it concerns, then for all.
 
-The right formula with one symbol, one function or one term wrong.
+Others are the right formula with one symbol, one function or one term wrong.
 """
 
 from __future__ import annotations

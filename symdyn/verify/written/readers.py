@@ -1,6 +1,6 @@
-"""Which files of a target are read, by the ends of their names.
+"""Readers of generated files, chosen by the end of a file's name, and what they read of a C++ header.
 
-The meaning of a C++ header as far as generated ones go: templates over the type T of real numbers.
+Generated C++ headers are templates over the type T of real numbers:
 
     raw::<function>          one state, by addresses; the arguments and the result may be the same array
     own::<function>_part<n>  a piece of it, read where it is called

@@ -1,8 +1,7 @@
 """The nouns of this package: what a reader of a language is given, and what it returns.
 
-Correct rounding, worked out apart from the printer: the number of a type that is nearest to an exact one.
-
-Syntax trees, by grammars that others wrote (tree-sitter).
+Syntax trees are by grammars that others wrote (tree-sitter). Correct rounding, the number of a type that is nearest to
+an exact one, is worked out apart from the printer.
 """
 
 from __future__ import annotations

@@ -13,7 +13,6 @@ from symdyn.emit import emit
 from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import DerivationError
 from symdyn.program import lower, prepare
-from symdyn.program.formulation import Candidates
 from symdyn.runtime import run_python
 from symdyn.scene import Scene, bind, read_text, with_symbols, write_text
 
@@ -93,11 +92,7 @@ class Code:
         known = formulations_of(request, self.scene)
         if formulation == "last":
             return derive_one(workspace, request, known[-1])
-        return (
-            derive_one(workspace, request, formulation)
-            if formulation in known
-            else Candidates(workspace, request).cheapest()
-        )
+        return derive_one(workspace, request, formulation if formulation in known else None)
 
     def __call__(self, name: str, **given: Sequence[Any]) -> Array:
         """Return a function at several states: q, u (for qd), du (for qdd), tau, t, ui, qi, an entry a state each."""

@@ -19,7 +19,7 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once c
     "acting": ("nothing", "springs", "dampers", "friction", "loads", "everything"),
     "lead": ("", "motion", "locked"),
     "formulation": (
-        "cheapest",
+        "preferred",
         "rnea",
         "crba",
         "aba",

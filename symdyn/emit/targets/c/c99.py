@@ -4,16 +4,15 @@
     void <scene>_<function>_batch(size_t n, const real *q, ..., const real *params, real *out)    structure of arrays
     void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
 
-With option "header-only" all of it is one header. The last two are there with option "batch"; `ROWS`, for targets that
-call nothing else, leaves `_batch` out, a fifth of what compilers take. Entry i of state k is
-q[i * n + k] for `_batch` and q[k * length + i] for `_rows`, in `out` likewise; params, or what was prepared from it,
-is one set for all states, and `out` overlaps no argument. Both run blocks of states through loops that compilers
-vectorise, and take sines and cosines by a routine of their own; so does the scalar function then, when it needs
-several.
+The last two come with option "batch". `ROWS`, for targets that call nothing else, leaves `_batch` out, a fifth of what
+compilers take. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for `_rows`, in `out` likewise.
+params, or what was prepared from it, is one set for all states, and `out` overlaps no argument. Both run blocks of
+states through loops that compilers vectorise, and take sines and cosines by a routine of their own. The scalar function
+then does the same where it needs several.
 
-A long function calls parts of itself: compilers take more than linear time for it.
-
-Beside C: an example that calls every function and knows what must come out, and a file for CMake that builds it.
+A long function calls parts of itself, since compilers take more than linear time for it. With option "header-only" all
+of it is one header. Beside the code stand an example, which calls every function and compares with expected values, and
+a CMake file that builds it.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.code.worked_example import example_text
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import dd_functions, double_double
+from symdyn.emit.targets.c import double_double
 from symdyn.emit.targets.c.cuts import batches, cuts
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.loops import loop_text
@@ -68,7 +67,7 @@ FLAT = {"double": -708, "float": -87}
 
 def _printer(real: Real) -> Printer:
     if real.parts == 2:
-        return double_double.printer(real)
+        return double_double.printer_of(real)
     return Printer(_spellings(real), lambda value: f"{digits(value, real)}{real.suffix}")
 
 
@@ -77,7 +76,7 @@ def _write(draft: Draft) -> dict[str, str]:
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option in (BATCH, ROWS)
     if real.parts == 2:
-        return dd_functions.write(draft, batch, draft.option == HEADER_ONLY)
+        return double_double.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
     values: dict[str, Any] = {
         "page": page,

@@ -1,8 +1,7 @@
 """Functions of one state in parts, and what else is asked of a routine before its stages are printed.
 
-What the templates of batch code are given: the stages of every function as finished text.
-
-The loop over rows of a function that solves, as its template is given it.
+Templates of batch code are given the stages of every function, and the loop over rows of one that solves, as finished
+text.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from math import prod
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
-from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.emit.code.target import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered
 from symdyn.errors import EmitError

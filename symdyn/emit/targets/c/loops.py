@@ -1,6 +1,6 @@
-"""What the template of a loop over a table is given: its sweeps at a joint of each kind, printed from expressions.
+"""What the template of a loop over a table of joints is given: its sweeps at a joint of each kind, and the rows.
 
-The rows of a table of joints as C, and how much room loops over it take: what all loops have in common.
+Sweeps are printed from expressions. All loops have the rows in common, and how much room they take.
 """
 
 from __future__ import annotations

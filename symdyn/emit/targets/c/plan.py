@@ -2,15 +2,13 @@
 
 One routine becomes stages that run one after the other over a block of states. A pass is one loop of plain arithmetic,
 which compilers turn into vector code. Sines and cosines are taken a row at a time between two passes, and so are calls
-into the C library, which would keep the whole loop from being vectorised. Passes are cut where they grow too long for
-a compiler. A value that leaves its stage waits in a row of work space; rows are used again when their value is spent.
+into the C library, which would keep the whole loop from being vectorised. Passes are cut where they grow too long for a
+compiler. A value that leaves its stage waits in a row of work space; rows are used again when their value is spent.
 
 What depends on parameters alone, or on what was prepared from them, is uniform: computed once a block, before the loop.
 
-A routine cut into stages: which steps run together in one loop over the states of a block, and in which order.
-
-What calls wait for comes as early as it can, all the rest after the last call, cut where it grows too long for a
-compiler.
+Steps run together in one loop over the states of a block as far as can be: what calls wait for comes as early as it
+can, all the rest after the last call, cut where it grows too long for a compiler.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
-"""The stages of a plan as lines of C, for a block of states or for a single one.
+"""The stages of a plan as lines of C, for a block of states or for a single one, and the generated sincos.
 
-Results of many entries in batch code: which rows of a block the loops write, and which entry is which of them.
+Results of many entries are written into rows of work space and copied, block by block: where a block's states go to
+columns a power of two apart, and always where entries lie state by state. Half of a mass matrix equals the other half,
+and much of a tree's is zero: such entries are copied from the row that holds them already. A copy of 64 states at a
+time is several times as fast as one of 32, since caches fetch ahead along long pieces only. Rows are a cache line
+further apart than they are long, so that they do not all fall on the same few places of the nearest cache.
 
-Where a block's states go to columns a power of two apart, and always where entries lie state by state, the result of a
-block is written into rows of work space and copied. Half of a mass matrix is the other half, and much of a tree's is
-zero: such entries are copied from the row that is there already. A copy of 64 states at a time is several times as
-fast as one of 32, since caches fetch ahead along long pieces only; rows are a line of the cache further apart than
-they are long, so that not all of them fall on the same few places of the nearest cache.
-
-The numbers of the generated sincos: π/2 in parts and minimax polynomials, as `benchmarks/minimax.py` prints them.
+Sine and cosine take π/2 in parts and minimax polynomials, with numbers as `benchmarks/minimax.py` prints them:
 
     k = round(2x/π),   y = x - k π/2 = hi + lo       |y| ≤ π/4, four parts of π/2, the first three times k exact
     sin y = y + y³ S(y²),   cos y = 1 - y²/2 + y⁴ C(y²)
@@ -16,8 +14,8 @@ The numbers of the generated sincos: π/2 in parts and minimax polynomials, as `
 The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. The error of the
 second difference is folded into the third part: where it is not zero, the difference is so large that rounding the sum
 does no harm. In float everything is computed in double, where the sum of three parts and short polynomials are enough,
-and rounded once. The code has polynomials in h = y²/2, which is needed anyway; powers of two cost no digit. What y is
-too large by is subtracted together with the rest of the series, whose signs are such that -0 stays -0.
+and rounded once. The polynomials are in h = y²/2, which is needed anyway; powers of two cost no digit. The excess of y
+is subtracted together with the rest of the series, whose signs are such that -0 stays -0.
 
 References: Cody and Waite, Software Manual for the Elementary Functions (1980), for the reduction in parts; the order
 of summation is that of FDLIBM's k_sin.c and k_cos.c.
@@ -32,7 +30,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import REALS, ShortSines
-from symdyn.emit.code.source_text import Line
+from symdyn.emit.code.target import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, identifier

@@ -1,9 +1,8 @@
-"""Curves over axes, drawn as pictures of mechanisms are: the same style sheet, so the same in every format.
+"""Charts of curves over axes, and the steps that show them: energy landscapes and the phase portrait of one freedom.
 
-A chart is a column of panels, which share a width. Looks are classes of the style sheet of `symdyn.draw`; curves differ
-by dashes too, so that nobody has to tell colours apart.
-
-Steps: the energy landscape and the phase portrait of one freedom, the landscape of two.
+A chart is a column of panels, which share a width. Looks are classes of the style sheet of `symdyn.draw`, as those of
+pictures of mechanisms, so charts look the same in every format. Curves differ by dashes too, not by colour alone. The
+energy landscape is shown of one freedom and of two.
 """
 
 from __future__ import annotations

@@ -1,16 +1,14 @@
-"""Step: where the mechanism stays at rest without drives.
+"""Steps: places of rest without drives, and motions next to them, to first order.
 
 At rest k_G + k_E = Q. The places are those of `symdyn.linear`: quarter turns are decided exactly; where one angle alone
 matters, the others are the sign changes of k_G + k_E - Q in small steps; elsewhere they are what Newton's method finds,
 and the lesson says so. A position is stable where the potential of gravity, springs and constant forces has a minimum.
 
-Steps for mechanisms with loops or rolling: rests, and the steady motion next to the start, both in numbers.
+Next to a stable and an unstable place come equations to first order, and frequencies. Formulas are of places that are
+known exactly, and hold for all values of the parameters; numbers, also of the mode shapes, are of all places.
 
-What is found is what `symdyn linearize` finds: eigenvalues of the motion that loops and rolling leave free.
-
-Steps: equations to first order next to a stable and an unstable rest, frequencies by formula, shapes in numbers.
-
-Formulas are of places that are known exactly, and hold for all values of the parameters; numbers of all places.
+Of mechanisms with loops or rolling, rests and the steady motion next to the start are found in numbers. Eigenvalues are
+those of `symdyn linearize`, of the motion that loops and rolling leave free.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
-"""One freedom that is left when others are cyclic or led: its inertia m and its potential V, so that ½ m ṙ² + V stays.
+"""One freedom left, others being cyclic or prescribed: its inertia m and potential V, with ½ m ṙ² + V constant; limits.
 
     c     cyclic coordinates, their momenta p kept          m = M_rr - M_rc M_cc⁻¹ M_cr,  V = P + ½ pᵀ M_cc⁻¹ p
     led   prescribed, at constant rates Ω, L without them   m = M_rr,                     V = P - ½ Ωᵀ M_LL Ω
 
 Without either, m is the mass and V = P. Drives and friction are left out.
 
-Reference: Routh; Goldstein, Classical Mechanics, 8.3.
+The steps on limits show cases in which a result must be what everybody knows: nothing to carry, no gravity, small
+swings.
 
-Steps: limits in which a result must be what everybody knows: nothing to carry, no gravity, small swings.
+Reference: Routh; Goldstein, Classical Mechanics, 8.3.
 """
 
 from __future__ import annotations

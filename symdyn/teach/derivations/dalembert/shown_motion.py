@@ -1,11 +1,11 @@
-"""The state that D'Alembert's lesson shows: of a closed mechanism one whose rates and accelerations the loops allow.
+"""The state that D'Alembert's lesson shows, and its steps in numbers: reactions, drives, the proof against Lagrange.
 
-    G u = 0, G u̇ + Ġ u = 0      rows of the loops at the drawn position, with prescribed motions as rows of their own
+Of a closed mechanism the state has rates and accelerations that the loops allow:
 
-Rates of independent velocities are chosen, the others follow. What nothing drives (the spin of a rod between two
-balls, a wheel that rolls down) is accelerated as it is without a drive.
+    G u = 0, G u̇ + Ġ u = 0      equations of the loops at the drawn position, and of prescribed motions
 
-Steps: reactions and drives, solved for and in numbers, and the proof that Lagrange gives the same drives.
+Rates of independent velocities are chosen, the others follow. What nothing drives (the spin of a rod between two balls,
+a wheel that rolls down) is accelerated as it is without a drive.
 """
 
 from __future__ import annotations

@@ -1,24 +1,24 @@
 """Both methods side by side, term by term: Lagrange's coefficients, and what each body gives for them.
 
-Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each
-times its velocity for q̇_i = 1, leaves
+Along the motion of coordinate i alone, joints transmit no power but the drive's, so (5.18) of all bodies, each times
+its velocity for q̇_i = 1, leaves
 
     M_i = -Σ_j (F^D_j · ∂v_j/∂q̇_i + M^D_j · ∂ω_j/∂q̇_i + m_j g · ∂v_Tj/∂q̇_i)      v_j of O_j; frame j
 
 which is sorted by accelerations and products of rates. Lagrange's column comes from the closed forms of (5.21), which
 know neither bivectors nor joints. Springs, friction, loads and rotors of drives are in neither.
 
-A formula in the order in which a book writes it, whatever order its ring has.
+Formulas are printed in the order of a book:
 
-m h cos q q̈        numbers, parameters as the scene declares them, sines, then rates and accelerations
-sin(φ - χ)          in every angle the scene's first coordinate is positive: not -sin(χ - φ) beside cos(φ - χ)
-r cos φ - x         a sum that would begin with a minus has its other terms first
+    m h cos q q̈        numbers, parameters as the scene declares them, sines, then rates and accelerations
+    sin(φ - χ)          in every angle the scene's first coordinate is positive: not -sin(χ - φ) beside cos(φ - χ)
+    r cos φ - x         a sum that would begin with a minus has its other terms first
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 from symdyn.algebra import (
@@ -49,13 +49,20 @@ CIRCULAR = (Op.SIN, Op.COS)
 
 @dataclass(frozen=True)
 class Order:
-    """Places of a scene's symbols in a product and in an angle."""
+    """Places of a scene's symbols in a product and in an angle; what was put in order is remembered."""
 
     place: dict[str, int]
     moving: frozenset[str]
+    _known: dict[Form, Form] = field(default_factory=dict, compare=False, repr=False)
+    _ranks: dict[Form, tuple[int, int]] = field(default_factory=dict, compare=False, repr=False)
 
     def __call__(self, form: Form) -> Form:
         """Return the same formula in this order."""
+        if form not in self._known:
+            self._known[form] = self._ordered(form)
+        return self._known[form]
+
+    def _ordered(self, form: Form) -> Form:
         if isinstance(form, Function):
             return self._angle(form.with_parts(map(self, form.parts)))
         parts = [self(part) for part in form.parts]
@@ -75,6 +82,11 @@ class Order:
         return Form.product(sorted(form.factors, key=self._of_factor))
 
     def _of_factor(self, factor: Form) -> tuple[int, int]:
+        if factor not in self._ranks:
+            self._ranks[factor] = self._rank(factor)
+        return self._ranks[factor]
+
+    def _rank(self, factor: Form) -> tuple[int, int]:
         used = factor.symbols
         kind = 3 if self.moving.intersection(used) else 2 if _has_function(factor) else 0 if used else -1
         last = len(self.place)

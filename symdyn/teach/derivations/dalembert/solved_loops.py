@@ -1,16 +1,16 @@
 """Loops of a plane, solved one after the other: dependent coordinates, their rates and accelerations, as formulas.
 
 A joint that keeps two points together gives two equations, g = 0. If two coordinates u, v in them are not known yet and
-v is an angle, the way g falls into one vector that turns with v and one that does not:
+v is an angle, g is the sum of one vector that turns with v and one that does not:
 
     g = g0 + c cos v + s sin v,    |c| = |s|, c · s = 0
     |g0|² - |c|² = 0               without v
     v = atan2(-s · g0, -c · g0)
 
-For an angle u, g0 = k + d cos u + e sin u, and what is left is A cos u + B sin u + C = 0; for a slide, g0 = k + e u,
-it is quadratic. Of the two roots one belongs to the drawn position. Rates and accelerations solve two linear equations.
+For an angle u, g0 = k + d cos u + e sin u, and what is left is A cos u + B sin u + C = 0; for a slide, g0 = k + e u, it
+is quadratic. Of the two roots one belongs to the drawn position. Rates and accelerations solve two linear equations.
 
-Quotients of formulas as one writes them by hand: what divides stands alone, what both sides share is left out.
+Quotients are written as by hand: terms that divide stand alone, and factors of both sides are left out.
 """
 
 from __future__ import annotations

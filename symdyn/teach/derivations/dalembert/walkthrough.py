@@ -1,13 +1,13 @@
-"""The walkthrough of any mechanism by D'Alembert's method, section by section.
+"""The walkthrough of any mechanism by D'Alembert's method, with the equations of its loops and a picture of the system.
 
-The equations that loops and other rows add, in print: written, differentiated twice, solved, and then used.
+Equations of loops and other constraints are written, differentiated twice, solved, and then used:
 
     r(q) = 0,    G q̇ = 0,    G q̈ + Ġ q̇ = 0
 
 A joint that only keeps two points together is written in the axes of the ground, as one does by hand; all others as
 `symdyn equations` prints their rows.
 
-The whole system (5.18) as a picture of its matrix: rows equations, columns unknowns, blocks bodies and joints.
+The picture shows the matrix of the whole system (5.18): rows are equations, columns unknowns, blocks bodies and joints.
 """
 
 from __future__ import annotations

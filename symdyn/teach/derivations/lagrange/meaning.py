@@ -1,11 +1,10 @@
-"""Steps: what each coefficient means, shown by computing it a second time from axes, levers and weights.
+"""Steps: what each coefficient means, from axes, levers and weights, and why products of rates are there or not.
 
-n, o    unit vector and a point of a joint's axis, ground frame
-a_i     lever: velocity of a place for q̇_i = 1, n × (r - o) for a turn, n for a slide
+    n, o    unit vector and a point of a joint's axis, ground frame
+    a_i     lever: velocity of a place for q̇_i = 1, n × (r - o) for a turn, n for a slide
 
-Nothing here differentiates an energy: k_z,ij = Σ m a_i·a_j + n_i·I n_j, k_G,i = -Σ m g·a_i.
-
-Steps: products and squares of rates, and why each of their coefficients k_C, k_D is there or not.
+This computes the coefficients a second time. Nothing here differentiates an energy: k_z,ij = Σ m a_i·a_j + n_i·I n_j,
+k_G,i = -Σ m g·a_i. Products and squares of rates have k_C and k_D.
 """
 
 from __future__ import annotations

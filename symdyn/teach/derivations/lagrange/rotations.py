@@ -3,9 +3,8 @@
 C_pb holds the axes of body b as columns, in axes of its neighbour p towards the ground; vectors of b go to p by it.
 From C_0b = C_0p C_pb and the skew matrix ω̃ = Cᵀ Ċ follows ω_b = C_pbᵀ ω_p + what joint b adds, all in body axes.
 
-Calculus on forms as a student does it on paper: the chain rule term by term, brackets multiplied out.
-
-The graph has its own derivatives; tests hold these against them by value.
+Formulas are differentiated as a student does it on paper: the chain rule term by term, brackets multiplied out. The
+graph has its own derivatives; tests compare both by value.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Steps: where every mass is, and how fast it moves, differentiated term by term.
+"""Steps: places and velocities of all masses, differentiated term by term; energies and the Lagrangian.
 
-Steps: kinetic and potential energy, body by body; squares multiplied out and simplified; the Lagrangian.
-
-The step that names the lengths of springs and dampers between two points, and their rates.
+Kinetic and potential energy go body by body, with squares multiplied out and simplified. One step names the lengths of
+springs and dampers between two points, and their rates.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
-"""The walkthrough of an open mechanism by Lagrange's equations, section by section.
+"""The walkthrough of an open mechanism by Lagrange's equations, its first and last steps, and its figures.
 
-Steps: what is known and wanted; Lagrange's equations (5.21), (5.22), from which every later step is derived.
-
+First come what is known and wanted, and Lagrange's equations (5.21), (5.22), from which every later step is derived.
 The index i in them stands for any coordinate: these names have no value, and tests put each coordinate in their place.
 
-Steps: the scene in numbers at one state: values, each coefficient's share of each torque, the power balance.
+Last comes the scene in numbers at one state: values, each coefficient's share of each torque, the power balance.
 
-What the figure of a page shows while a step of Lagrange's lesson is read, by what the key of the step begins with.
-
-A step that is not listed shows what the one before it showed.
+What the figure of a page shows at a step depends on what the key of the step begins with. A step that is not listed
+shows what the one before it showed.
 """
 
 from __future__ import annotations
@@ -25,12 +23,12 @@ from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards.afterwards import after_sections
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.kane import kane_steps
 from symdyn.teach.derivations.lagrange.equation_steps import (
     coefficient_key,
     coefficient_steps,
     coefficient_unit,
     equation_steps,
+    kane_steps,
     name_coefficients,
     node_of,
 )

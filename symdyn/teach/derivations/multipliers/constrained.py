@@ -6,29 +6,131 @@
     λ_k          multiplier: the force or moment that keeps condition k, on the child, along its direction
 
 A joint that only keeps two points together is written in the axes of the ground, as one does by hand; other conditions
-are the scene's own rows. A root of coordinates, as the sine of a wheel's lean, has a letter of its own.
+are the scene's own rows. They are printed in sines, and a root of coordinates, as the sine of a wheel's lean, has a
+letter of its own.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import Compactor, Floats, Form, Function, Symbol, TrigonometricRing
+from symdyn.algebra import Compactor, Floats, Form, Function, Polynomial, Symbol, TrigonometricRing, with_added_angles
+from symdyn.dynamics import angle_groups
 from symdyn.dynamics.loops import Cut, Partition, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Vec, sub
-from symdyn.teach.derivations.multipliers.condition import Condition
-from symdyn.teach.derivations.multipliers.written_conditions import Writer
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import AXES, Lesson, is_tied, refuse_quaternions
 from symdyn.unlocked import cached_property
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition.
+
+    Attributes:
+        number: "1", its index in print.
+        owner: name of the loop or of the scene's row.
+        loop: whether a loop has it; else a contact or a formula of the scene.
+        words: key of the sentence about its multiplier.
+        axis: x, y or z in that sentence, or "".
+        parent, child: bodies on both sides; "" where there are none.
+        residual: what it keeps zero; None where it holds velocities alone.
+        slopes: A_ki, shape (nv,).
+        bias: Ȧ_ki u_i.
+        shown: slopes, bias and residual where they are written in letters of the lesson, else ().
+    """
+
+    number: str
+    owner: str
+    loop: bool
+    words: str
+    axis: str
+    parent: str
+    child: str
+    residual: Expr | None
+    slopes: tuple[Expr, ...]
+    bias: Expr
+    shown: tuple[Expr, ...] = ()
+
+    @property
+    def nodes(self) -> tuple[Expr, ...]:
+        """Slopes, bias and residual as they are written."""
+        return self.shown or (*self.slopes, self.bias, *(() if self.residual is None else (self.residual,)))
+
+    @property
+    def key(self) -> str:
+        """Key of its name: f where it holds a position, s where velocities alone."""
+        return f"s:{self.number}" if self.residual is None else f"f:{self.number}"
+
+    @property
+    def rate(self) -> str:
+        """Key of what it says of the velocities."""
+        return self.key if self.residual is None else f"df:{self.number}"
+
+    @property
+    def acceleration(self) -> str:
+        """Key of what it says of the accelerations."""
+        return f"d{self.rate}"
+
+
+class Writer:
+    """What writes nodes of conditions: as polynomials in sines, as they stand where they are none."""
+
+    def __init__(self, lesson: Constrained, nodes: Sequence[Expr]) -> None:
+        """Make a ring wide enough for the nodes."""
+        self.rooted = {x: lesson.graph.symbol(symbol.name) for x, symbol in lesson.roots.items()}
+        parallel, state = angle_groups(lesson.scene, lesson.graph, across=True), (*lesson.state.q, *lesson.state.qd)
+        state = tuple(dict.fromkeys((*state, *(x for some in lesson.directions for x in some))))
+        self.radicands: dict[Expr, Form] = {}
+        units = [*lesson.spheres, *lesson.directions]
+        self.ring: TrigonometricRing | None = None
+        self.squares: list[tuple[int, Polynomial]] = []
+        try:
+            ring = TrigonometricRing(self._plain([*nodes, *state]), state, parallel, units)
+            self.ring, self.compact = ring, Compactor(ring, parallel)
+            self.squares = [(ring.symbol(self.rooted[root]), self.polynomial(p)) for root, p in lesson.squares.items()]
+            self.radicands = {root: self.short(self.polynomial(root.args[0])) for root in self.rooted}
+            for root, symbol in self.rooted.items():
+                if root not in lesson.squares:
+                    ring.relate_square(ring.symbol(symbol), self.polynomial(root.args[0]))
+            for node in nodes:
+                self.polynomial(node)
+        except DerivationError:
+            self.ring = None
+
+    def polynomial(self, node: Expr) -> Polynomial:
+        """Return a node as an element of the ring."""
+        assert self.ring is not None, "there is a ring"
+        (plain,) = self._plain([node])
+        return self.reduced(evaluate([plain], self.ring, self.ring.values([plain]))[0])
+
+    def reduced(self, polynomial: Polynomial) -> Polynomial:
+        """Return an element with ±p for √p², and nothing that is divided by what it is multiplied by."""
+        assert self.ring is not None, "there is a ring"
+        for w, p in self.squares:
+            polynomial = self.ring.replaced(polynomial, w, p)
+        return polynomial
+
+    def __call__(self, node: Expr) -> Form:
+        """Return the form of a node."""
+        return Form.of(node) if self.ring is None else self.short(self.polynomial(node))
+
+    def short(self, polynomial: Polynomial) -> Form:
+        """Return the form of an element of the ring."""
+        return with_added_angles(self.compact(polynomial))
+
+    def _plain(self, nodes: Sequence[Expr]) -> list[Expr]:
+        return substitute(nodes, self.rooted)
+
 
 NEAR = 0.3
 """rad or m: how far from the assembled position conditions are looked at."""

@@ -1,8 +1,7 @@
 """The walkthrough of a mechanism with loops or rolling by Lagrange's equations with multipliers, section by section.
 
-Steps: multipliers and drives in numbers, and the check by energy: conditions do no work.
-
-The state that the lesson shows, and the multipliers there.
+Its last steps are multipliers and drives in numbers, and the check by energy: conditions do no work. The state that the
+lesson shows, and the multipliers there, solve
 
     A u = 0, A u̇ + Ȧ u = 0             what the conditions allow; prescribed motions are rows of their own
     E_i(u̇) - A_ki λ_k = 0              where nothing drives velocity i and no motion is prescribed for it
@@ -25,19 +24,25 @@ from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards.equilibria import closed_sections
-from symdyn.teach.derivations.kane import kane_steps
-from symdyn.teach.derivations.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
+from symdyn.teach.derivations.lagrange.equation_steps import (
+    coefficient_steps,
+    equation_steps,
+    kane_steps,
+    name_coefficients,
+)
 from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multipliers.balance import (
+    condition_steps,
+    multiplier,
     name_forces,
+    name_ties,
     principle_steps,
     reduced_steps,
     system_step,
     unit_of,
     valued,
 )
-from symdyn.teach.derivations.multipliers.conditions import condition_steps, multiplier, name_ties
 from symdyn.teach.derivations.multipliers.constrained import Constrained
 from symdyn.teach.document import Block, Document, Formula, Step, Words
 from symdyn.teach.lesson import named, silent_steps

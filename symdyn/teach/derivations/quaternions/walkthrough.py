@@ -1,8 +1,7 @@
 """The walkthrough of a mechanism whose bodies turn by quaternions, section by section.
 
-Steps: what a unit quaternion is, the rotation that it makes, ω from its rate and its rate from ω; velocities.
-
-The state that the lesson shows, what the equations are worth there, and what stays constant.
+It begins with what a unit quaternion is, the rotation that it makes, ω from its rate and its rate from ω, and
+velocities, and ends with what the equations are worth at a state, and what stays constant.
 """
 
 from __future__ import annotations
@@ -22,10 +21,16 @@ from symdyn.teach.derivations.afterwards.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange.rotations import angular_velocity
 from symdyn.teach.derivations.lagrange.velocities import folded
 from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multipliers.balance import meaning_step, name_forces, system_step
-from symdyn.teach.derivations.multipliers.conditions import condition_steps, name_ties
+from symdyn.teach.derivations.multipliers.balance import (
+    condition_steps,
+    meaning_step,
+    name_forces,
+    name_ties,
+    system_step,
+)
 from symdyn.teach.derivations.multipliers.walkthrough import choose_tied_motion, forces_step, tied_power_step
 from symdyn.teach.derivations.quaternions.equations import (
+    Turning,
     energy_steps,
     equation_steps,
     momentum_steps,
@@ -33,7 +38,6 @@ from symdyn.teach.derivations.quaternions.equations import (
     right_sides,
     weight_step,
 )
-from symdyn.teach.derivations.quaternions.turning import Turning
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, named, silent_steps, together
 from symdyn.teach.notation import acting_steps, parameter_rows, scene_step

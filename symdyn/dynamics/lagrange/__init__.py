@@ -1,1 +1,0 @@
-"""Lagrange's equations of the second kind, by differentiation of L = K - P."""
