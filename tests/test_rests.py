@@ -15,7 +15,7 @@ from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.graph import Graph, evaluate
 from symdyn.linear import linearize_at_rest, rests
-from symdyn.linear.second_order import SecondOrder
+from symdyn.linear.modes import SecondOrder
 from symdyn.scene import read, read_text
 
 FOUND = Path(__file__).parent / "data/found"

@@ -9,7 +9,7 @@ import pytest
 
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.emit.targets.fmu.functional_mockup import starting_state
+from symdyn.emit.targets.fmu import starting_state
 from symdyn.errors import DerivationError, EmitError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import read_motion, simulate

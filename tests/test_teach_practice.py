@@ -37,6 +37,7 @@ def kinds(document: Document) -> set[str]:
     return {blank.key.partition(":")[0] for blank in blanks(document)}
 
 
+@pytest.mark.long
 def test_a_sheet_counts_its_questions_from_one() -> None:
     asked = with_exercises(lesson("two_link"), 2)
     steps = sheet(asked).sections[-1].steps
