@@ -34,7 +34,7 @@ COMMANDS = {
     "verify a loop": "verify four_bar.toml",
     "simulate": "simulate double_pendulum.toml --until 10 -o run.csv",
     "simulate a loop": "simulate four_bar.toml --until 2 -o run.csv",
-    "sweep": "sweep pendulum.toml --over g=linspace(9.7,9.9,20) --measure max(q1) --until 1 -o runs.zarr",
+    "sweep": "sweep pendulum.toml --over g=linspace(9.7,9.9,20) --measure max(q1) --until 1 -o runs.csv",
     "inverse": "inverse puma560.toml --motion q1=quintic(0,pi/2,1) --until 1 -o torques.csv",
     "linearize": "linearize cart_pole.toml",
     "identify": "identify two_link.toml --excite --bind m1=1,m2=1,h1=1,h2=1,g=9.81 -o motion.csv",

@@ -31,7 +31,7 @@ class Neighbours:
         self.algebra = BigFloats(DIGITS)
         self.mp = self.algebra.context
         self.orders: dict[tuple[Expr, ...], list[Expr]] = {}
-        self.held, self.places = self.w.loops.held_positions
+        self.position_rows, self.position_partition = self.w.loops.position_level
         self.partition = self.w.loops.decisions.partition
 
     @cached_property
@@ -68,9 +68,9 @@ class Neighbours:
         return self.unit([result[symbol] for symbol in symbols])
 
     def closed(self, q: Sequence[Any]) -> list[Any]:
-        """Return the position near q at which the held rows vanish, only dependent positions moved."""
-        residual = [self.rows.residual[k] for k in self.held]
-        unknown, along = self.places.dependent, self.w.directions.along
+        """Return the position near q at which the position-level rows vanish, only dependent positions moved."""
+        residual = [self.rows.residual[k] for k in self.position_rows]
+        unknown, along = self.position_partition.dependent, self.w.directions.along
         slopes = [tangents(residual, along[k]) for k in unknown]
         for _ in range(60 if unknown else 0):
             here = dict(zip(self.w.state.q, q, strict=True))
@@ -86,7 +86,7 @@ class Neighbours:
         self, symbols: Sequence[Expr], free: Sequence[Any], rest: Sequence[Expr], known: dict[Expr, Any]
     ) -> None:
         """Add dependent symbols with G x + rest = 0 to what is known, independent ones given."""
-        kept = self.w.loops.decisions.kept
+        kept = self.w.loops.decisions.independent_rows
         G = [self.values(self.rows.G[k], known) for k in kept]
         right = self.values(rest, known) if rest else [self.mp.mpf(0)] * len(kept)
         given = dict(zip(self.partition.independent, free, strict=True))
@@ -103,7 +103,7 @@ class Neighbours:
         if argument == "tau":
             known |= dict(zip(s.tau, last, strict=True))
         else:
-            self.following(s.qdd, last, [self.rows.bias[k] for k in self.w.loops.decisions.kept], known)
+            self.following(s.qdd, last, [self.rows.bias[k] for k in self.w.loops.decisions.independent_rows], known)
         return known
 
     def drawn(self, seed: int = 1, still: bool = False) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
@@ -145,7 +145,7 @@ class Neighbours:
 
         places = [
             column(lambda x, k=k: self.state(self.closed(self.moved(q, {k: x})), v, last, argument))
-            for k in self.places.independent
+            for k in self.position_partition.independent
         ]
         speeds = [column(lambda x, k=k: self.state(q, stepped(v, k, x), last, argument)) for k in range(len(v))]
         ends = [column(lambda x, k=k: self.state(q, v, stepped(last, k, x), argument)) for k in range(len(last))]
@@ -156,5 +156,5 @@ class Neighbours:
         if output == "inverse_dynamics":
             return closed_outputs.lagrange_inverse(self.w)
         accelerations, multipliers = self.w.loops.lagrange_solution
-        kept = len(self.w.loops.decisions.kept)
+        kept = len(self.w.loops.decisions.independent_rows)
         return list(accelerations) if output == "forward_dynamics" else list(multipliers[:kept])

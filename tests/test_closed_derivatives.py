@@ -280,7 +280,7 @@ def test_unsolved_equations_have_every_word_as_an_output_of_the_full_state_has()
 def other_choice(near: Neighbours) -> tuple[str, ...]:
     """Return names of independent velocities that share as few as can be with those of a workspace."""
     w, m = near.w, len(near.partition.independent)
-    G = w.loops.numbers.jacobian(np.array(w.loops.decisions.assembly.q))[list(w.loops.decisions.kept)]
+    G = w.loops.numbers.jacobian(np.array(w.loops.decisions.assembly.q))[list(w.loops.decisions.independent_rows)]
 
     def worst(chosen: tuple[int, ...]) -> float:
         return float(np.linalg.svd(np.delete(G, chosen, axis=1), compute_uv=False)[-1])
@@ -292,9 +292,9 @@ def other_choice(near: Neighbours) -> tuple[str, ...]:
 
 def change(one: Neighbours, other: Neighbours) -> tuple[list[Expr], list[Expr]]:
     """Return P of x' = P x row by row, and its rate, from the states of one choice to those of another."""
-    w, p, m = one.w, len(one.places.independent), len(one.partition.independent)
+    w, p, m = one.w, len(one.position_partition.independent), len(one.partition.independent)
     places, speeds = (derive_one(w, f"{name}_derivatives").entries for name in ("positions", "velocities"))
-    P = [x for k in other.places.independent for x in (*places[k * p : (k + 1) * p], *[w.graph.zero] * m)]
+    P = [x for k in other.position_partition.independent for x in (*places[k * p : (k + 1) * p], *[w.graph.zero] * m)]
     P += [x for k in other.partition.independent for x in speeds[k * (p + m) : (k + 1) * (p + m)]]
     return P, tangents(P, w.state.acceleration)
 
@@ -337,7 +337,7 @@ def state_space(one: Neighbours, other: Neighbours, moving: bool) -> Any:
     known = one.state(q, v, tau, "tau")
     known |= dict(zip(one.w.state.qdd, one.values(one.entries("forward_dynamics"), known), strict=True))
     P, dP = (one.values(entries, known) for entries in change(one, other))
-    n = len(one.places.independent) + len(one.partition.independent)
+    n = len(one.position_partition.independent) + len(one.partition.independent)
     found = []
     for near, formulation in ((one, "implicit"), (other, "lagrange")):
         here = {near.w.graph.symbol(str(node.value)): x for node, x in known.items()}

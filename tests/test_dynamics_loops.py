@@ -193,7 +193,7 @@ def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(
     scene = replace(scene, loops=(loop,), elements=())
     w = Workspace(scene)
     (cut,), placed = cuts(scene, w.graph), body_placements(scene, w.graph)
-    C = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child]
+    C = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child]
     entries = [entry for row in C.R for entry in row] + list(C.p)
     names = {q: w.graph.symbol(f"there_{q.value}") for q in w.state.q}
     there = substitute(entries, names)

@@ -151,7 +151,7 @@ def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(o
     rows = system.rows()
     found = iter(substitute([entry for row in rows for entry in row.values()], motion))
     rows = [{c: next(found) for c in row} for row in rows]
-    labels = [w.loops.recursive.labels[k] for k in w.loops.decisions.kept]
+    labels = [w.loops.recursive.labels[k] for k in w.loops.decisions.independent_rows]
     for label, size in zip(labels, derive_one(w, "multipliers", "lagrange").entries, strict=True):
         rows.append({places[label.owner, label.number]: w.graph.one, last: size})
 
@@ -396,7 +396,7 @@ def test_the_least_reactions_depend_on_the_length_and_unique_ones_do_not():
 def bricard_position():
     from symdyn.dynamics.outputs.workspace import Workspace
 
-    return [float(x) for x in Workspace(bricard()).loops.decisions.assembly.typical]
+    return [float(x) for x in Workspace(bricard()).loops.decisions.assembly.regular]
 
 
 def test_bricards_linkage_has_one_redundant_reaction_and_its_code_says_so():
@@ -417,7 +417,7 @@ def test_bricards_linkage_has_one_redundant_reaction_and_its_code_says_so():
 def test_every_reaction_of_a_correct_spatial_mechanism_is_unique():
     one = single_loop()
     w = Workspace(one)
-    q = [float(x) for x in w.loops.decisions.assembly.typical]
+    q = [float(x) for x in w.loops.decisions.assembly.regular]
     found = reactions_at(one, q)
 
     assert (found.equations, found.rank, found.redundancy) == (18, 18, 0)
@@ -434,7 +434,7 @@ def test_every_reaction_of_a_correct_spatial_mechanism_is_unique():
 def test_an_idle_spin_leaves_the_reactions_unique():
     one = rssr()
     w = Workspace(one)
-    found = reactions_at(one, [float(x) for x in w.loops.decisions.assembly.typical])
+    found = reactions_at(one, [float(x) for x in w.loops.decisions.assembly.regular])
 
     assert found.redundancy == 0
     assert derive_one(w, "forward_reactions").shape == (4, 6)

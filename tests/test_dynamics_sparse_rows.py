@@ -38,11 +38,11 @@ def test_least_squares_rank_and_singular_values_are_those_of_dense_matrices(rows
 
     values = np.linalg.svd(A, compute_uv=False)
     rank = int(np.sum(values > NEGLIGIBLE * values[0]))
-    assert len(found.kept) == rank
+    assert len(found.independent) == rank
     assert np.allclose(found.shortest(b), np.linalg.lstsq(A, b, rcond=NEGLIGIBLE)[0], rtol=1e-7, atol=1e-7)
     assert np.allclose(found.ends(), (values[0], values[rank - 1]), rtol=1e-4)
     shares = found.relations()
-    assert np.allclose(shares @ A[list(found.kept)], A[list(found.dependent)], atol=1e-9)
+    assert np.allclose(shares @ A[list(found.independent)], A[list(found.dependent)], atol=1e-9)
 
 
 def test_pivots_are_independent_and_come_from_the_first_stage_that_has_strong_ones():
@@ -68,7 +68,7 @@ def test_mechanisms_are_decided_alike_row_by_row(mechanism, monkeypatch):
     assert sparse.assembly.rank == dense.assembly.rank
     assert sparse.assembly.here == dense.assembly.here
     assert sparse.assembly.smallest == pytest.approx(dense.assembly.smallest, rel=1e-3, abs=1e-9)
-    assert (len(sparse.kept), sparse.empty) == (len(dense.kept), dense.empty)
+    assert (len(sparse.independent_rows), sparse.zero_rows) == (len(dense.independent_rows), dense.zero_rows)
     assert np.allclose(sparse.assembly.q, dense.assembly.q, atol=1e-8)
     assert len(sparse.partition.dependent) == len(dense.partition.dependent)
 

@@ -116,7 +116,7 @@ def bound(name: str) -> symdyn.Scene:
 def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     """Starts of the scene and off it, on every coordinate that is no quaternion and is not prescribed."""
     scene = bound(name)
-    moved = {scene.velocities[k] for k in scene.led_velocities}
+    moved = {scene.velocities[k] for k in scene.prescribed_velocities}
     turned = {name for group in quaternions(scene) for name in group}
     free = [q for q in scene.coordinates if velocity_name(q) in scene.velocities and velocity_name(q) not in moved]
     names = [q for q in free if q not in turned]

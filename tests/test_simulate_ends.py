@@ -132,8 +132,8 @@ FOREVER = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_CPU, (400, 400))
 try:
-    from symdyn.simulation import run
-    run.FIRST = 0.1
+    from symdyn.simulation import integration
+    integration.FIRST = 0.1
 except ImportError:
     pass
 from symdyn.cli import main
@@ -155,11 +155,11 @@ def test_an_end_that_no_run_reaches_ends_it_with_its_rows_and_says_why() -> None
 
 
 def test_a_run_that_is_long_says_how_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symdyn.simulation import run
+    from symdyn.simulation import integration
 
     now, said = [0.0], list[str]()
-    monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
-    one = run.Outlook(1e6, said.append)
+    monkeypatch.setattr(integration.time, "perf_counter", lambda: now[0])
+    one = integration.Outlook(1e6, said.append)
     for now[0], t in ((0.0, 0.0), (1.0, 100.0), (3.5, 350.0), (10.0, 1000.0), (20.0, 2000.0)):
         one.look(t)
     assert [line.split(" after")[0] for line in said] == ["t = 350 s", "t = 2000 s"]

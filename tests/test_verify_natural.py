@@ -130,7 +130,7 @@ def test_a_position_without_forward_dynamics_is_told():
 def test_the_mask_is_that_of_the_null_space_in_every_axes():
     scene = scene_of("ball_in_a_plane")
     w = Workspace(scene)
-    q = np.array(w.loops.decisions.assembly.places[0])
+    q = np.array(w.loops.decisions.assembly.configurations[0])
 
     assert (unique_reactions(scene) == reactions_at(scene, q).unique).all()
     assert (~unique_reactions(scene, "ground")).sum(axis=1).tolist() == [3, 3, 3, 1]
@@ -176,7 +176,7 @@ def test_simulated_reactions_of_too_many_drives_are_those_of_the_drives(capsys):
 def test_digits_that_somebody_left_out_are_no_constraint():
     """Four digits of a position: the redundancy of the linkage, not that of the numbers."""
     w = Workspace(bricard())
-    exact = np.array(w.loops.decisions.assembly.places[0])
+    exact = np.array(w.loops.decisions.assembly.configurations[0])
     found = reactions_at(bricard(), np.round(exact, 4))
 
     assert found.redundancy == 1
@@ -207,7 +207,7 @@ def test_a_piston_that_starts_at_its_dead_centre_has_inverse_dynamics():
     scene = scene_of("dead_centre")
     w = Workspace(scene)
 
-    assert w.loops.decisions.driven is not None
+    assert w.loops.decisions.actuated is not None
     assert derive(scene, ["inverse_dynamics"]).functions
 
 

@@ -123,7 +123,7 @@ def state_of(states: Mapping[str, Array], k: int) -> dict[str, Array]:
 def linear(scene: Scene, request: str) -> tuple[Routine, ...]:
     """Return the functions that say which equations an output solves; () for none, and where it solves for drives."""
     solved = row_of(request, scene)[0].solves
-    if not solved or bool(scene.led_velocities):
+    if not solved or bool(scene.prescribed_velocities):
         return ()
     try:
         return lower(formulate(scene, solved)).routines

@@ -1,4 +1,4 @@
-"""Mechanisms to first order next to a point or a steady motion: state space, modes, stability."""
+"""State space, modes, stability: functions that linearise in `linearized.py`, their result in `linearization.py`."""
 
 import lazy_loader
 

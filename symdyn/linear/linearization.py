@@ -118,7 +118,7 @@ class Point:
         u: velocities, shape (nv,).
         udot: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
-        multipliers: of the kept rows, then of prescribed motions, N and N m.
+        multipliers: of the independent rows, then of prescribed motions, N and N m.
         inputs: of the scene, in its order.
     """
 

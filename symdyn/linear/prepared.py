@@ -59,8 +59,8 @@ class LinearPoint:
     Attributes:
         point: with accelerations and multipliers.
         values: of all symbols there.
-        M, G: mass matrix of the tree, kept rows and those of prescribed motions.
-        holding: of G, which rows hold positions.
+        M, G: mass matrix of the tree, independent rows and those of prescribed motions.
+        holding: of G, which are position-level rows.
         H: q̇ = H u.
         sizes: of the velocities, 1/√M_kk, shape (nv,), to compare what is of different units.
     """

@@ -1,7 +1,7 @@
 """Newton's method for positions of rest, over many starts at once, and what kind of place it led to.
 
     f(q, λ) = e at u = u̇ = 0      forces that nothing balances, λ of all rows, those of rolling included
-    r(q)                           residuals of the rows that hold positions
+    r(q)                           residuals of the position-level rows
 
     [X f  -Gᵀ] [δξ]     [f]
     [G_h   0 ] [δλ] = - [r]        solved in least squares: where equilibria are not isolated the nearest is taken

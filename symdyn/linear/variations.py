@@ -142,8 +142,8 @@ class Variations:
 
     Attributes:
         w: what they are derived on.
-        multipliers: symbols λ of the kept rows, then of prescribed motions.
-        holding: which rows hold positions.
+        multipliers: symbols λ of the independent rows, then of prescribed motions.
+        holding: which are position-level rows.
         inputs: names of the inputs, deviations from what is given.
         motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
             "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u), "inputs".
@@ -169,7 +169,7 @@ class Variations:
 
     @cached_property
     def statics(self) -> VariationBlock:
-        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", "r" of rows that hold positions, "push"."""
+        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", "r" of position-level rows, "push"."""
         w, n = self.w, self.w.state.n
         still = dict.fromkeys([*w.state.qd, *w.state.qdd], w.graph.zero)
         (rows, _), G = self.motion.parts["G"]
@@ -261,14 +261,14 @@ def _written(
 
 
 def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[bool]]:
-    """Return Ġ u, G and residuals of kept rows and then of prescribed motions, and which of them hold positions."""
+    """Return Ġ u, G, residuals of independent rows and then of prescribed motions, and which are position-level."""
     graph, n = w.graph, w.state.n
     bias: list[Expr] = []
     G: list[list[Expr]] = []
     residual: list[Expr] = []
     holding: list[bool] = []
     if w.scene.is_closed:
-        rows, kept = w.loops.recursive, w.loops.decisions.kept
+        rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
         holding = [rows.labels[k].closes for k in kept]
     for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):

@@ -55,7 +55,7 @@ class Tied:
     Attributes:
         numbers: it, in numbers.
         functions: "kinematics" H, "turning" Ḣ u, "constraint_residual" r, "constraint_jacobian" G and
-            "constraint_bias" Ġ u of the kept rows, each of its name, q and u.
+            "constraint_bias" Ġ u of the independent rows, each of its name, q and u.
         holding: whether each kept row holds a position.
     """
 
@@ -89,7 +89,7 @@ class Following:
         return position[0], rate[0], second[0]
 
     def matrix(self, q: Array, holding: bool = False) -> Array:
-        """Return H_g over unit rows of tabled velocities over G, of rows that hold positions only on request."""
+        """Return H_g over unit rows of tabled velocities over G, of position-level rows only on request."""
         H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
         if holding:
             return np.vstack([H[self.places], G[self.holding]])
@@ -328,10 +328,10 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
     w, the sine of the angle between axis and normal, is |sin|: it falls before such a place and rises behind it.
     """
     numbers, found = one.numbers, []
-    for k, gauge in enumerate(numbers.gauges):
+    for k, gap in enumerate(numbers.contact_gaps):
 
         def w(at: Array, k: int = k) -> float:
-            return float(numbers.at([numbers.gauges[k].sine], at)[0])
+            return float(numbers.at([numbers.contact_gaps[k].sine], at)[0])
 
         moves = [(w(numbers.moved(at, AHEAD * rate)) - w(at)) for at, rate in zip(q, u, strict=True)]
         for i in range(len(q) - 1):
@@ -342,7 +342,7 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
                 left, right = low + (high - low) / 3, high - (high - low) / 3
                 one_third, two_thirds = one.placed(left, q[i]), one.placed(right, q[i])
                 low, high = (low, right) if w(one_third) < w(two_thirds) else (left, high)
-            if gauge.is_flat(w(one.placed(low, q[i]))):
-                found.append((i + 1, f"motion: t = {low:.6g} s: {gauge.fell_flat}"))
+            if gap.is_flat(w(one.placed(low, q[i]))):
+                found.append((i + 1, f"motion: t = {low:.6g} s: {gap.fell_flat}"))
                 break
     return min(found, default=None)

@@ -41,9 +41,9 @@ from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 from symdyn.simulation.integrate.method import DOUBLES, Method
+from symdyn.simulation.integration import STOPPED, Integration, integrated, valueless
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.run import STOPPED, Integration, integrated, valueless
 from symdyn.simulation.run_columns import axes_of
 from symdyn.simulation.trajectory import END, INTERRUPTED, Trajectory
 from symdyn.simulation.trajectory_builder import (
@@ -196,8 +196,8 @@ def simulate(
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`.
-        **fields: of `Problem` and `Run`.
-        reports: formulas as `stops`; where one crosses zero the event is kept.
+        **fields: forces, start and values as of `Problem`; until, method, tolerances, stops as of `Run`: problem.py.
+        reports: formulas of non-terminal events, as `stops` are of terminal ones; where one crosses zero it is kept.
         reactions: add the columns of all joint reactions and multipliers, in axes "body" (of the child, as usual),
             "joint" (of the joint frame on the parent) or "ground". True is "body".
         feedback: a controller, whose forces are added: a function of time, coordinates and velocities that returns the
@@ -223,11 +223,11 @@ def simulate(
         given = replace(given, fed=outside.places)
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
-    times = outside.rows(run.until, run.every, times)
+    times = outside.samples(run.until, run.every, times)
     system = state_equations(scene, given, zeros, problem.whole)
     system = replace(system, loop=outside.begun(scene, initial, run.until))
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
-    ready(system, x)
+    check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
     looked_for = (*flags, *(True for _ in system.ends), *limits)
@@ -274,7 +274,7 @@ def simulate(
     return found
 
 
-def ready(system: StateEquations, x: Array) -> None:
+def check_start(system: StateEquations, x: Array) -> None:
     """Raise SimulateError where the accelerations at the start do not exist."""
     with np.errstate(all="ignore"):
         rates = system.rates(0.0, x)
@@ -298,7 +298,7 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
 class Control:
     """What acts on a run from outside of its equations: a controller, and functions that forces are given by.
 
-    It says at which times the run has rows, and what is told of the controller in the end.
+    It says at which times the run has samples, and what is told of the controller in the end.
 
     Attributes:
         controller: None where there is none.
@@ -323,18 +323,18 @@ class Control:
         """The controller if it takes samples."""
         return self.controller if self.controller is not None and self.controller.feedback.period is not None else None
 
-    def rows(self, until: float, every: float | None, usual: Array) -> Array:
-        """Return the times of the rows of a run, the usual ones unless samples are taken and nobody asks for others."""
+    def samples(self, until: float, every: float | None, usual: Array) -> Array:
+        """Return the times of a run's samples: the usual ones, or the controller's where nobody asks for others."""
         return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
 
-    def notes(self, rows: Array) -> list[str]:
-        """Return what is said of what has no effect, and of samples that lie between rows."""
+    def notes(self, times: Array) -> list[str]:
+        """Return what is said of what has no effect, and of controller's samples that lie between those."""
         if self.controller is None:
             return []
         feedback, found = self.controller.feedback, []
         if len(feedback.initial) and not (self.sampled and feedback.delay):
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
-        return found if self.sampled is None else found + hidden(self.sampled, rows)
+        return found if self.sampled is None else found + hidden(self.sampled, times)
 
     def begun(self, scene: Scene, initial: Start, until: float) -> Loops | None:
         """Return them at work at the start of a run, None where there are none."""
@@ -346,7 +346,7 @@ class Control:
         return found
 
     def reported(self, trajectory: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
-        """Return a run with what is told of the controller: what it held, when it was cut."""
+        """Return a run with what is told of the controller: columns under zero-order hold, and saturations."""
         if self.controller is None or loops is None:
             return trajectory
         cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])

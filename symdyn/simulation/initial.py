@@ -192,7 +192,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     q, given_q, formulas = _position(scene, start, values, faults)
     u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in start_of(scene).velocity])
     formulas += start_of(scene).velocity
-    moved = scene.led_velocities
+    moved = scene.prescribed_velocities
     given_u: list[int] = []
     velocities, units = scene.velocities, SceneUnits(scene).letters
     for name, text in by_name(rates, "start rates", faults).items():
@@ -320,7 +320,7 @@ def _closed(
     numbers: Numbers, q: Array, u: Array, given_q: Sequence[int], given_u: Sequence[int], faults: Faults
 ) -> tuple[Array, Array, list[str]]:
     """Return a state that closes the loops; what can be chosen and is given stays, the rest follows."""
-    moved = list(numbers.scene.led_velocities)
+    moved = list(numbers.scene.prescribed_velocities)
     try:
         assembly, notes = closed_start(numbers, q, given_q, moved)
     except (DerivationError, SimulateError) as fault:

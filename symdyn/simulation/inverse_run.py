@@ -39,13 +39,13 @@ from symdyn.simulation.equations.monitors import SLACK, limits_of
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations
+from symdyn.simulation.integration import valueless
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.point_path import ScenePath, read_path
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.run import valueless
 from symdyn.simulation.run_columns import axes_of, input_columns, output_columns, reaction_columns
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.trajectory_builder import passages, passed
@@ -325,7 +325,7 @@ def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str
 
 def _impossible(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of forces that no drive gives."""
-    moved, largest = scene.led_velocities, np.abs(tau).max(axis=0)
+    moved, largest = scene.prescribed_velocities, np.abs(tau).max(axis=0)
     units = SceneUnits(scene).velocities
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
@@ -373,7 +373,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     for what, (low, high) in (("motion", motion.span), ("path", path.span)):
         if len(t) and (t[0] < low or t[-1] > high):
             faults.add(what, f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
-    moved = scene.led_velocities
+    moved = scene.prescribed_velocities
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
             faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")

@@ -66,7 +66,7 @@ class PathEquations:
         return self._asked[1]
 
     def matrix(self, t: float, q: Array, holding: bool = False) -> Array:
-        """Return A, of rows that hold positions only on request."""
+        """Return A, of position-level rows only on request."""
         own = self.following.matrix(q)
         if holding and len(self.following.holding):
             own = own[np.concatenate([np.ones(len(own) - len(self.following.holding), bool), self.following.holding])]
@@ -159,7 +159,7 @@ class PathEquations:
         sizes = np.max([np.abs(A).max(axis=0, initial=0.0) for A in every], axis=0)
         self.idle = np.array([k for k in loose if sizes[k] <= NEGLIGIBLE], dtype=int)
         self.loose = np.array([k for k in loose if sizes[k] > NEGLIGIBLE], dtype=int)
-        turns = set(self.numbers.turns)
+        turns = set(self.numbers.angular_velocities)
         slides = [i for i, k in enumerate(self.loose) if k not in turns]
         levers = [A[len(A) - sum(p.rows for p in self.paths) :, sorted(turns)] for A in every]
         self.length = max((float(np.abs(one).max(initial=0.0)) for one in levers), default=0.0) or 1.0
@@ -178,7 +178,7 @@ class PathEquations:
     def _places_around(self, q: Array) -> Iterator[Array]:
         """Yield q and, if loops close there, places not far from it."""
         yield q
-        turns = self.numbers.turns
+        turns = self.numbers.angular_velocities
         for seed in range(3):
             way = np.random.default_rng(seed).uniform(-0.4, 0.4, self.numbers.state.n)
             way[[k for k in range(len(way)) if k not in turns]] *= 0.1

@@ -182,7 +182,7 @@ class Run:
             (31 digits); None takes the one that fits. A key of `symdyn.simulation.METHODS`.
         rtol: relative tolerance of a step, below 1e-16 (to 1e-30) with 31 digits; None takes the method's.
         atol: absolute tolerance of a step; None takes `rtol`.
-        stops: formulas in what outputs may name, and in outputs; where one crosses zero the run ends.
+        stops: formulas of terminal events, in what outputs may name, and in outputs; a zero crossing ends the run.
         ignore_limits: go on where a joint reaches a limit of its position; else the run stops there, with an event.
     """
 

@@ -38,7 +38,7 @@ from symdyn.simulation.trajectory import Trajectory
 
 
 def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
-    """Return λ of the kept rows, N and N m, shape (N, rows), of a motion and all forces that drive it."""
+    """Return λ of the independent rows, N and N m, shape (N, rows), of a motion and all forces that drive it."""
     found = opened(motion.scene)
 
     def make() -> Compiled:
@@ -61,7 +61,7 @@ def _over(motion: Trajectory, made: Compiled, result: Opened, function: Function
 
 
 def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
-    """Return the multipliers of the kept rows as columns.
+    """Return the multipliers of the independent rows as columns.
 
     They are called `multiplier_LOOP_fx_joint`, along x of the joint frame on the parent; `multiplier_LOOP_force` along
     a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
@@ -70,7 +70,7 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     if not scene.is_closed:
         return {}
     decisions = written_decisions(scene)
-    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.kept else {}
+    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.letters else {}
 
 
 def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:

@@ -26,7 +26,7 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.forward import ready
+from symdyn.simulation.forward import check_start
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import taylor_of
@@ -182,7 +182,7 @@ class TimedRuns:
         """
         system, begin = state_equations(scene), read_start(scene, at)
         x = np.concatenate([begin.q, begin.u, np.zeros(int(system.works))])
-        ready(system, x)
+        check_start(system, x)
         return cls(system, x)
 
     def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> TimedRun:

@@ -28,7 +28,7 @@ from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import Hit
-from symdyn.simulation.run import STOPPED, Integration, valueless
+from symdyn.simulation.integration import STOPPED, Integration, valueless
 from symdyn.simulation.run_columns import axes_of, multipliers, output_columns, reaction_columns
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
 
@@ -170,8 +170,8 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
         return [], []
     labels, decisions = opened(system.scene).numbers().constraints.labels, system.decisions
     owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
-    places = {owners[k]: place for place, k in enumerate(decisions.kept) if k in owners}
-    shared = {owners[k] for k in decisions.loose if k in owners}
+    places = {owners[k]: place for place, k in enumerate(decisions.independent_rows) if k in owners}
+    shared = {owners[k] for k in decisions.indeterminate if k in owners}
     sizes = multipliers(motion, decisions)
     found, notes = [], []
     for row in contacts:

@@ -31,14 +31,14 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.simulation.forward import is_stiff, ready
+from symdyn.simulation.forward import check_start, is_stiff
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.method import DOUBLES, IntegrationError
 from symdyn.simulation.integrate.tape import UNHEARD, Tape, Told, taped
+from symdyn.simulation.integration import Integration, Outlook
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.run import Integration, Outlook
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.trajectory_builder import trajectory_of
 from symdyn.unlocked import cached_property
@@ -105,7 +105,7 @@ class Variations:
             IntegrationError: the run does not come to its end.
             SimulateError: forces jump; or a name that follows others through the loops.
         """
-        ready(system, x)
+        check_start(system, x)
         flow = smooth_flow(system, parameters, sweep)
         starts, changes, known = flow.starting(x[: flow.size])
         lacking = [name for name in names or () if name not in known]

@@ -107,7 +107,7 @@ def is_tied(scene: Scene) -> bool:
     Raises:
         DerivationError: its loops cannot be assembled.
     """
-    return scene.is_closed and bool(Workspace(scene).loops.decisions.kept)
+    return scene.is_closed and bool(Workspace(scene).loops.decisions.independent_rows)
 
 
 @dataclass
@@ -381,9 +381,9 @@ def silent_steps(lesson: Lesson) -> list[Step]:
     if not lesson.scene.is_closed:
         return []
     loops = lesson.workspace.loops
-    owners = dict.fromkeys((one.owner, one.loop) for one in loops.recursive.labels)
-    speaking = {(loops.recursive.labels[k].owner, loops.recursive.labels[k].loop) for k in loops.decisions.kept}
-    silent = [owner for owner in owners if owner not in speaking]
+    owners = [(one.owner, one.loop) for one in loops.recursive.labels]
+    speaking = {owners[k] for k in loops.decisions.independent_rows}
+    silent = [owner for owner in dict.fromkeys(owners) if owner not in speaking]
     if not silent:
         return []
     claim = lesson.say("ties.silent", names=", ".join(name for name, _ in silent))

@@ -112,7 +112,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
 
 def idle_velocities(scene: Scene) -> list[int]:
     """Return the velocities for which there is neither a drive nor a prescribed motion."""
-    led = scene.led_velocities
+    led = scene.prescribed_velocities
     return [i for i, drive in enumerate(scene.drives) if drive is None and i not in led]
 
 

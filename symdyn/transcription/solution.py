@@ -206,7 +206,7 @@ class Solution(Shown):
         problem = self.problem
         found = np.zeros(problem.place["a"].shape)
         found[:, list(problem.driven)] = self.z[problem.place["force"]]
-        led = problem.scene.led_velocities
+        led = problem.scene.prescribed_velocities
         if led:
             found[:, list(led)] = self.z[problem.place["multiplier"]][:, -len(led) :]
         return found

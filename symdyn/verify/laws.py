@@ -90,7 +90,7 @@ def _balance(w: Workspace) -> Claim:
 
 def _forward_of_inverse(w: Workspace) -> Claim | None:
     free = len(w.loops.decisions.partition.independent)
-    if (len(w.scene.driven_velocities) or free) != free:
+    if (len(w.scene.actuated_velocities) or free) != free:
         return None
     reduced = w.loops.motion
     qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
@@ -100,7 +100,7 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
-    driven = w.scene.driven_velocities or list(w.loops.decisions.partition.independent)
+    driven = w.scene.actuated_velocities or list(w.loops.decisions.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
     qdd = substitute(entries(w, "forward_dynamics"), passive)
     back = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
@@ -152,9 +152,9 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
     Else those that driving forces give; None where forward dynamics does not exist.
     """
-    if not w.scene.is_closed or len(w.scene.undriven_velocities) == len(w.loops.decisions.kept):
+    if not w.scene.is_closed or len(w.scene.passive_velocities) == len(w.loops.decisions.independent_rows):
         return {}
-    passive = {w.state.tau[k]: w.graph.zero for k in w.scene.undriven_velocities}
+    passive = {w.state.tau[k]: w.graph.zero for k in w.scene.passive_velocities}
     try:
         moved = substitute(entries(w, "forward_dynamics"), passive)
     except DerivationError:

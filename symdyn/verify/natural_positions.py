@@ -100,7 +100,7 @@ def reaction_findings(w: Workspace) -> Looked:
     """Return how reactions of a motion that is given stand there."""
     if not w.hanging.cuts:
         return [], []
-    states, _ = _states(w, dict.fromkeys(w.scene.undriven_velocities, 0.0))  # told of forward dynamics
+    states, _ = _states(w, dict.fromkeys(w.scene.passive_velocities, 0.0))  # told of forward dynamics
     finding, lost = _reactions(w, "reactions", states)
     return [finding], lost
 
@@ -110,7 +110,7 @@ def _undetermined(w: Workspace, state: _State) -> str:
     decisions = w.loops.decisions
     free, names = decisions.partition.independent, w.scene.velocities
     q = np.array([state.values[symbol] for symbol in w.state.q])
-    G = w.loops.numbers.jacobian(q)[list(decisions.kept)].reshape(-1, w.state.n)
+    G = w.loops.numbers.jacobian(q)[list(decisions.independent_rows)].reshape(-1, w.state.n)
     rest = np.delete(G, list(free), axis=1)
     if (rank := _rank(rest)) == rest.shape[1]:
         return ""
@@ -166,7 +166,7 @@ def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     yield turned("equal angles", assembly.q, 0.5)
     yield turned("right angles", assembly.q, np.pi / 2)
     for k in angles[:SINGLE]:
-        yield turned(f"{scene.coordinates[k]} = 0", assembly.places[0], 0.0, [k])
+        yield turned(f"{scene.coordinates[k]} = 0", assembly.configurations[0], 0.0, [k])
 
 
 # States
@@ -180,8 +180,8 @@ def _states(w: Workspace, forces: Mapping[int, float]) -> tuple[list[_State], di
     entries = _entries(w)
     made = {one[0]: _state(w, forces, entries, k, *one) for k, one in enumerate(w.once(natural_places))}
     if not any(isinstance(one, _State) for one in made.values()):  # positions at random are better than none
-        others = {f"random position {k + 1}": np.array(q) for k, q in enumerate(w.loops.decisions.assembly.places)}
-        made |= {one[0]: _state(w, forces, entries, k, *one) for k, one in enumerate(others.items())}
+        for k, q in enumerate(w.loops.decisions.assembly.configurations):
+            made[f"random position {k + 1}"] = _state(w, forces, entries, k, f"random position {k + 1}", np.array(q))
     states = [one for one in made.values() if isinstance(one, _State)]
     return states, {where: one for where, one in made.items() if isinstance(one, str)}
 
@@ -190,7 +190,7 @@ def _state(
     w: Workspace, forces: Mapping[int, float], entries: Sequence[Expr], number: int, where: str, q: Array
 ) -> _State | str:
     """Return the state at a position, at rest at every other one; or why the equations have no one solution there."""
-    numbers, kept, n = w.loops.numbers, list(w.loops.decisions.kept), w.state.n
+    numbers, kept, n = w.loops.numbers, list(w.loops.decisions.independent_rows), w.state.n
     led, m = list(w.prescribed.place), len(kept)
     rng = random.Random(f"{w.scene.name}:{where}")
     G = numbers.jacobian(q)[kept].reshape(m, n)
@@ -277,7 +277,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
     compared: list[str] = []
     lost: dict[str, str] = {}
     wrong, holes, general = [], [], 0
-    for place in decisions.assembly.places if states else ():
+    for place in decisions.assembly.configurations if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
     for state in states:

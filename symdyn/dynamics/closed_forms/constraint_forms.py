@@ -173,12 +173,12 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     state = State.of(scene, graph)
     found = differentiated(scene, graph, state)
     rows = []
-    for k in decisions.kept:
+    for k in decisions.independent_rows:
         label, uses = found.labels[k], tuple(not entry.is_zero for entry in found.G[k])
         words = _words(label, state, decisions.names[k])
         rows.append(ClosedRow(label.owner, label.loop, label.closes, words, uses))
     try:
-        return ClosedConstraints(_written(rows, found, decisions.kept, state, graph, scene))
+        return ClosedConstraints(_written(rows, found, decisions.independent_rows, state, graph, scene))
     except DerivationError as fault:
         return ClosedConstraints(tuple(rows), str(fault))
 

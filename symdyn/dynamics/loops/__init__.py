@@ -1,4 +1,4 @@
-"""Closed mechanisms: what loops demand, where they close, what they leave free, and the equations of what is left."""
+"""Closed mechanisms: what loops demand, where they close, what is free; inverse dynamics: outputs/closed_outputs.py."""
 
 import lazy_loader
 

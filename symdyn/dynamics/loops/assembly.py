@@ -1,9 +1,9 @@
 """Assembly: coordinates at which every loop is closed, found by Newton's method from a guess.
 
-    r, R, G      residuals, their rates and the rows of the loops: loop_numbers.py
+    r, R, G      residuals, their rates and the constraint rows: loop_numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
-Where σ is smaller than at generic positions, the mechanism stands at a change point, where branches meet.
+Where σ is smaller than at generic configurations, the mechanism stands at a change point, where branches meet.
 
 Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
 
@@ -22,13 +22,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
-    generic_places,
+    generic_configurations,
     lever_of,
     open_loop,
     rank_of,
@@ -64,10 +63,10 @@ class Assembly:
         residual: largest residual that is left, m or 1.
         length: the characteristic length, m, by which velocities of slides are divided and forces multiplied.
         smallest: the singular value of the dimensionless G, all rows, that vanishes first.
-        rank: rank of G in general, at generic positions.
+        rank: rank of G in general, at generic configurations.
         here: rank of G at q itself; less at a change point.
-        typical: q itself, or at a change point a generic position, where the rank is `rank`.
-        places: generic closed positions, shape (nq,) each.
+        regular: q itself, or at a change point a generic configuration, where the rank is `rank`.
+        configurations: generic ones, closed, shape (nq,) each.
         notes: what a user should know, such as that the position is near a change point.
     """
 
@@ -78,30 +77,30 @@ class Assembly:
     smallest: float
     rank: int
     here: int
-    typical: tuple[float, ...]
-    places: tuple[tuple[float, ...], ...]
+    regular: tuple[float, ...]
+    configurations: tuple[tuple[float, ...], ...]
     notes: tuple[str, ...] = ()
 
 
 def closed_position(
-    numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None, guesses: int = GUESSES
+    numbers: Numbers, guess: Array | None = None, locked: Sequence[int] | None = None, guesses: int = GUESSES
 ) -> Assembly:
     """Return a closed position from a guess of the coordinates; see `assemble`.
 
-    Without a guess those of the scene are taken, and where it gives none random ones. Coordinates of `held` velocities
-    do not move; None holds driven ones as long as the loops close so.
+    Without a guess those of the scene are taken, and where it gives none random ones. Coordinates of `locked`
+    velocities do not move; None locks those with a drive as long as the loops close so.
     """
     scene = numbers.scene
     given = guess is not None or any(joint.start for joint in scene.moving)
     first = numbers.start() if guess is None else numbers.normalised(guess)
-    driven = [k for k, drive in enumerate(scene.drives) if drive] if given else []
-    attempts = [tuple(held)] if held is not None else [tuple(driven), ()] if driven else [()]
+    with_drives = [k for k, drive in enumerate(scene.drives) if drive] if given else []
+    attempts = [tuple(locked)] if locked is not None else [tuple(with_drives), ()] if with_drives else [()]
     fault, notes = numbers.lying_flat(first), list[str]()
     for fixed in attempts if not fault else ():
         q = numbers.newton(first, fixed)
         if not numbers.is_closed(q) and not fixed:
             # where angles are singular they hold a body
-            q = numbers.turned_back(numbers.plain.newton(numbers.turned(first), ()), first)
+            q = numbers.from_quaternions(numbers.in_quaternions.newton(numbers.to_quaternions(first), ()), first)
         if numbers.is_closed(q):
             if fixed != attempts[0]:
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
@@ -150,26 +149,26 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
 
 
 def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
-    """Return a closed position with its singular values, compared with those of generic positions."""
-    plain, at = numbers.plain, numbers.turned(q)
-    length = lever_of(plain, at)
-    values = spectrum(plain, at, length)
-    near = generic_places(plain, at, length)
-    ranks = [values.rank, *(spectrum(plain, one, length).rank for one in near)]
+    """Return a closed position with its singular values, compared with those of generic configurations."""
+    in_quaternions, at = numbers.in_quaternions, numbers.to_quaternions(q)
+    length = lever_of(in_quaternions, at)
+    values = spectrum(in_quaternions, at, length)
+    near = generic_configurations(in_quaternions, at, length)
+    ranks = [values.rank, *(spectrum(in_quaternions, one, length).rank for one in near)]
     here, rank = ranks[0], max(ranks)
     largest, smallest = values.value(0), values.value(rank - 1)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
-    typical = _clearest(numbers, [q if one is at else numbers.turned_back(one, q) for one in best])
+    regular = _clearest(numbers, [q if one is at else numbers.from_quaternions(one, q) for one in best])
     if rank and smallest < NEAR * largest:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
-            f"{_weakest(plain, at, length)} is {where} a change point: the smallest singular value of its "
+            f"{_weakest(in_quaternions, at, length)} is {where} a change point: the smallest singular value of its "
             f"constraints is {smallest:.3g}, the largest {largest:.3g}; accelerations and reactions {then}"
         )
     notes += [
         f"the loop {name} forbids nothing that the other joints of the loop do not forbid already: it has no length, "
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
-        for name in _idle_loops(plain, [at, numbers.turned(typical)])
+        for name in _void_loops(in_quaternions, [at, numbers.to_quaternions(regular)])
     ]
     notes += off_planes(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
@@ -181,18 +180,19 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         smallest,
         rank,
         here,
-        tuple(typical.tolist()),
-        tuple(tuple(numbers.turned_back(one, q).tolist()) for one in near),
+        tuple(regular.tolist()),
+        tuple(tuple(numbers.from_quaternions(one, q).tolist()) for one in near),
         tuple(notes),
     )
 
 
-def seen_plain(numbers: Numbers, assembly: Assembly) -> Assembly:
-    """Return an assembled position as one of the mechanism without angles."""
-    q, typical, *places = (
-        tuple(numbers.turned(np.array(one)).tolist()) for one in (assembly.q, assembly.typical, *assembly.places)
+def seen_in_quaternions(numbers: Numbers, assembly: Assembly) -> Assembly:
+    """Return an assembled position as one of the mechanism in quaternions."""
+    q, regular, *configurations = (
+        tuple(numbers.to_quaternions(np.array(one)).tolist())
+        for one in (assembly.q, assembly.regular, *assembly.configurations)
     )
-    return replace(assembly, q=q, typical=typical, places=tuple(places))
+    return replace(assembly, q=q, regular=regular, configurations=tuple(configurations))
 
 
 def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
@@ -203,19 +203,19 @@ def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
 
 def off_planes(numbers: Numbers, q: Array) -> list[str]:
     """Return which contacts are off the plane that their scene declares, and do not hold it."""
-    heights = numbers.at([one.height for one in numbers.gauges], q).tolist()
+    heights = numbers.at([one.height for one in numbers.contact_gaps], q).tolist()
     return [
         f"contact {one.row.name}: {one.row.place.body} is {abs(h):.3g} m "
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
-        for one, h in zip(numbers.gauges, heights, strict=True)
+        for one, h in zip(numbers.contact_gaps, heights, strict=True)
         if one.row.plane.declared
         and not FORCES[one.row.kind].closes(one.row)
         and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
     ]
 
 
-def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
-    """Return the loops whose rows all vanish at closed positions."""
+def _void_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
+    """Return the loops whose constraint rows all vanish at closed positions."""
     sizes = [np.abs(numbers.dimensionless(q, lever_of(numbers, q))).max(axis=1, initial=0.0) for q in positions]
     working = np.max(sizes, axis=0) > NEGLIGIBLE
     owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
@@ -228,16 +228,13 @@ def _weakest(numbers: Numbers, q: Array, length: float) -> str:
     working = np.flatnonzero(G.any(axis=1))
     if is_large(G[working]):
         found = triangular(G[working], NEGLIGIBLE)
-        weakest = int(working[(*found.dependent, found.kept[-1])[0]])
+        weakest = int(working[(*found.dependent, found.independent[-1])[0]])
         return numbers.constraints.labels[weakest].words
     U, values, _ = np.linalg.svd(G)
     mixed = np.abs(U[:, max(0, rank_of(values) - 1)])
     if rank_of(values) < min(G.shape):
         mixed = np.abs(U[:, rank_of(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
     return numbers.constraints.labels[int(mixed.argmax())].words
-
-
-Places = npt.NDArray[np.intp]
 
 
 class Levels:

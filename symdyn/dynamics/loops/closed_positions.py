@@ -1,10 +1,10 @@
 """Positions of closed mechanisms: in closed form where a loop is planar, else assembled and followed in numbers.
 
 Closed forms are those of planar loops with two unknown moves: four-bars, slider-cranks, and chains of them. Walk a loop
-from the cut J to the same point P again, as `loops` does. The unknown moves are u and v, everything between is known:
+from the cut J to the same point P again, as `constraint_rows` does. The unknown moves are u and v, all else is known:
 
     U, V          origins of the two moves       z     normal of the plane
-    d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it, and along
+    d0, d1, d2    J → U,  U → V,  V → P, each in axes on the predecessor side of the unknown move before it, and along
                   the plane: what lies across it adds up to nothing, and is no side of a triangle
 
 Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is γ with
@@ -19,7 +19,7 @@ found modulo a turn.
 In numbers Newton's method from the last position keeps the branch as long as steps are short: a step is halved where
 the loops do not close from it, or where it takes a joint further than its tangent says. Velocities solve G u = 0.
 
-Rows that hold positions decide which positions are independent, whatever else rolls: a wheel's normal row is one, a row
+Position-level rows decide which positions are independent, whatever else rolls: a wheel's normal row is one, a row
 along its track is none. Dependent velocities of these are dependent ones of all rows, so that independent velocities
 move independent positions.
 """
@@ -65,12 +65,12 @@ class _Unknown:
 def positions(w: Workspace) -> list[Expr]:
     """Return q, shape (nq,), by independent coordinates; DerivationError where a loop has no closed form."""
     values: dict[Expr, Expr] = {}
-    kept, labels = w.loops.decisions.kept, w.loops.recursive.labels
+    basis, labels = w.loops.decisions.independent_rows, w.loops.recursive.labels
     by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
     if any(q not in w.state.q for q in w.loops.coordinates) or w.state.n != len(w.state.q):
         raise _none(w, "a joint of it is described by a quaternion")
     for block in w.loops.decisions.partition.blocks:
-        rows = [labels[kept[r]] for r in block.rows]
+        rows = [labels[basis[r]] for r in block.rows]
         owners = {label.owner for label in rows}
         moments = [x for one in rows for x in (one.wrench or ((), ()))[1]]
         along = all(one.loop for one in rows) and all(x.is_zero for x in moments)
@@ -99,12 +99,12 @@ def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr]) ->
 def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[list[_Unknown], list[Vec], Vec]:
     """Return the unknown moves in the order of the walk, and d0, d1, d2."""
     graph = tree.graph
-    i, place = tree.home[cut.parent]
-    j, last = tree.home[cut.child]
-    last = last @ cut.behind
+    i, at_parent = tree.home[cut.parent]
+    j, at_child = tree.home[cut.child]
+    last = at_child @ cut.on_child
     inner, outer = tree.paths(i, j)
     walk = [(b, -1) for b in inner] + [(b, 1) for b in outer]
-    T = (place @ cut.before).inverse()
+    T = (at_parent @ cut.on_parent).inverse()
     still = zero_vector(graph)
     unknowns: list[_Unknown] = []
     ways = [T.p]
@@ -187,7 +187,7 @@ def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
 
 def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
     """Return the candidate that is at the assembled position; none is where what moves leaves the plane of the loop."""
-    known = w.loops.values(w.loops.decisions.assembly.typical)
+    known = w.loops.values(w.loops.decisions.assembly.regular)
     there = np.array([known[w.loops.coordinates[one.velocity]] for one in unknowns])
     slides = np.array([one.slides for one in unknowns])
 
@@ -222,7 +222,7 @@ def assemble(
     Args:
         scene: the mechanism.
         guess: coordinates to begin with, beside those of the scene's `start`; rad, m or 1.
-        held: coordinates that keep their guess; None holds the driven ones, unless the loops do not close so.
+        held: coordinates that keep their guess; None holds those with a drive, unless the loops do not close so.
         parameters: values of the free parameters.
 
     Raises:
@@ -256,26 +256,26 @@ def follow(
         DerivationError: the loops do not close at a point of the path: it ends before, at a fold or a change point.
     """
     numbers = _numbers(scene, dict(begin.parameters))
-    places = [_index(scene, scene.coordinates, name) for name in path]
-    held = [_velocity(scene, name) for name in path]
+    leading = [_index(scene, scene.coordinates, name) for name in path]
+    locked = [_velocity(scene, name) for name in path]
     q, found = np.array(begin.q), []
     for goal in np.array(list(path.values()), dtype=np.float64).T:
-        q = _led(numbers, q, places, held, goal, begin.rank)
+        q = _stepped_to(numbers, q, leading, locked, goal, begin.rank)
         found.append(q)
     return np.array(found).reshape(-1, len(scene.coordinates))
 
 
-def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: Array, rank: int) -> Array:
+def _stepped_to(numbers: Numbers, q: Array, leading: list[int], locked: list[int], goal: Array, rank: int) -> Array:
     """Return the closed position with the leading coordinates at their goal, in as many steps as it takes."""
     step, done = 1.0, 0.0
-    begin = q[places]
+    begin = q[leading]
     while done < 1.0:
         step = min(step, 1.0 - done)
-        way = (begin + (done + step) * (goal - begin)) - q[places]
-        tangent = _tangent(numbers, q, held, way)
+        way = (begin + (done + step) * (goal - begin)) - q[leading]
+        tangent = _tangent(numbers, q, locked, way)
         guess = numbers.moved(q, tangent)
-        guess[places] = begin + (done + step) * (goal - begin)
-        tried = numbers.newton(guess, held)
+        guess[leading] = begin + (done + step) * (goal - begin)
+        tried = numbers.newton(guess, locked)
         if numbers.is_closed(tried) and float(np.abs(tried - guess).max()) < STRAIGHT:
             q, done, step = tried, done + step, 2 * step
             continue
@@ -284,7 +284,7 @@ def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: A
             values = np.linalg.svd(numbers.dimensionless(q, 1.0), compute_uv=False)
             smallest = values[rank - 1] if rank else 0.0
             names = ", ".join(
-                f"{numbers.scene.coordinates[k]} = {x:.6g}" for k, x in zip(places, q[places], strict=True)
+                f"{numbers.scene.coordinates[k]} = {x:.6g}" for k, x in zip(leading, q[leading], strict=True)
             )
             raise DerivationError(
                 f"{numbers.scene.name}: the path ends at {names}: the loops do not close beyond, a fold or a change "
@@ -293,19 +293,19 @@ def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: A
     return q
 
 
-def _tangent(numbers: Numbers, q: Array, held: list[int], way: Array) -> Array:
-    """Return the step along the velocities that the loops allow, with the held ones given."""
+def _tangent(numbers: Numbers, q: Array, locked: list[int], way: Array) -> Array:
+    """Return the step along the velocities that the loops allow, with the locked ones given."""
     G = numbers.jacobian(q)
-    loose = [k for k in range(numbers.state.n) if k not in held]
+    free = [k for k in range(numbers.state.n) if k not in locked]
     step = np.zeros(numbers.state.n)
-    step[held] = way
-    if loose and len(G):
-        step[loose] = np.linalg.lstsq(G[:, loose], -G[:, held] @ way, rcond=1e-10)[0]
+    step[locked] = way
+    if free and len(G):
+        step[free] = np.linalg.lstsq(G[:, free], -G[:, locked] @ way, rcond=1e-10)[0]
     return step
 
 
 def consistent(scene: Scene, assembly: Assembly, rates: Mapping[str, float] | None = None) -> Array:
-    """Return velocities that the loops and rows allow, shape (nv,).
+    """Return velocities that constraint rows allow, shape (nv,).
 
     Args:
         scene: the mechanism.
@@ -352,21 +352,20 @@ def _index(scene: Scene, names: Sequence[str], name: str) -> int:
     return list(names).index(name)
 
 
-def held_positions(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[int, ...], Partition]:
-    """Return the held rows, counted among all, and the partition of positions: independent velocities come first."""
-    closes = [k for k, label in enumerate(numbers.constraints.labels) if label.closes and k not in decisions.empty]
+def position_level(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[int, ...], Partition]:
+    """Return the position-level rows, counted among all, and their partition, independent velocities first."""
+    closes = [k for k, label in enumerate(numbers.constraints.labels) if label.closes and k not in decisions.zero_rows]
     partition, n = decisions.partition, numbers.state.n
-    if set(decisions.kept) <= set(closes):
-        return decisions.kept, partition
-    G = numbers.dimensionless(np.array(decisions.assembly.typical), decisions.assembly.length)
+    if set(decisions.independent_rows) <= set(closes):
+        return decisions.independent_rows, partition
+    G = numbers.dimensionless(np.array(decisions.assembly.regular), decisions.assembly.length)
     count = int(np.linalg.matrix_rank(G[closes], tol=NEGLIGIBLE * float(np.abs(G).max()))) if closes else 0
-    held = tuple(sorted(closes[i] for i in pivots(unit_rows(G[closes]), [list(range(len(closes)))], count)[0]))
+    chosen = tuple(sorted(closes[i] for i in pivots(unit_rows(G[closes]), [list(range(len(closes)))], count)[0]))
     among = sorted(partition.dependent, reverse=True)
-    chosen = pivots(G[list(held)].T, [among], count)[0]
-    dependent = tuple(sorted(chosen))
-    independent = (*partition.independent, *(k for k in partition.dependent if k not in chosen))
-    rows = [numbers.constraints.G[k] for k in held]
+    dependent = tuple(sorted(pivots(G[list(chosen)].T, [among], count)[0]))
+    independent = (*partition.independent, *(k for k in partition.dependent if k not in dependent))
+    rows = [numbers.constraints.G[k] for k in chosen]
     assert len(independent) + len(dependent) == n, "a velocity is one or the other"
-    return held, Partition(
+    return chosen, Partition(
         independent, dependent, tuple(blocks([[k for k in dependent if not row[k].is_zero] for row in rows]))
     )

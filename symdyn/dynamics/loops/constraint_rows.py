@@ -1,4 +1,4 @@
-"""Rows that close loops and keep contacts, G u = 0, and what each of them forbids; twice, like everything else.
+"""Constraint rows of loops and contacts, G u = 0, and what each of them forbids; twice, like everything else.
 
     J        joint frame of the cut joint, on its parent
     X        placement of the moved joint frame, on the child, in J; P is its origin
@@ -7,9 +7,9 @@
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
-constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
+constraint manifold too, and Gᵀ λ its generalized force. Rows that a scene declares, linear in the velocities, follow.
 
-The *recursive* formulation walks from J to the child along the tree, through their nearest common carrier: nothing
+The *recursive* formulation walks from J to the child along the tree, through their lowest common ancestor: nothing
 beyond it enters, so that a planar loop on a flying base stays planar. The formulation *by differentiation*
 differentiates X.
 
@@ -51,10 +51,10 @@ class Cut:
     Attributes:
         owner: name of the loop or of the row.
         parent, child: bodies; what carries the plane is the parent of a contact.
-        before: placement of J in the parent.
-        behind: placement of the frame at P in the child.
+        on_parent: placement of J in the parent: the joint frame of the predecessor.
+        on_child: placement of the frame at P in the child: that of the successor.
         wrenches: what the parent can exert on the child without working, as functions of X.
-        residual: likewise what vanishes where the row is kept; zero for a row that does not close.
+        residual: likewise what vanishes where the constraint holds; zero for a row that does not close.
         closes: for each wrench whether it holds a position, so that its residual means something.
         joint: the joint that closes the loop; None for a contact.
         names: of a contact's wrenches, in words; "" where a direction says it.
@@ -62,9 +62,9 @@ class Cut:
 
     owner: str
     parent: str
-    before: Transform
+    on_parent: Transform
     child: str
-    behind: Transform
+    on_child: Transform
     wrenches: Callable[[Transform], tuple[Wrench, ...]]
     residual: Callable[[Transform], tuple[Expr, ...]]
     closes: tuple[bool, ...]
@@ -127,7 +127,7 @@ def sine(row: Contact, X: Transform) -> Expr:
 
 
 @dataclass(frozen=True)
-class Gauge:
+class ContactGap:
     """A contact: height of its lowest point, m, and sine of the angle of a wheel's axis and the normal, else 1."""
 
     row: Contact
@@ -154,15 +154,15 @@ class Gauge:
         return f"{body} lies flat on its plane, its axis along the normal, so that no point of its rim is the lowest"
 
 
-def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
-    """Return the gauges of all contacts of a scene."""
+def contact_gaps(scene: Scene, graph: Graph) -> tuple[ContactGap, ...]:
+    """Return the gaps of all contacts of a scene."""
     placed = body_placements(scene, graph) if scene.contacts else {}
     found = []
     for row in scene.contacts:
         cut, law = contact(row, graph), FORCES[row.kind].touch
-        X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
+        X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child
         w = sine(row, X)
-        found.append(Gauge(row, law.height(row, X, w), w))
+        found.append(ContactGap(row, law.height(row, X, w), w))
     return tuple(found)
 
 
@@ -171,7 +171,7 @@ Twist = tuple[Vec, Vec]  # angular, linear
 
 @dataclass(frozen=True)
 class Label:
-    """What a row of G is.
+    """What a constraint row, a row of G, is.
 
     Attributes:
         owner: name of the loop, or of the scene's row.
@@ -198,11 +198,11 @@ class Label:
 
 @dataclass(frozen=True)
 class Constraints:
-    """All rows, before any is left out as redundant.
+    """All constraint rows, before any is left out as redundant.
 
     Attributes:
         labels: what each row is, shape (m,).
-        residual: what vanishes where the row is kept, shape (m,); 0 for one that says nothing about q.
+        residual: what vanishes where the constraint holds, shape (m,); 0 for one that says nothing about q.
         G: shape (m, nv).
         bias: Ġ u, shape (m,).
         cuts: of the loops and contacts.
@@ -246,7 +246,7 @@ class _Relative:
 
 
 def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
-    """Return the rows of a scene by recursion along its tree."""
+    """Return the constraint rows of a scene by recursion along its tree."""
     entries, columns, there = [], {}, cuts(scene, tree.graph)
     speeds = cache(lambda: (tree.rates(state.qd), tree.bias(state.qd)))
     for cut in there:
@@ -254,35 +254,35 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
         entries += _of_cut(cut, relative, state)
         if cut.joint:
             columns[cut.owner] = relative.columns
-    formulas = [_polarised(*one, scene, state, tree.graph) for one in _formulas(scene)]
+    formulas = [_linear_row(*one, scene, state, tree.graph) for one in _formulas(scene)]
     return _gathered(_in_order(scene, entries + formulas), there, columns)
 
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
-    """Return the entries in the order of the scene: loops, then rows."""
+    """Return the entries in the order of the scene: loops, then rows that it declares."""
     owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
     place = {owner: k for k, owner in enumerate(owners)}
     return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
 
 
 def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr]]]) -> _Relative:
-    """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards.
+    """Return the motion of the child relative to J: inwards to the lowest common ancestor, then outwards.
 
     `speeds` are the rate of every move, and the part of its acceleration that is quadratic in velocities.
     """
     graph = tree.graph
-    i, place = tree.home[cut.parent]
-    j, last = tree.home[cut.child]
-    last = last @ cut.behind
+    i, at_parent = tree.home[cut.parent]
+    j, at_child = tree.home[cut.child]
+    last = at_child @ cut.on_child
     inner, outer = tree.paths(i, j)
     rate, accelerated = speeds()
-    T = (place @ cut.before).inverse()  # of the frame walked on, in J
+    T = (at_parent @ cut.on_parent).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
     omega, alpha = still, still  # of the body walked on
     a = still  # acceleration of its origin
     axes: list[tuple[int, Vec, Vec]] = []  # move, its axis z, s
     ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
-    for b in inner:  # to the carrier: the move backwards
+    for b in inner:  # to the common ancestor: the move backwards
         z, s = (neg(T.R @ part) for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
@@ -299,7 +299,7 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
     ways.append(T.R @ last.p)
     a = add(a, _swing(omega, alpha, ways[-1]))
-    # a move inwards is about the origin in front of its way, one outwards about the one behind
+    # a move inwards is about the origin at which its way begins, one outwards about that at which it ends
     levers = [still]
     for way in reversed(ways[1:]):
         levers.append(add(levers[-1], way))
@@ -309,8 +309,8 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
         lever = levers[place_of] if place_of < len(inner) else levers[place_of + 1]
         linear = add(s, cross(z, lever))
         for k, x in tree.A[b]:
-            before = columns.get(k, (still, still))
-            columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
+            so_far = columns.get(k, (still, still))
+            columns[k] = (add(so_far[0], scale(x, z)), add(so_far[1], scale(x, linear)))
     X = Transform(T.R @ last.R, add(ways[0], levers[0]))
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
 
@@ -322,7 +322,7 @@ def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
 
 
 def _moved(omega: Vec, alpha: Vec, a: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr) -> tuple[Vec, Vec, Vec]:
-    """Return ω, α, a of the body behind a move about or along an axis through the origin."""
+    """Return ω, α, a of the successor of a move about or along an axis through the origin."""
     slide, spin = scale(rate, s), scale(rate, z)
     a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
     alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))
@@ -388,8 +388,8 @@ def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
     return [(row.name, formula) for row in scene.rows if (formula := FORCES[row.kind].formula(row)) is not None]
 
 
-def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
-    """Return a row of the scene, whose entries are the formula at unit velocities; it must be linear in them."""
+def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
+    """Return a row of a formula, whose entries are the formula at unit velocities; it must be linear in them."""
     formula = left.express(graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)
@@ -408,10 +408,10 @@ def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Gra
 
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
-    """Return the rows of a scene by differentiating placements in the ground frame."""
+    """Return the constraint rows of a scene by differentiating placements in the ground frame."""
     placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
     for cut in there:
-        X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
+        X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child
         velocity = tangents(X.p, state.velocity)
         turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
         residual = cut.residual(X)

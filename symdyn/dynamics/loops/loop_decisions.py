@@ -1,15 +1,15 @@
 """What is decided about closed loops before their equations are written, once, at assembled positions.
 
-    kept rows      an independent set of rows of G; rows without effect (a planar loop's out of its plane) and rows that
-                   depend on others are redundant
+    rows           an independent set of constraint rows, those of G; zero rows (a planar loop's out of its plane) and
+                   rows that depend on others are redundant
     partition      independent and dependent velocities: G_d u_d = -G_i u_i
 
-What a mechanism is in general, its rank and the rows without effect, two generic positions decide; the start may be
-special, and is compared with them. Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
-remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or
-at a generic position where the start has less rank. The choice is static: the generated code divides by
-determinants of blocks, which vanish where the dependent velocities are determined no more. Without loops any position
-can be come to, and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
+What a mechanism is in general, its rank and its zero rows, two generic configurations decide; the start may be special,
+and is compared with them. Constraint rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
+remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or at a
+generic configuration where the start has less rank. The choice is static: the generated code divides by determinants of
+blocks, which vanish where the dependent velocities are determined no more. Without loops any position can be come to,
+and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
 
 Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
 dynamic systems, J. Mechanical Design 104 (1982).
@@ -55,11 +55,11 @@ CHOICES = 1000
 NOTHING = 1e-9
 """Rows this much below the largest have no effect."""
 
-LOOSE = 1e-7
+INVOLVED = 1e-7
 """Shares of a row in a relation of rows, of unit length, below it are zero."""
 
 WEAK = 0.02
-"""Driven velocities become dependent where the others would leave a pivot this much below the largest."""
+"""Velocities with drives become dependent where the others would leave a pivot this much below the largest."""
 
 
 @dataclass(frozen=True)
@@ -68,25 +68,25 @@ class LoopDecisions:
 
     Attributes:
         assembly: the position that they were made at.
-        kept: independent rows, ascending.
-        empty: rows without effect: they vanish at every position.
-        redundant: other rows that depend on the kept ones.
+        independent_rows: an independent set of constraint rows, ascending; no matter which velocities are independent.
+        zero_rows: rows that are identically zero.
+        redundant: other rows, which depend on the independent ones.
         names: what each row is, in words, shape (all rows,).
         partition: of forward dynamics.
         fails: whether, without loops, its dependent velocities are undetermined at some positions, so that equations
             take all rows at once: a blade has a heading at which the velocity along x is none of its own.
-        driven: of inverse dynamics, driven velocities independent; None where the drives do not fit.
+        actuated: of inverse dynamics, velocities with drives or prescribed motions independent; None where none fits.
         fault: why there is none, and inverse dynamics is not unique.
     """
 
     assembly: Assembly
-    kept: tuple[int, ...]
-    empty: tuple[int, ...]
+    independent_rows: tuple[int, ...]
+    zero_rows: tuple[int, ...]
     redundant: tuple[int, ...]
     names: tuple[str, ...]
     partition: Partition
     fails: bool
-    driven: Partition | None
+    actuated: Partition | None
     fault: str = ""
 
 
@@ -96,44 +96,45 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
     Raises:
         DerivationError: angles are singular at every position, or the user's independent coordinates do not fit.
     """
-    singular = numbers.singular_angles(np.array(assembly.typical), held=True)
+    singular = numbers.singular_angles(np.array(assembly.regular), everywhere=True)
     if singular:
         raise DerivationError(f"{numbers.scene.name}: {singular}")
-    found = [numbers.dimensionless(q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
+    found = [numbers.dimensionless(np.array(q), assembly.length) for q in (assembly.regular, *assembly.configurations)]
     sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
-    empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
-    some = [k for k in range(len(sizes)) if k not in set(empty)]
+    zero_rows = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
+    some = [k for k in range(len(sizes)) if k not in set(zero_rows)]
     G = found[0]
-    kept = tuple(sorted(some[i] for i in pivots(unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
-    names = spoken(numbers, np.array(assembly.typical))
-    choices = [one[list(kept)] for one in found]
-    partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
-    fails = not closing.independent and _fails(numbers, kept, choices[0], partition.dependent, assembly.length)
-    driven, fault = _driven(numbers, kept, choices, partition)
-    redundant = tuple(k for k in some if k not in kept)
-    return LoopDecisions(assembly, kept, empty, redundant, names, partition, fails, driven, fault)
+    basis = tuple(sorted(some[i] for i in pivots(unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
+    names = spoken(numbers, np.array(assembly.regular))
+    choices = [one[list(basis)] for one in found]
+    partition = _partition(numbers, basis, choices, closing.independent, assembly.length)
+    fails = not closing.independent and _fails(numbers, basis, choices[0], partition.dependent, assembly.length)
+    actuated, fault = _actuated(numbers, basis, choices, partition)
+    redundant = tuple(k for k in some if k not in basis)
+    return LoopDecisions(assembly, basis, zero_rows, redundant, names, partition, fails, actuated, fault)
 
 
-def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
-    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes somewhere.
+def indeterminate_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
+    """Return the rows with indeterminate multipliers, those that a λ with Gᵀ λ = 0 changes somewhere.
 
-    Generic positions decide, since at a start a relation may leave a row out.
+    Generic configurations decide, since at a start a relation may leave a row out.
     """
-    loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
-    for q in map(np.array, (assembly.typical, *assembly.places)):
+    indeterminate = np.zeros(len(numbers.constraints.labels), dtype=bool)
+    for q in map(np.array, (assembly.regular, *assembly.configurations)):
         G = numbers.dimensionless(q, assembly.length)
         working = np.flatnonzero(G.any(axis=1))
         if is_large(G[working]):
             found = triangular(G[working], NEGLIGIBLE)
             shares = found.relations()
             scales = 1.0 / np.sqrt(1.0 + np.square(shares).sum(axis=1))
-            loose[np.setdiff1d(np.arange(len(G)), working)] = True
-            loose[working[list(found.dependent)]] = True
-            loose[working[list(found.kept)]] |= np.abs(shares * scales[:, None]).max(axis=0, initial=0.0) > LOOSE
+            indeterminate[np.setdiff1d(np.arange(len(G)), working)] = True
+            indeterminate[working[list(found.dependent)]] = True
+            largest = np.abs(shares * scales[:, None]).max(axis=0, initial=0.0)
+            indeterminate[working[list(found.independent)]] |= largest > INVOLVED
             continue
         U, _, _ = np.linalg.svd(G)
-        loose |= np.abs(U[:, assembly.rank :]).max(axis=1, initial=0.0) > LOOSE
-    return tuple(np.flatnonzero(loose).tolist())
+        indeterminate |= np.abs(U[:, assembly.rank :]).max(axis=1, initial=0.0) > INVOLVED
+    return tuple(np.flatnonzero(indeterminate).tolist())
 
 
 def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:
@@ -178,21 +179,21 @@ def unit_rows(G: Array) -> Array:
 
 
 def _partition(
-    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], requested: Sequence[str], length: float
+    numbers: Numbers, basis: Sequence[int], choices: Sequence[Array], requested: Sequence[str], length: float
 ) -> Partition:
-    """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can.
+    """Return the user's partition, or the one that conditioning chooses, those with drives independent if they can be.
 
-    The `choices` are the kept rows where it is made, and at generic positions; dimensionless, shape (m, n) each.
+    The `choices` are the rows of the `basis` where it is made, and at generic ones; dimensionless, shape (m, n).
     """
-    scene, n, m = numbers.scene, numbers.state.n, len(kept)
+    scene, n, m = numbers.scene, numbers.state.n, len(basis)
     if requested:
-        return _made(numbers, kept, _wanted(scene, requested, choices[0]))
-    led = scene.led_velocities
-    every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
+        return _made(numbers, basis, _wanted(scene, requested, choices[0]))
+    prescribed = scene.prescribed_velocities
+    every = [k for k in reversed(range(n)) if k not in prescribed]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
-    sure = _sure(numbers, kept, choices[0], passive, length)
+    sure = _sure(numbers, basis, choices[0], passive, length)
     if sure:
-        return _made(numbers, kept, [k for k in range(n) if k not in sure])
+        return _made(numbers, basis, [k for k in range(n) if k not in sure])
     chosen = _dependent(choices, [passive, every] if len(passive) < len(every) else [every])
     if chosen is None:
         names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
@@ -202,11 +203,11 @@ def _partition(
             if names
             else f"{scene.name}: no velocities determine the others at any closed position that was found; give a start"
         )
-    return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+    return _made(numbers, basis, [k for k in range(n) if k not in chosen])
 
 
 def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> list[int] | None:
-    """Return velocities that the rows determine, chosen at the first position where they do; None where nowhere."""
+    """Return velocities that constraint rows determine, chosen at the first position where they do, None if nowhere."""
     for G in choices:
         chosen, quality = pivots(G.T, stages, len(G))
         if quality > NEGLIGIBLE:
@@ -214,12 +215,12 @@ def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> lis
     return None
 
 
-def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
-    """Return the dependent velocities that rows alone determine at every position best, () if none do it well."""
-    m = len(kept)
+def _sure(numbers: Numbers, basis: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
+    """Return dependent velocities that rows without loops determine at every position best, () if none do it well."""
+    m = len(basis)
     if numbers.scene.loops or not 0 < m <= len(among) or comb(len(among), m) > CHOICES:
         return ()
-    rows = _drawn(numbers, kept, G, length)
+    rows = _drawn(numbers, basis, G, length)
     if rows is None:
         return ()
     top = float(np.linalg.svd(rows, compute_uv=False).max())
@@ -231,19 +232,19 @@ def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int],
     return next(one for one, value in zip(choices, worst, strict=True) if value >= EVEN * best)
 
 
-def _fails(numbers: Numbers, kept: Sequence[int], G: Array, dependent: Sequence[int], length: float) -> bool:
-    """Whether rows without loops leave dependent velocities nearly undetermined at some position."""
-    rows = None if numbers.scene.loops or not kept else _drawn(numbers, kept, G, length)
+def _fails(numbers: Numbers, basis: Sequence[int], G: Array, dependent: Sequence[int], length: float) -> bool:
+    """Whether constraint rows without loops leave dependent velocities nearly undetermined at some position."""
+    rows = None if numbers.scene.loops or not basis else _drawn(numbers, basis, G, length)
     if rows is None:
         return False
     top = float(np.linalg.svd(rows, compute_uv=False).max())
     return bool(np.linalg.svd(rows[:, :, list(dependent)], compute_uv=False).min() <= SURE * top)
 
 
-def _drawn(numbers: Numbers, kept: Sequence[int], G: Array, length: float) -> Array | None:
-    """Return the kept rows at a position, G, and at random ones, shape (positions, m, n); None where some have none."""
+def _drawn(numbers: Numbers, basis: Sequence[int], G: Array, length: float) -> Array | None:
+    """Return rows at a position, G, and at random ones, shape (positions, m, n); None where some have none."""
     try:
-        drawn = [numbers.dimensionless(numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
+        drawn = [numbers.dimensionless(numbers.drawn(seed), length)[list(basis)] for seed in range(POSITIONS)]
     except DerivationError:  # a formula has no value somewhere
         return None
     return np.stack([G, *drawn])
@@ -262,7 +263,7 @@ def _wanted(scene: Scene, requested: Sequence[str], G: Array) -> list[int]:
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
         raise DerivationError(f"{scene.name}: independent: {', '.join(requested)} given, but it has {freedoms}")
-    forgotten = [velocities[k] for k in scene.led_velocities if k not in independent]
+    forgotten = [velocities[k] for k in scene.prescribed_velocities if k not in independent]
     if forgotten:
         raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
     dependent = [k for k in range(n) if k not in independent]
@@ -277,30 +278,30 @@ def _wanted(scene: Scene, requested: Sequence[str], G: Array) -> list[int]:
     return independent
 
 
-def _driven(
-    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], partition: Partition
+def _actuated(
+    numbers: Numbers, basis: Sequence[int], choices: Sequence[Array], partition: Partition
 ) -> tuple[Partition | None, str]:
     """Return the partition of inverse dynamics, or why there is none."""
-    scene, n, m = numbers.scene, numbers.state.n, len(kept)
-    driven = scene.driven_velocities
-    if set(driven) <= set(partition.independent):
+    scene, n, m = numbers.scene, numbers.state.n, len(basis)
+    actuated = scene.actuated_velocities
+    if set(actuated) <= set(partition.independent):
         return partition, ""
     free = n - m
-    if len(driven) > free:
+    if len(actuated) > free:
         return None, over_driven(scene, free)
-    chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in driven]])
+    chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in actuated]])
     if chosen is None:
         freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
         return None, (
-            f"the drives {drives_of(scene, driven)} work against each other, where {freedoms} "
+            f"the drives {drives_of(scene, actuated)} work against each other, where {freedoms} "
             f"remain{'s' * (free == 1)}; drive other joints"
         )
-    return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""
+    return _made(numbers, basis, [k for k in range(n) if k not in chosen]), ""
 
 
-def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> Partition:
+def _made(numbers: Numbers, basis: Sequence[int], independent: Sequence[int]) -> Partition:
     """Return a partition with its blocks."""
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
-    rows = [numbers.constraints.G[k] for k in kept]
+    rows = [numbers.constraints.G[k] for k in basis]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
     return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))

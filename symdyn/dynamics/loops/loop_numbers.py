@@ -1,13 +1,13 @@
 """A scene's loops as numbers, for what is decided numerically: assembly, rank, conditioning, the choice of pivots.
 
     r(q), R      residuals of all loops and their rates R u
-    G(q)         rows of all loops and of the scene
+    G(q)         constraint rows of loops and contacts, and those that the scene declares
     H(q)         q̇ = H u
     h, w         of contacts: how high the lowest point is, and the sine of the angle between axis and normal
 
 A step δ along the velocities moves q by H δ, quaternions stay of unit length. What must not depend on how orientations
-are described (ranks, and what bodies can do) is asked of the mechanism without angles. In words a
-row is "force along x of loop cut", "moment about (0.6, 0, 0.8)".
+are described (ranks, and what bodies can do) is asked of the mechanism in quaternions. In words a
+constraint row is "force along x of loop cut", "moment about (0.6, 0, 0.8)".
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.assembly import Levels, closed_position, off_planes, witness
-from symdyn.dynamics.loops.constraint_rows import FLAT, Gauge, gauges, recursive
-from symdyn.dynamics.loops.sparse_rows import Places
+from symdyn.dynamics.loops.constraint_rows import FLAT, ContactGap, contact_gaps, recursive
+from symdyn.dynamics.loops.sparse_rows import Indices
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
 from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, quaternions
@@ -68,8 +68,8 @@ class Pattern:
     """
 
     height: int
-    rows: Places
-    columns: Places
+    rows: Indices
+    columns: Indices
     entries: tuple[Expr, ...]
 
 
@@ -103,9 +103,9 @@ def jacobian(outputs: Sequence[Expr], directions: Sequence[Mapping[Expr, Expr]])
 
 def pattern(rows: Sequence[Mapping[int, Expr]]) -> Pattern:
     """Return a matrix of rows by column."""
-    places = [(i, k, x) for i, row in enumerate(rows) for k, x in row.items()]
-    i, k = (np.array([one[side] for one in places], dtype=np.intp) for side in (0, 1))
-    return Pattern(len(rows), i, k, tuple(x for _, _, x in places))
+    entries = [(i, k, x) for i, row in enumerate(rows) for k, x in row.items()]
+    i, k = (np.array([one[side] for one in entries], dtype=np.intp) for side in (0, 1))
+    return Pattern(len(rows), i, k, tuple(x for _, _, x in entries))
 
 
 class Numbers:
@@ -126,23 +126,23 @@ class Numbers:
         """Return the mechanism with values of its free parameters; what was derived and spent is shared."""
         found = copy(self)
         found.free = dict(free)
-        for name in ("parameters", "plain"):
+        for name in ("parameters", "in_quaternions"):
             found.__dict__.pop(name, None)
-        if self.plain is not self:
-            found.plain = self.plain.bound_to(free)
+        if self.in_quaternions is not self:
+            found.in_quaternions = self.in_quaternions.bound_to(free)
         return found
 
     def afresh(self, free: Mapping[str, float]) -> Numbers:
         """Return the same, nothing spent yet."""
         found = self.bound_to(free)
         found._spent = [0]
-        if found.plain is not found:
-            found.plain._spent = found._spent
+        if found.in_quaternions is not found:
+            found.in_quaternions._spent = found._spent
         return found
 
     def derive(self) -> None:
         """Derive at once what is derived when it is first asked for, so that those bound to values share it."""
-        _ = self._rates, self._kinematic_map, self.angles, self.gauges
+        _ = self._rates, self._kinematic_map, self.angles, self.contact_gaps
 
     @property
     def effort(self) -> int:
@@ -240,8 +240,8 @@ class Numbers:
         return G
 
     @cached_property
-    def turns(self) -> list[int]:
-        """The velocities that are angular."""
+    def angular_velocities(self) -> list[int]:
+        """Indices of the velocities that are angular."""
         return [k for k, unit in enumerate(SceneUnits(self.scene).velocities) if unit == "rad"]
 
     @cached_property
@@ -253,7 +253,7 @@ class Numbers:
     @cached_property
     def _turning(self) -> npt.NDArray[np.bool_]:
         """Which entries of G stand in columns of turns."""
-        return np.isin(self._rows.columns, self.turns)
+        return np.isin(self._rows.columns, self.angular_velocities)
 
     @cached_property
     def _lengths(self) -> Array:
@@ -261,14 +261,14 @@ class Numbers:
         return np.where(self._turning, 0.0, 1.0) - np.where(self._forbids_velocity[self._rows.rows], 1.0, 0.0)
 
     @cached_property
-    def _places(self) -> list[Expr]:
+    def _offsets(self) -> list[Expr]:
         loops = [pose.transform(self.graph) for loop in self.scene.loops for pose in (loop.origin, loop.tip)]
         return [x for T in (*self.tree.T, *loops) for x in T.p]
 
     def levers(self, q: Array) -> tuple[Array, Array]:
         """Return the sizes of the levers in G, and of all ways from frame to frame, at q; m."""
         levers = self.at(self._rows.entries, q)[self._turning & self._forbids_velocity[self._rows.rows]]
-        return np.abs(levers), np.abs(self.at(self._places, q))
+        return np.abs(levers), np.abs(self.at(self._offsets, q))
 
     def moved(self, q: Array, step: Array) -> Array:
         """Return q after a step along the velocities, shape (nv,)."""
@@ -277,8 +277,8 @@ class Numbers:
         return self.normalised(q + moves)
 
     @cached_property
-    def plain(self) -> Numbers:
-        """The mechanism without angles, velocities in their places; itself where it has none."""
+    def in_quaternions(self) -> Numbers:
+        """The mechanism in quaternions, velocities in their places; itself where it has no angles."""
         scene = without_angles(self.scene)
         if scene is self.scene:
             return self
@@ -286,13 +286,13 @@ class Numbers:
         found.free, found._spent = self.free, self._spent
         return found
 
-    def turned(self, q: Array) -> Array:
-        """Return q as a position of the mechanism without angles."""
-        return q if self.plain is self else with_quaternions(self.scene, self.plain.scene, q)
+    def to_quaternions(self, q: Array) -> Array:
+        """Return q as a position of the mechanism in quaternions."""
+        return q if self.in_quaternions is self else with_quaternions(self.scene, self.in_quaternions.scene, q)
 
-    def turned_back(self, q: Array, near: Array) -> Array:
-        """Return a position of the mechanism without angles as one of this, with angles near those of another."""
-        return q if self.plain is self else with_angles(self.scene, self.plain.scene, q, near)
+    def from_quaternions(self, q: Array, near: Array) -> Array:
+        """Return a position of the mechanism in quaternions as one of this, with angles near those of another."""
+        return q if self.in_quaternions is self else with_angles(self.scene, self.in_quaternions.scene, q, near)
 
     @cached_property
     def angles(self) -> tuple[Angles, ...]:
@@ -303,20 +303,20 @@ class Numbers:
         """Return how far the angles are from singular: 0 where they are, 1 at most, shape (angles,)."""
         return np.abs(self.at([one.clearance(self.graph) for one in self.angles], q))
 
-    def singular_angles(self, q: Array, held: bool = False) -> str:
-        """Return which angles are singular at q and what helps, "" if none are; `held` if they are so everywhere."""
+    def singular_angles(self, q: Array, everywhere: bool = False) -> str:
+        """Return which angles are singular at q and what helps, "" if none are; `everywhere`: wherever loops close."""
         found = zip(self.angles, self.clearances(q).tolist(), strict=True)
-        return next((one.singular(float(q[one.middle]), held) for one, clear in found if clear < SINGULAR), "")
+        return next((one.singular(float(q[one.middle]), everywhere) for one, clear in found if clear < SINGULAR), "")
 
     @cached_property
-    def gauges(self) -> tuple[Gauge, ...]:
+    def contact_gaps(self) -> tuple[ContactGap, ...]:
         """What is measured at contacts."""
-        return gauges(self.scene, self.graph)
+        return contact_gaps(self.scene, self.graph)
 
     def lying_flat(self, q: Array) -> str:
         """Return which wheel lies flat at q, so that it has no lowest point, "" if none does."""
-        sines = self.at([one.sine for one in self.gauges], q).tolist()
-        found = zip(self.gauges, sines, strict=True)
+        sines = self.at([one.sine for one in self.contact_gaps], q).tolist()
+        found = zip(self.contact_gaps, sines, strict=True)
         return next((one.flat for one, sine in found if sine < FLAT), "")
 
     def start(self) -> Array:
@@ -345,16 +345,16 @@ class Numbers:
         return {k: self.value(x) for k, (name, x) in enumerate(values) if name in given}
 
     def fitting_rates(self, q: Array, rates: Mapping[int, float]) -> Array:
-        """Return velocities that the loops and rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
+        """Return velocities that constraint rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
         from symdyn.dynamics.loops.newton import NEGLIGIBLE
 
         scene, given = self.scene, list(rates)
         u = np.zeros(self.state.n)
         u[given] = list(rates.values())
-        loose = [k for k in range(self.state.n) if k not in rates]
+        free = [k for k in range(self.state.n) if k not in rates]
         G = self.dimensionless(q, 1.0)
-        if loose and len(G):
-            u[loose] = np.linalg.lstsq(G[:, loose], -G[:, given] @ u[given], rcond=NEGLIGIBLE)[0]
+        if free and len(G):
+            u[free] = np.linalg.lstsq(G[:, free], -G[:, given] @ u[given], rcond=NEGLIGIBLE)[0]
         off = np.abs(G @ u)
         if len(off) and off.max() > 1e-9 * max(1.0, float(np.abs(u).max())):
             owner = self.constraints.labels[int(off.argmax())].owner
@@ -367,11 +367,11 @@ class Numbers:
 
     # Closed positions
 
-    def newton(self, q: Array, held: Sequence[int]) -> Array:
-        """Return where Newton's method with line search ends, closed or not; `held` velocities do not move."""
+    def newton(self, q: Array, locked: Sequence[int]) -> Array:
+        """Return where Newton's method with line search ends, closed or not; `locked` velocities do not move."""
         from symdyn.dynamics.loops.newton import newton
 
-        return newton(self, q, held)
+        return newton(self, q, locked)
 
     def is_closed(self, q: Array) -> bool:
         """Whether every loop is closed, and the right way round."""
@@ -379,9 +379,9 @@ class Numbers:
 
         return seen_closed(self, q)
 
-    def closed_position(self, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
-        """Return a closed position from a guess; errors and what is `held` as of `assembly.closed_position`."""
-        return closed_position(self, guess, held)
+    def closed_position(self, guess: Array | None = None, locked: Sequence[int] | None = None) -> Assembly:
+        """Return a closed position from a guess; errors and what is `locked` as of `assembly.closed_position`."""
+        return closed_position(self, guess, locked)
 
     def witness(self, make: Mapping[str, float]) -> tuple[Numbers, Assembly]:
         """Return the mechanism with values of its free parameters, drawn where none are given, and a closed position.

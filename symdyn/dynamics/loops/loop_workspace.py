@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.loops.constraint_rows import FLAT, Constraints, differentiated, gauges, recursive
+from symdyn.dynamics.loops.constraint_rows import FLAT, Constraints, contact_gaps, differentiated, recursive
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduction import (
@@ -35,7 +35,7 @@ SINGULAR = 1e-13
 
 
 class LoopWorkspace:
-    """Rows of one scene's loops on the workspace's graph, kept ones only, and what is decided about them."""
+    """Constraint rows of one scene on the workspace's graph, independent ones only, and what is decided about them."""
 
     def __init__(self, workspace: Workspace) -> None:
         """Begin with nothing decided."""
@@ -60,7 +60,7 @@ class LoopWorkspace:
 
     @property
     def decisions(self) -> LoopDecisions:
-        """Kept rows and partitions; DerivationError where loops cannot be assembled, or a choice does not fit them."""
+        """Independent rows and partitions; DerivationError where loops do not assemble, or a choice does not fit."""
         return self._decided[0]
 
     @property
@@ -74,9 +74,9 @@ class LoopWorkspace:
         return values | dict(zip(self.w.state.q, q, strict=True))
 
     @property
-    def driven(self) -> Partition:
+    def actuated(self) -> Partition:
         """The partition of inverse dynamics; DerivationError where the drives do not fit."""
-        partition = self.decisions.driven
+        partition = self.decisions.actuated
         if partition is None:
             raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.decisions.fault}")
         return partition
@@ -99,7 +99,7 @@ class LoopWorkspace:
         scene, graph = self.w.scene, self.w.graph
         found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
         least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
-        found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
+        found += [(one.sine * one.sine - least * least, one.fell_flat) for one in contact_gaps(scene, graph)]
         moving = {graph.symbol(name) for name in scene.coordinates}
         return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 
@@ -113,7 +113,7 @@ class LoopWorkspace:
         w, assembly = self.w, self.decisions.assembly
         entries = [x for row in w.composite_mass for x in row]
         zeros = self.numbers.normalised(np.zeros(len(w.state.q)))
-        for q in map(np.array, (zeros, assembly.q, assembly.typical, *assembly.places)):
+        for q in map(np.array, (zeros, assembly.q, assembly.regular, *assembly.configurations)):
             try:
                 numbers = evaluate(entries, Floats(), self.values(q) | w.scene.at_time(w.graph))
             except NoValueError:  # no position of this mechanism
@@ -128,42 +128,42 @@ class LoopWorkspace:
 
     @cached_property
     def recursive(self) -> Constraints:
-        """All rows by recursion."""
+        """All constraint rows by recursion."""
         return recursive(self.w.scene, self.w.tree, self.w.state)
 
     @cached_property
     def differentiated(self) -> Constraints:
-        """All rows by differentiation."""
+        """All constraint rows by differentiation."""
         return differentiated(self.w.scene, self.w.graph, self.w.state)
 
     def residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the kept rows, shape (m,)."""
-        return [rows.residual[k] for k in self.decisions.kept]
+        """Return residuals of the independent rows, shape (m,)."""
+        return [rows.residual[k] for k in self.decisions.independent_rows]
 
-    def held_residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the rows that hold positions."""
-        return [rows.residual[k] for k in self.held_positions[0]]
+    def position_residual(self, rows: Constraints) -> list[Expr]:
+        """Return residuals of the position-level rows."""
+        return [rows.residual[k] for k in self.position_level[0]]
 
     def G(self, rows: Constraints) -> Matrix:
-        """Return the kept rows, shape (m, nv)."""
-        return [list(rows.G[k]) for k in self.decisions.kept]
+        """Return the independent rows, shape (m, nv)."""
+        return [list(rows.G[k]) for k in self.decisions.independent_rows]
 
     def constraint_forces(self, multipliers: Sequence[Expr], rows: Constraints | None = None) -> list[Expr]:
-        """Return Gᵀ λ, shape (nv,), for λ of the kept rows."""
+        """Return Gᵀ λ, shape (nv,), for λ of the independent rows."""
         pairs = list(zip(self.G(rows or self.recursive), multipliers, strict=True))
         return [self.w.graph.total(row[k] * x for row, x in pairs) for k in range(self.w.state.n)]
 
     def bias(self, rows: Constraints) -> list[Expr]:
-        """Return Ġ u of the kept rows, shape (m,)."""
-        return [rows.bias[k] for k in self.decisions.kept]
+        """Return Ġ u of the independent rows, shape (m,)."""
+        return [rows.bias[k] for k in self.decisions.independent_rows]
 
-    def gains(self, rows: Constraints, rest: Sequence[Expr]) -> list[Expr]:
-        """Return G u̇ and the rest, Ġ u or what stands for it, of the kept rows, shape (m,)."""
+    def acceleration_residual(self, rows: Constraints, rest: Sequence[Expr]) -> list[Expr]:
+        """Return G u̇ and the rest, Ġ u or what stands for it, of the independent rows, shape (m,)."""
         pairs = zip(self.G(rows), rest, strict=True)
         return [self.w.graph.total([*(x * self.w.state.qdd[k] for k, x in nonzero(row)), one]) for row, one in pairs]
 
     def gamma(self, rows: Constraints) -> list[Expr]:
-        """Return Ġ u + 2 α G u + β² residual of the kept rows, shape (m,)."""
+        """Return Ġ u + 2 α G u + β² residual of the independent rows, shape (m,)."""
         closing, u, graph = self.w.closing, self.w.state.qd, self.w.graph
         alpha, beta = graph.constant(closing.alpha), graph.constant(closing.beta)
         rates = [graph.total(entry * u[k] for k, entry in nonzero(row)) for row in self.G(rows)]
@@ -173,11 +173,11 @@ class LoopWorkspace:
     # Directions along the manifold
 
     @cached_property
-    def held_positions(self) -> tuple[tuple[int, ...], Partition]:
-        """Rows that hold positions, counted among all, and the partition of positions."""
-        from symdyn.dynamics.loops.closed_positions import held_positions  # with NumPy
+    def position_level(self) -> tuple[tuple[int, ...], Partition]:
+        """Position-level rows, counted among all constraint rows, and the partition of positions."""
+        from symdyn.dynamics.loops.closed_positions import position_level  # with NumPy
 
-        return held_positions(self.numbers, self.decisions)
+        return position_level(self.numbers, self.decisions)
 
     @cached_property
     def recursive_manifold(self) -> Manifold:
@@ -190,12 +190,12 @@ class LoopWorkspace:
         return self._manifold(self.differentiated, Partition.solve_normal)
 
     def _manifold(self, rows: Constraints, solve: Solve) -> Manifold:
-        held, places = self.held_positions
+        level, partition = self.position_level
         G = self.G(rows)
-        held_rows = G if held == self.decisions.kept else [list(rows.G[k]) for k in held]
-        along, partition = self.w.directions.along, self.decisions.partition
+        position_rows = G if level == self.decisions.independent_rows else [list(rows.G[k]) for k in level]
+        along, velocities = self.w.directions.along, self.decisions.partition
         bias = self.bias(rows)
-        return Manifold(self.w.graph, self.w.state, along, held_rows, places, G, bias, partition, solve)
+        return Manifold(self.w.graph, self.w.state, along, position_rows, partition, G, bias, velocities, solve)
 
     # Recursive formulation: coordinates partitioned
 
@@ -209,18 +209,18 @@ class LoopWorkspace:
     def motion(self) -> Reduction:
         """The same with prescribed accelerations put in: only what forces decide is left."""
         given = self.w.prescribed
-        return self.reduction.led(given.place, given.acceleration)
+        return self.reduction.prescribed(given.place, given.acceleration)
 
     def drives_of(self, forces: Sequence[Expr]) -> list[Expr]:
         """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
         G = self.G(self.recursive)
-        return self.at_drives(forces, G, self.driven.solve_transposed(G, forces))
+        return self.at_drives(forces, G, self.actuated.solve_transposed(G, forces))
 
     def at_drives(self, forces: Sequence[Expr], G: Matrix, multipliers: Sequence[Expr]) -> list[Expr]:
-        """Return f - Gᵀ λ at driven velocities, zero at passive ones; without any drive, at independent ones."""
+        """Return f - Gᵀ λ at actuated velocities, zero at passive ones; without any drive, at independent ones."""
         graph = self.w.graph
         tau = [graph.zero] * self.w.state.n
-        for k in self.w.scene.driven_velocities or self.driven.independent:
+        for k in self.w.scene.actuated_velocities or self.actuated.independent:
             tau[k] = forces[k] - graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))
         return tau
 
@@ -263,7 +263,7 @@ class LoopWorkspace:
 
     @cached_property
     def _all_rows(self) -> AllRows:
-        """M, the kept rows and those of prescribed motions, factored once."""
+        """M, the independent rows and those of prescribed motions, factored once."""
         w = self.w
         units = [[w.graph.one if i == k else w.graph.zero for i in range(w.state.n)] for k in w.prescribed.place]
         return all_rows(w.composite_mass, [*self.G(self.recursive), *units], self.singular_somewhere)
@@ -277,20 +277,20 @@ class LoopWorkspace:
     def solved(
         self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = (), together: bool = False
     ) -> tuple[list[Expr], list[Expr]]:
-        """Return x, shape (nv,), as `given` (zero) where a motion is prescribed, and λ of the kept rows, by recursion.
+        """Return x, shape (nv,), as `given` (zero) where a motion is prescribed, and λ, shape (m,), by recursion.
 
         What is solved often shares its factors: of a partition, or of all rows `together`, where every partition fails
-        somewhere. `rest` is of shape (nv,), `gamma` of shape (kept rows,).
+        somewhere. `rest` is of shape (nv,), `gamma` of shape (independent rows,).
         """
         w, partition, G, zero = self.w, self.decisions.partition, self.G(self.recursive), self.w.graph.zero
         M, n, place = w.composite_mass, range(w.state.n), w.prescribed.place
-        led = given or [zero] * len(place)
+        accelerations = given or [zero] * len(place)
         if together:
-            x, found = self._all_rows.solve(rest, [*gamma, *(-one for one in led)])
+            x, found = self._all_rows.solve(rest, [*gamma, *(-one for one in accelerations)])
             return x, found[: len(G)]
         fixed = partition.solve_dependent(G, [-one for one in gamma])
         whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))
-        motion = whole.led(place, led)
+        motion = whole.prescribed(place, accelerations)
         left = [one - w.graph.total(M[k][j] * motion.s[j] for j in n) for k, one in enumerate(rest)]
         free = [row[0] for row in self._factored.solve([[one] for one in motion.gathered(left)])]
         x = motion.spread(free)

@@ -1,6 +1,6 @@
 """Directions along the manifold of a closed mechanism's states, on which r(q) = 0, G u = 0 and G u̇ + Ġ u = 0.
 
-    ξ, v      independent positions, of the rows that hold positions; independent velocities, of all rows
+    ξ, v      independent positions, of the position-level rows; independent velocities, of all constraint rows
     i, d      independent and dependent, of either partition
     X_k       derivative along velocity k, all else held
     T_h, T    how positions follow ξ, velocities follow v: T_i = 1, T_d = -G_d⁻¹ G_i
@@ -35,16 +35,16 @@ class Manifold:
         graph: the graph of the scene.
         state: symbols of the state.
         along: directions of the velocities, as of `Directions`.
-        held, places: rows that hold positions, shape (rows, nv), and the partition of positions.
-        G, bias, partition: kept rows, Ġ u, and the partition of velocities.
+        position_rows, position_partition: position-level rows, shape (rows, nv), and their partition.
+        G, bias, partition: independent constraint rows, Ġ u, and the partition of velocities.
         solve: returns x with G_d x = b, by velocity.
     """
 
     graph: Graph
     state: State
     along: Sequence[Seeds]
-    held: Matrix
-    places: Partition
+    position_rows: Matrix
+    position_partition: Partition
     G: Matrix
     bias: Sequence[Expr]
     partition: Partition
@@ -53,12 +53,12 @@ class Manifold:
     @cached_property
     def slopes(self) -> list[dict[int, Expr]]:
         """T_h, a column for every independent position, by velocity; what is missing is zero."""
-        return self._columns(self.held, self.places)
+        return self._columns(self.position_rows, self.position_partition)
 
     @cached_property
     def spread(self) -> list[dict[int, Expr]]:
         """T, a column for every independent velocity, by velocity."""
-        return self.slopes if self.held is self.G else self._columns(self.G, self.partition)
+        return self.slopes if self.position_rows is self.G else self._columns(self.G, self.partition)
 
     def _columns(self, rows: Matrix, partition: Partition) -> list[dict[int, Expr]]:
         return [
@@ -72,14 +72,14 @@ class Manifold:
         return {k: x for k, x in self.solve(partition, rows, b).items() if not x.is_zero}
 
     @cached_property
-    def powers(self) -> list[Expr]:
-        """G u, shape (kept rows,)."""
+    def velocity_residual(self) -> list[Expr]:
+        """G u, shape (m,)."""
         return self._through(self.G, self.state.qd)
 
     @cached_property
-    def gains(self) -> list[Expr]:
-        """G u̇ + Ġ u, shape (kept rows,)."""
-        return [power + rest for power, rest in zip(self._through(self.G, self.state.qdd), self.bias, strict=True)]
+    def acceleration_residual(self) -> list[Expr]:
+        """G u̇ + Ġ u, shape (m,)."""
+        return [rate + rest for rate, rest in zip(self._through(self.G, self.state.qdd), self.bias, strict=True)]
 
     def _through(self, rows: Matrix, x: Sequence[Expr]) -> list[Expr]:
         return [self.graph.total(entry * one for entry, one in zip(row, x, strict=True)) for row in rows]
@@ -92,9 +92,9 @@ class Manifold:
         return [self._moved(column, {}, {}) for column in self.slopes]
 
     def by_parameter(self, symbol: Expr, residual: Sequence[Expr]) -> Seeds:
-        """Return how all moves with a parameter, what is independent held: residuals of the held rows stay zero."""
+        """Return how all moves with a parameter, what is independent held: position-level residuals stay zero."""
         seeds = {symbol: self.graph.one}
-        step = self._solved(self.held, self.places, [-x for x in tangents(residual, seeds)])
+        step = self._solved(self.position_rows, self.position_partition, [-x for x in tangents(residual, seeds)])
         return self._moved(step, {}, seeds)
 
     def _moved(self, step: dict[int, Expr], speeds: dict[int, Expr], more: Seeds) -> Seeds:
@@ -103,7 +103,7 @@ class Manifold:
         for k, x in step.items():
             for q, h in self.along[k].items():
                 seeds[q] = seeds.get(q, self.graph.zero) + x * h
-        return seeds | self._following(self.powers, seeds, self.state.qd, speeds)
+        return seeds | self._following(self.velocity_residual, seeds, self.state.qd, speeds)
 
     @cached_property
     def by_velocity(self) -> list[Seeds]:
@@ -117,7 +117,7 @@ class Manifold:
 
     def accelerating(self, seeds: Seeds) -> Seeds:
         """Return how accelerations move too, those of the independent velocities held."""
-        return seeds | self._following(self.gains, seeds, self.state.qdd, {})
+        return seeds | self._following(self.acceleration_residual, seeds, self.state.qdd, {})
 
     @cached_property
     def by_acceleration(self) -> list[Seeds]:
@@ -129,21 +129,21 @@ class Manifold:
     ) -> Seeds:
         """Return how symbols move, multiplied by G in what vanishes: the independent ones freely, others with them."""
         rates = tangents(vanishing, seeds)
-        carried = [self.graph.total(row[k] * x for k, x in free.items()) for row in self.G]
-        moved = self._solved(self.G, self.partition, [-x - y for x, y in zip(rates, carried, strict=True)])
+        moving = [self.graph.total(row[k] * x for k, x in free.items()) for row in self.G]
+        moved = self._solved(self.G, self.partition, [-x - y for x, y in zip(rates, moving, strict=True)])
         return {symbols[k]: x for k, x in (free | moved).items()}
 
     # One direction, and one weighted sum
 
     def direction(self, amounts: Mapping[str, Sequence[Expr]]) -> Seeds:
         """Return how all symbols move with amounts of what is independent, by argument: "q", "qd", "qdd", "tau"."""
-        places = dict(zip(self.places.independent, amounts["q"], strict=True))
+        positions = dict(zip(self.position_partition.independent, amounts["q"], strict=True))
         speeds = dict(zip(self.partition.independent, amounts["qd"], strict=True))
-        carried = [-self.graph.total(row[k] * x for k, x in places.items()) for row in self.held]
-        seeds = self._moved(places | self._solved(self.held, self.places, carried), speeds, {})
+        moving = [-self.graph.total(row[k] * x for k, x in positions.items()) for row in self.position_rows]
+        seeds = self._moved(positions | self._solved(self.position_rows, self.position_partition, moving), speeds, {})
         if "qdd" in amounts:
             gaining = dict(zip(self.partition.independent, amounts["qdd"], strict=True))
-            return seeds | self._following(self.gains, seeds, self.state.qdd, gaining)
+            return seeds | self._following(self.acceleration_residual, seeds, self.state.qdd, gaining)
         return seeds | dict(zip(self.state.tau, amounts["tau"], strict=True))
 
     def pulled(self, phi: Expr, arguments: Sequence[str], partials: Slopes = operands) -> dict[str, list[Expr]]:
@@ -154,7 +154,8 @@ class Manifold:
         """
         known, state = dict[Expr, Expr](), self.state
         found = {"tau": gradient(phi, state.tau, partials)}
-        for name, symbols, vanishing in (("qdd", state.qdd, self.gains), ("qd", state.qd, self.powers)):
+        residuals = self.acceleration_residual, self.velocity_residual
+        for name, symbols, vanishing in zip(("qdd", "qd"), (state.qdd, state.qd), residuals, strict=True):
             if name not in arguments:
                 continue
             slopes = substitute(gradient(phi, symbols, partials), known)
@@ -165,8 +166,8 @@ class Manifold:
             phi = phi - self.graph.total(a * x for a, x in zip(fixed, vanishing, strict=True))
         partial = dict(zip(state.q, substitute(gradient(phi, state.q, partials), known), strict=True))
         slopes = [self.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
-        y = self.places.solve_transposed(self.held, slopes)
-        found["q"] = self._left(self.held, self.places, slopes, y)
+        y = self.position_partition.solve_transposed(self.position_rows, slopes)
+        found["q"] = self._left(self.position_rows, self.position_partition, slopes, y)
         return {name: found[name] for name in arguments}
 
     def _left(self, rows: Matrix, partition: Partition, slopes: Sequence[Expr], y: Sequence[Expr]) -> list[Expr]:

@@ -2,7 +2,7 @@
 
     u, s_t    bodies with the ground; joints of class t, those that close loops included
     spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and
-              for every component of a row, of which a rolling contact has up to three
+              for every constraint row of the scene, of which a rolling contact has up to three
     by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
               planar that is 3 (u - 1) = n + Σ (t - 3) s_t
     rank      n = nv - rank G, at the assembled position, or round about it at a change point; in angular velocities,
@@ -10,8 +10,8 @@
 
 A planar loop counted in space has three reactions too many: those out of its plane, which no rigid body can tell.
 
-Reference: the textbook, eq. (5.19), (5.20); Gogu, Mobility of mechanisms: a critical review, Mechanism and Machine
-Theory 40 (2005), for where counting fails.
+Reference: the textbook of docs/theory.md, eq. (5.19), (5.20); Gogu, Mobility of mechanisms: a critical review,
+Mechanism and Machine Theory 40 (2005), for where counting fails.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops.assembly import Assembly, seen_plain
-from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_at, loose_rows
+from symdyn.dynamics.loops.assembly import Assembly, seen_in_quaternions
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions, indeterminate_rows, loop_decisions_at
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
@@ -53,7 +53,7 @@ class Mobility:
         idle: idle motions: spins and slides of one body that move nothing else.
         redundant: constraints that are left out, in words.
         not_unique: constraints whose multipliers rigid bodies do not determine, in words.
-        smallest: smallest singular value of the dimensionless constraints that are kept, where that is not zero.
+        smallest: smallest singular value of the dimensionless independent constraints, where that is not zero.
         notes: diagnosis, one sentence each.
     """
 
@@ -72,15 +72,15 @@ class Mobility:
 
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
-    """Return the mobility of a scene with loops or rows; DerivationError where they cannot be assembled."""
+    """Return the mobility of a scene with loops or constraint rows; DerivationError where they cannot be assembled."""
     whole, assembly = Numbers(scene).witness(dict(closing.parameters))
-    held = whole.singular_angles(np.array(assembly.typical), held=True)
-    numbers, seen = whole.plain, seen_plain(whole, assembly)
-    decisions = loop_decisions_at(numbers, seen, LoopChoices()) if held else loop_decisions_at(whole, assembly, closing)
-    positions = [np.array(q) for q in (seen.typical, *seen.places)]
+    fault = whole.singular_angles(np.array(assembly.regular), everywhere=True)
+    numbers, seen = whole.in_quaternions, seen_in_quaternions(whole, assembly)
+    decisions = loop_decisions_at(*((numbers, seen, LoopChoices()) if fault else (whole, assembly, closing)))
+    positions = [np.array(q) for q in (seen.regular, *seen.configurations)]
     flat = [joint for joint in scene.loops if all(_is_planar(numbers, joint, q) for q in positions)]
     planar = tuple(joint.name for joint in flat)
-    free = numbers.state.n - len(decisions.kept)
+    free = numbers.state.n - len(decisions.independent_rows)
     forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
     every = (*scene.joints, *scene.loops)
@@ -93,15 +93,15 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
         by_rank=free,
         here=numbers.state.n - decisions.assembly.here,
         planar=planar,
-        independent=() if held else tuple(scene.velocities[k] for k in decisions.partition.independent),
+        independent=() if fault else tuple(scene.velocities[k] for k in decisions.partition.independent),
         drives=tuple(drive for drive in scene.drives if drive),
-        idle=tuple(dict.fromkeys(_idle(numbers, seen, decisions.empty))),
-        redundant=tuple(decisions.names[k] for k in sorted((*decisions.empty, *decisions.redundant))),
-        not_unique=tuple(decisions.names[k] for k in loose_rows(numbers, seen)),
+        idle=tuple(dict.fromkeys(_idle(numbers, seen, decisions.zero_rows))),
+        redundant=tuple(decisions.names[k] for k in sorted((*decisions.zero_rows, *decisions.redundant))),
+        not_unique=tuple(decisions.names[k] for k in indeterminate_rows(numbers, seen)),
         smallest=decisions.assembly.smallest,
         notes=(),
     )
-    notes = [*_notes(scene, decisions, found), *([held] if held else _start(whole, decisions))]
+    notes = [*_notes(scene, decisions, found), *([fault] if fault else _start(whole, decisions))]
     return replace(found, notes=tuple(notes))
 
 
@@ -121,11 +121,11 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
     return bool(max(leaning, np.abs(twists[:, 3:] @ normal).max()) < NOTHING)
 
 
-def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
+def _idle(numbers: Numbers, seen: Assembly, zero_rows: Container[int]) -> list[str]:
     """Return the idle motions, in words: what is one at one position and not at a generic one is none."""
     words: list[str] = []
-    for k, at in enumerate(map(np.array, (seen.typical, *seen.places))):
-        G = numbers.dimensionless(at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
+    for k, at in enumerate(map(np.array, (seen.regular, *seen.configurations))):
+        G = numbers.dimensionless(at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in zero_rows]]
         here = [one for one, _ in idle_motions(numbers, G, at)]
         words = here if k == 0 else [one for one in words if one in here]
         if not words:
@@ -153,9 +153,9 @@ def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]
         local = sorted({k for one in near for k in joints[one].velocities})
         twists = {one: _twists(numbers, one, local, columns) for one in (home, *near)}
         rows = G[:, local]
-        driven = [row for row, k in enumerate(local) if scene.drives[k]]
+        at_drives = [row for row, k in enumerate(local) if scene.drives[k]]
         others = [twists[one] for one in near if one != home]
-        rest = np.vstack([rows[np.abs(rows).max(axis=1, initial=0.0) > 0], *others, np.eye(len(local))[driven]])
+        rest = np.vstack([rows[np.abs(rows).max(axis=1, initial=0.0) > 0], *others, np.eye(len(local))[at_drives]])
         for part in free_motions(rest):
             twist = twists[home] @ part
             if np.abs(twist).max(initial=0.0) > NOTHING:
@@ -236,7 +236,7 @@ def _twists(numbers: Numbers, frame: int, velocities: list[int], moved: list[lis
 
 
 def _between(numbers: Numbers, joint: Joint) -> list[str]:
-    """Return the bodies on the way round a loop, the common carrier left out."""
+    """Return the bodies on the way round a loop, the lowest common ancestor left out."""
     tree = numbers.tree
     inner, outer = tree.paths(tree.home[joint.parent][0], tree.home[joint.child][0])
     moves = {*inner, *outer}
@@ -279,7 +279,7 @@ def _notes(scene: Scene, decisions: LoopDecisions, result: Mobility) -> list[str
         notes.append("the loops leave no freedom: it is a structure")
     notes += [f"idle: {motion}; it needs no drive" for motion in result.idle]
     drives, free = len(result.drives), result.by_rank - len(result.idle)
-    if decisions.driven is None:
+    if decisions.actuated is None:
         notes.append(f"inverse dynamics is not unique: {decisions.fault}")
     elif drives == 0 and free:
         notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(result.independent))

@@ -1,13 +1,13 @@
-"""Newton's method for closed loops, how closed and how independent a position is, and what messages call its rows.
+"""Newton's method for closed loops, how closed and how independent a position is, and words for constraint rows.
 
-    r, R, G      residuals, their rates and the rows of the loops: loop_numbers.py
+    r, R, G      residuals, their rates and the constraint rows: loop_numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
 Newton's step is the shortest one (the pseudo-inverse of R), so that redundant rows do no harm, and it is halved until
 the residual falls. Where an axis has turned round the residual vanishes too, but its rate is no longer the power of the
 joint's wrenches.
 
-Rank, planarity, redundancy and rows without effect are decided at generic places, closed positions away from the start:
+Rank, planarity, redundancy and zero rows are decided at generic configurations, closed positions away from the start:
 a start is often special (straight, level, two angles equal), and a position that does not close the loops says nothing
 about a mechanism that does.
 """
@@ -95,8 +95,8 @@ NOISE = 1e-6
 SHORT = 1e-9
 """Levers this much below the extent of the mechanism are rounding."""
 
-PLACES, LEGS = 2, 2
-"""How many generic positions, and in how many legs each is come to."""
+CONFIGURATIONS, LEGS = 2, 2
+"""How many generic configurations, and in how many legs each is come to."""
 
 WIDE = 0.4
 """The longest leg, rad, or characteristic lengths."""
@@ -105,18 +105,18 @@ SHORTER = 6
 """How often a leg is halved until it leads to a closed position."""
 
 
-def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
+def newton(numbers: Numbers, q: Array, locked: Sequence[int]) -> Array:
     """Return where Newton's method with line search ends, closed or not."""
-    turns = numbers.turns
-    loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
+    angular = numbers.angular_velocities
+    free = np.array([k for k in range(numbers.state.n) if k not in set(locked)], dtype=int)
     r = numbers.residual(q)
     for _ in range(STEPS):
         size = float(r @ r)
-        if not len(loose) or not len(r) or size == 0.0:
+        if not len(free) or not len(r) or size == 0.0:
             break
         step = np.zeros(numbers.state.n)
-        step[loose] = shortest(numbers.residual_rates(q)[:, loose], -r, 1e-10)
-        largest = float(np.max(np.abs(step[turns]), initial=0.0))
+        step[free] = shortest(numbers.residual_rates(q)[:, free], -r, 1e-10)
+        largest = float(np.max(np.abs(step[angular]), initial=0.0))
         if not np.isfinite(largest):
             break
         factor = min(1.0, WIDEST / largest) if largest else 1.0
@@ -134,8 +134,8 @@ def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
 
 def lever_of(numbers: Numbers, q: Array) -> float:
     """Return the characteristic length: the largest lever in G; where none is, the extent of the mechanism, or 1 m."""
-    levers, places = numbers.levers(q)
-    extent = float(places.max(initial=0.0))
+    levers, offsets = numbers.levers(q)
+    extent = float(offsets.max(initial=0.0))
     largest = float(levers.max(initial=0.0))
     return largest if largest > SHORT * extent else extent or 1.0
 
@@ -212,7 +212,7 @@ def spectrum(numbers: Numbers, q: Array, length: float) -> Spectrum:
     if working.size and is_large(working):
         found = triangular(working, NEGLIGIBLE)
         largest, smallest = found.ends()
-        return Spectrum(len(found.kept), {0: largest, len(found.kept) - 1: smallest})
+        return Spectrum(len(found.independent), {0: largest, len(found.independent) - 1: smallest})
     values = np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
     return Spectrum(rank_of(values), dict(enumerate(values.tolist())))
 
@@ -230,22 +230,22 @@ def free_motions(G: Array) -> Array:
     return np.asarray(Vt[rank_of(values) :])
 
 
-# Generic places
+# Generic configurations
 
 
-def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ...]:
+def generic_configurations(numbers: Numbers, q: Array, length: float) -> tuple[Array, ...]:
     """Return closed positions that are come to from a closed one along motions that the loops leave free.
 
-    The mechanism is the one without angles, which would hinder where they are singular.
+    The mechanism is the one in quaternions: angles would hinder where they are singular.
     """
-    return tuple(_wandered(numbers, q, length, seed) for seed in range(PLACES))
+    return tuple(_wandered(numbers, q, length, seed) for seed in range(CONFIGURATIONS))
 
 
 def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
     """Return where a walk in one direction ends, as straight as the loops allow; q itself where nothing moves."""
     rng = random.Random(f"{numbers.scene.name}:{seed}")
     scales = np.full(numbers.state.n, length)
-    scales[numbers.turns] = 1.0
+    scales[numbers.angular_velocities] = 1.0
     way = np.array([rng.uniform(-1, 1) for _ in scales])
     for _ in range(LEGS):
         G = numbers.dimensionless(q, length)

@@ -2,12 +2,12 @@
 
     blocks    G_d in block triangular form: each block is coupled in itself and needs only those before it
 
-Where more velocities are given than rows, the last blocks have more velocities than rows: what determines these rows
-more than once, and none of the other blocks takes part in it.
+Where more velocities are given than constraint rows, the last blocks have more velocities than rows: what determines
+these rows more than once, and none of the other blocks takes part in it.
 
 Reference: Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017), chapter 6.
 
-Dense systems of expressions are blocks of the rows of loops, and what else has no pattern. Blocks of G_d up to six rows
+Dense systems of expressions are blocks of constraint rows, and what else has no pattern. Blocks of G_d up to six rows
 are solved by Cramer's rule with shared minors: a block is singular where the dependent velocities are undetermined and
 nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those with more equations than
 unknowns, are solved by their normal equations, which are singular nowhere else either.
@@ -132,7 +132,7 @@ class LoopChoices:
 
 @dataclass(frozen=True)
 class LoopBlock:
-    """Rows, counted among the kept ones, and as many velocities, or more."""
+    """Constraint rows, counted among the independent ones, and as many velocities, or more."""
 
     rows: tuple[int, ...]
     velocities: tuple[int, ...]
@@ -151,7 +151,7 @@ class Partition:
     blocks: tuple[LoopBlock, ...]
 
     def solve_dependent(self, G: Matrix, b: Sequence[Expr]) -> dict[int, Expr]:
-        """Return x with G_d x = b by velocity, block by block, b of shape (kept rows,)."""
+        """Return x with G_d x = b by velocity, block by block, b of shape (independent rows,)."""
         x: dict[int, Expr] = {}
         for block in self.blocks:
             rest = [_without(b[r], G[r], x) for r in block.rows]
@@ -185,10 +185,10 @@ def _without(b: Expr, row: Sequence[Expr], x: Mapping[int, Expr]) -> Expr:
 
 def over_driven(scene: Scene, free: int) -> str:
     """Return what is said of more drives than degrees of freedom, which is `free`."""
-    driven = scene.driven_velocities
+    actuated = scene.actuated_velocities
     return (
-        f"over-driven, {len(driven)} drive{'s' * (len(driven) != 1)} ({drives_of(scene, driven)}) for {free} "
-        f"degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them passive (drive = false)"
+        f"over-driven, {len(actuated)} drive{'s' * (len(actuated) != 1)} ({drives_of(scene, actuated)}) for {free} "
+        f"degree{'s' * (free != 1)} of freedom; leave {len(actuated) - free} of them passive (drive = false)"
     )
 
 

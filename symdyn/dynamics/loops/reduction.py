@@ -1,7 +1,7 @@
 """Equations of closed mechanisms: M u̇ + h = τ + Gᵀ λ together with G u̇ + γ = 0.
 
     M, h      of the spanning tree; h = c + g - Q; f = M u̇ + h are its forces
-    G, γ      kept rows; γ = Ġ u, and Baumgarte's terms where they are asked for
+    G, γ      independent constraint rows; γ = Ġ u, and Baumgarte's terms where they are asked for
     i, d      independent and dependent velocities of a partition
     T, s      u̇ = T u̇_i + s solves G u̇ + γ = 0:  T_i = 1, T_d = -G_d⁻¹ G_i,  s_i = 0, s_d = -G_d⁻¹ γ
 
@@ -11,7 +11,7 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other formulation: 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
 where A = M and no Gᵀ γ will do if M is regular, also at natural positions. The identity of both holds off the
-constraint manifold too. Where rows without loops have no partition that will do at every position, the first
+constraint manifold too. Where constraint rows without loops have no partition that will do at every position, the first
 formulation takes all rows at once as well.
 
 G_d is solved by its blocks (`partition.py`). Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
@@ -57,9 +57,9 @@ class Reduction:
     T: tuple[dict[int, Expr], ...]
     s: tuple[Expr, ...]
 
-    def led(self, place: Sequence[int], given: Sequence[Expr]) -> Reduction:
-        """Return the reduction with the accelerations of some independent velocities given."""
-        known = dict(zip(place, given, strict=True))
+    def prescribed(self, indices: Sequence[int], given: Sequence[Expr]) -> Reduction:
+        """Return the reduction with the accelerations of some independent velocities prescribed."""
+        known = dict(zip(indices, given, strict=True))
         s = [
             one + one.graph.total(t * known[i] for i, t in row.items() if i in known)
             for row, one in zip(self.T, self.s, strict=True)
@@ -100,7 +100,7 @@ class Reduction:
 
 
 def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, graph: Graph) -> Reduction:
-    """Return T and s for the kept rows."""
+    """Return T and s for the independent rows."""
     T: list[dict[int, Expr]] = [{} for _ in range(n)]
     for i in partition.independent:
         T[i][i] = graph.one
@@ -122,7 +122,7 @@ def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[E
 
 
 def nonzero(row: Sequence[Expr]) -> list[tuple[int, Expr]]:
-    """Return what of a row is not zero, with its place: large mechanisms have long rows of few entries."""
+    """Return what of a row is not zero, with its index: large mechanisms have long rows of few entries."""
     zero = row[0].graph.zero if row else None
     return [(k, x) for k, x in enumerate(row) if x is not zero]
 
@@ -178,8 +178,8 @@ class AllRows:
             rest = [one - graph.total(row[i] * c for row, c in pairs) for i, one in enumerate(rest)]
         free = [row[0] for row in self.A.solve([[one] for one in rest])]
         found = [row[0] for row in self.S.solve([[-c - _product(row, free)] for row, c in pairs])]
-        carried = list(zip(found, self.pulled, strict=True))
-        x = [one + graph.total(y * column[k] for y, column in carried) for k, one in enumerate(free)]
+        shares = list(zip(found, self.pulled, strict=True))
+        x = [one + graph.total(y * column[k] for y, column in shares) for k, one in enumerate(free)]
         return x, found
 
 
@@ -216,7 +216,7 @@ class Partitioned:
 
     Attributes:
         M: of the spanning tree, shape (nv, nv).
-        G: kept rows, shape (m, nv).
+        G: independent rows, shape (m, nv).
         partition: of the velocities, all its blocks square.
         motion: T, without velocities whose motion is prescribed.
         mass: Tᵀ M T factored.
@@ -230,13 +230,13 @@ class Partitioned:
 
 
 @dataclass
-class RowsTaken:
+class SolveSteps:
     """Rows of a solve: λ or x first, the result, then what else there is; steps are added to it.
 
     Attributes:
         given: what is common.
         multipliers: whether λ is the result.
-        sides: right sides by row; a row that has none, and no step yet, is zero and is not taken away.
+        sides: right sides by row; a row that has none, and no step yet, is zero and is not subtracted.
         steps: so far.
         stepped: their rows.
     """
@@ -248,9 +248,9 @@ class RowsTaken:
     stepped: set[int] = field(default_factory=set)
 
     @cached_property
-    def places(self) -> dict[int, int]:
-        """The place of every dependent velocity among them."""
-        return {k: place for place, k in enumerate(self.given.partition.dependent)}
+    def indices(self) -> dict[int, int]:
+        """The index of every dependent velocity among them."""
+        return {k: index for index, k in enumerate(self.given.partition.dependent)}
 
     @property
     def count(self) -> int:
@@ -267,7 +267,7 @@ class RowsTaken:
 
     def r(self, k: int) -> int:
         """Return the row of r_k: where x_k is to be, of an independent velocity."""
-        return self._size + self.places[k] if k in self.places else self.x(k)
+        return self._size + self.indices[k] if k in self.indices else self.x(k)
 
     def c(self, row: int) -> int:
         """Return the row of c."""
@@ -280,10 +280,10 @@ class RowsTaken:
             self.stepped.add(row)
             self.steps.append(RowStep(row, self.given.M[0][0].graph.one if scale is None else scale, left))
 
-    def factored(self, factors: Factored, places: Sequence[int]) -> None:
+    def factored(self, factors: Factored, at: Sequence[int]) -> None:
         """Add the steps of a symmetric matrix with its factors, to right sides at some rows."""
         for step in factors.steps():
-            self.take(places[step.row], [(factor, places[k]) for factor, k in step.terms], step.scale)
+            self.take(at[step.row], [(factor, at[k]) for factor, k in step.terms], step.scale)
 
     def solve(self, B: Matrix, to: Sequence[int], sides: Sequence[int]) -> None:
         """Add steps to -B⁻¹ times some rows: as `solve_square` finds it, by minors or by normal equations."""
@@ -294,9 +294,9 @@ class RowsTaken:
             self.factored(squared(B), to)
 
 
-def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], multipliers: bool) -> RowsTaken:
+def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], multipliers: bool) -> SolveSteps:
     """Return the rows of x, or of λ, for right sides r and c, shapes (nv, columns) and (m, columns)."""
-    rows = RowsTaken(given, multipliers, {})
+    rows = SolveSteps(given, multipliers, {})
     partition, T, M = given.partition, given.motion.T, given.M
     for k in (*given.motion.independent, *partition.dependent):
         rows.sides[rows.r(k)] = rest[k]
@@ -316,7 +316,7 @@ def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], mul
     return rows
 
 
-def _dependent_alone(rows: RowsTaken) -> None:
+def _dependent_alone(rows: SolveSteps) -> None:
     """Add -G_d⁻¹ c."""
     G, known = rows.given.G, list[int]()
     for block in rows.given.partition.blocks:
@@ -328,7 +328,7 @@ def _dependent_alone(rows: RowsTaken) -> None:
         known += block.velocities
 
 
-def _multipliers(rows: RowsTaken) -> None:
+def _multipliers(rows: SolveSteps) -> None:
     """Add -G_d⁻ᵀ r_d, λ being the first rows."""
     G, known = rows.given.G, list[int]()
     for block in reversed(rows.given.partition.blocks):

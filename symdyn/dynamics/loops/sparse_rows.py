@@ -23,7 +23,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.unlocked import cached_property
 
-Places = npt.NDArray[np.intp]
+Indices = npt.NDArray[np.intp]
 
 LARGE, BUSY = 150, 40
 """Rows from which on this pays, and entries of a column beyond which it does not: reflections would fill all."""
@@ -83,7 +83,7 @@ class Remainders:
         self.rows[pivot], self.lengths[pivot] = {}, 0.0
         return np.array(columns), w, last, entries
 
-    def next(self, among: Places) -> tuple[int, float]:
+    def next(self, among: Indices) -> tuple[int, float]:
         """Return the row with the fewest entries whose remainder is large, and the largest remainder."""
         lengths = self.lengths[among]
         best = float(lengths.max(initial=0.0))
@@ -96,15 +96,15 @@ class Triangular:
     """A = L Qᵀ.
 
     Attributes:
-        kept: independent rows, in the order of the pivots.
+        independent: independent rows, in the order of the pivots.
         dependent: the other ones, ascending.
-        sizes: remainders of the kept rows when they were chosen.
-        L: shape (rows, kept), in SciPy's compressed columns; its kept rows, in their order, are lower triangular.
+        sizes: remainders of the independent rows when they were chosen.
+        L: shape (rows, independent), in SciPy's compressed columns; triangular in the independent rows, in their order.
         width: number of columns of A.
         reflections: columns and vector of each reflection, and the column that it closed.
     """
 
-    kept: tuple[int, ...]
+    independent: tuple[int, ...]
     dependent: tuple[int, ...]
     sizes: tuple[float, ...]
     L: Any
@@ -120,7 +120,7 @@ class Triangular:
         return x
 
     def gathered(self, x: Array) -> Array:
-        """Return Qᵀ x, shape (kept,)."""
+        """Return Qᵀ x, shape (independent,)."""
         x = x.copy()
         for columns, w, _ in self.reflections:
             x[columns] -= (w @ x[columns]) * w
@@ -128,10 +128,10 @@ class Triangular:
 
     @cached_property
     def square(self) -> Any:
-        """The kept rows of L, factored by SuperLU; as triangular as they are."""
+        """The independent rows of L, factored by SuperLU; as triangular as they are."""
         from scipy.sparse.linalg import splu
 
-        return splu(self.L[list(self.kept)].tocsc(), permc_spec="NATURAL", diag_pivot_thresh=0.0)
+        return splu(self.L[list(self.independent)].tocsc(), permc_spec="NATURAL", diag_pivot_thresh=0.0)
 
     @cached_property
     def tall(self) -> Triangular:
@@ -141,22 +141,22 @@ class Triangular:
     def shortest(self, b: Array) -> Array:
         """Return the shortest x for which A x misses b least."""
         if not self.dependent:
-            return self.spread(self.square.solve(b[list(self.kept)]))
+            return self.spread(self.square.solve(b[list(self.independent)]))
         y = self.tall.square.solve(self.tall.gathered(b), trans="T")
         found = np.empty(len(y))
-        found[list(self.tall.kept)] = y
+        found[list(self.tall.independent)] = y
         return self.spread(found)
 
     def ends(self) -> tuple[float, float]:
         """Return the largest singular value and the smallest that is not zero."""
         last = self.tall if self.dependent else self
-        rows = last.L[list(last.kept)]
-        largest = _largest(lambda x: rows.T @ (rows @ x), len(self.kept))
-        smallest = _largest(lambda x: last.square.solve(last.square.solve(x, trans="T")), len(self.kept))
+        rows = last.L[list(last.independent)]
+        largest = _largest(lambda x: rows.T @ (rows @ x), len(self.independent))
+        smallest = _largest(lambda x: last.square.solve(last.square.solve(x, trans="T")), len(self.independent))
         return float(np.sqrt(largest)), float(1.0 / np.sqrt(smallest))
 
     def relations(self) -> Array:
-        """Return how dependent rows are made of kept ones, shape (dependent, kept), zeros for rows of zeros."""
+        """Return dependent rows in terms of independent ones, shape (dependent, independent); zeros for zero rows."""
         right = self.L[list(self.dependent)].toarray()
         return np.asarray(self.square.solve(right.T, trans="T").T if right.size else right)
 
@@ -166,24 +166,24 @@ def triangular(A: Array, negligible: float) -> Triangular:
     from scipy.sparse import csc_matrix
 
     left, every = Remainders(A), np.arange(len(A))
-    kept: list[int] = []
+    independent: list[int] = []
     sizes: list[float] = []
     reflections: list[tuple[Array, Array, int]] = []
-    places: list[tuple[int, int, float]] = []
+    positions: list[tuple[int, int, float]] = []
     top = float(left.lengths.max(initial=0.0))
-    while len(kept) < min(A.shape):
+    while len(independent) < min(A.shape):
         pivot, best = left.next(every)
         if best <= negligible * top or best == 0.0:
             break
         columns, w, closed, entries = left.turn(pivot)
-        places += [(i, len(kept), x) for i, x in entries.items() if x]
+        positions += [(i, len(independent), x) for i, x in entries.items() if x]
         reflections.append((columns, w, closed))
-        kept.append(pivot)
+        independent.append(pivot)
         sizes.append(best)
-    i, k, x = zip(*places, strict=True) if places else ((), (), ())
-    L = csc_matrix((x, (i, k)), shape=(len(A), len(kept)))
-    dependent = tuple(sorted(set(range(len(A))) - set(kept)))
-    return Triangular(tuple(kept), dependent, tuple(sizes), L, A.shape[1], tuple(reflections))
+    i, k, x = zip(*positions, strict=True) if positions else ((), (), ())
+    L = csc_matrix((x, (i, k)), shape=(len(A), len(independent)))
+    dependent = tuple(sorted(set(range(len(A))) - set(independent)))
+    return Triangular(tuple(independent), dependent, tuple(sizes), L, A.shape[1], tuple(reflections))
 
 
 def _largest(product: Callable[[Array], Array], size: int) -> float:

@@ -47,11 +47,11 @@ class Angles:
         axes = self.gimbal.axes
         return graph.sin(angle) if len(axes) == 3 and axes[0] == axes[2] else graph.cos(angle)
 
-    def singular(self, value: float, held: bool = False) -> str:
+    def singular(self, value: float, everywhere: bool = False) -> str:
         """Return what is said where they are singular: at a start, or wherever loops hold the joint."""
         at = round(value, 9) + 0.0  # no rounding errors, no -0
-        where = f"joint {self.joint.name}: {self.names[1]} = {at:.6g}{', where the loops hold it' if held else ''}"
-        return f"{where}: {self._parallel}; {self.gimbal.remedy}{'' if held else ', or give another start'}"
+        where = f"joint {self.joint.name}: {self.names[1]} = {at:.6g}{', where the loops hold it' * everywhere}"
+        return f"{where}: {self._parallel}; {self.gimbal.remedy}{'' if everywhere else ', or give another start'}"
 
     @property
     def became_singular(self) -> str:

@@ -2,7 +2,7 @@
 
 `implicit` has the rule and the legend, `tangent_space` says what the columns stand for. By a parameter, independent
 positions and velocities (and accelerations), and forces, are held; dependent ones go where the loops take them:
-G_d δξ_d = -∂r/∂p of the rows that hold positions, then G δu = -δ(G) u. Of mechanisms whose lengths are free, the
+G_d δξ_d = -∂r/∂p of the position-level rows, then G δu = -δ(G) u. Of mechanisms whose lengths are free, the
 derivative is the one that a designer sees.
 
 Who keeps all coordinates and multipliers asks for the derivatives of "motion_residual", the equations before they are

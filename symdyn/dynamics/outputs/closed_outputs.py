@@ -47,7 +47,7 @@ def _massive(w: Workspace) -> None:
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = w.loops.values(w.loops.decisions.assembly.typical) | w.scene.at_time(w.graph)
+    known = w.loops.values(w.loops.decisions.assembly.regular) | w.scene.at_time(w.graph)
     entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -58,9 +58,9 @@ def _massive(w: Workspace) -> None:
 
 
 def multipliers(w: Workspace) -> list[Expr]:
-    """Return λ of the kept rows by recursion."""
+    """Return λ of the independent rows by recursion."""
     if w.loops.decisions.fails:
-        return w.loops.together[1][: len(w.loops.decisions.kept)]
+        return w.loops.together[1][: len(w.loops.decisions.independent_rows)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
     return w.loops.decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
@@ -72,8 +72,8 @@ def lagrange_forward(w: Workspace) -> list[Expr]:
 
 
 def lagrange_multipliers(w: Workspace) -> list[Expr]:
-    """Return λ of the kept rows by Lagrange's equations."""
-    return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
+    """Return λ of the independent rows by Lagrange's equations."""
+    return w.loops.lagrange_solution[1][: len(w.loops.decisions.independent_rows)]
 
 
 def drives(w: Workspace) -> list[Expr]:
@@ -92,24 +92,24 @@ def lagrange_drives(w: Workspace) -> list[Expr]:
     """Return them by Lagrange's equations."""
     tau = list(w.state.tau)
     if w.prescribed.place:
-        extra = w.loops.lagrange_solution[1][len(w.loops.decisions.kept) :]
+        extra = w.loops.lagrange_solution[1][len(w.loops.decisions.independent_rows) :]
         for k, more in zip(w.prescribed.place, extra, strict=True):
             tau[k] = tau[k] + more
     return tau
 
 
-# Inverse dynamics: forces of the spanning tree, less what the loops carry
+# Inverse dynamics: forces of the spanning tree, less constraint forces
 
 
 def inverse(w: Workspace) -> list[Expr]:
-    """Return driving forces by recursion: of the tree, less what the loops carry."""
-    multipliers = w.once(carried)
+    """Return driving forces by recursion: of the tree, less constraint forces."""
+    multipliers = w.once(inverse_multipliers)
     return w.loops.at_drives(w.forces(list(w.state.qdd)), w.loops.G(w.loops.recursive), multipliers)
 
 
-def carried(w: Workspace) -> list[Expr]:
-    """Return λ of the kept rows for a motion that the loops allow."""
-    partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
+def inverse_multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the independent rows for a motion that the loops allow."""
+    partition, G = w.loops.actuated, w.loops.G(w.loops.recursive)
     return partition.solve_transposed(G, w.forces(list(w.state.qdd)))
 
 
@@ -120,7 +120,7 @@ def lagrange_inverse(w: Workspace) -> list[Expr]:
 
 def lagrange_drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
     """Return the same by the rows of differentiated positions."""
-    partition, G = w.loops.driven, w.loops.G(w.loops.differentiated)
+    partition, G = w.loops.actuated, w.loops.G(w.loops.differentiated)
     transposed = [[row[k] for row in G] for k in partition.dependent]
     found = solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
     return w.loops.at_drives(forces, G, found)

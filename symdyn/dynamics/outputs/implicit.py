@@ -98,7 +98,7 @@ def _solution(w: Workspace, space: TangentSpace) -> list[Expr]:
 def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
     """Return M⁻¹ f as forward dynamics of a tree finds it; 0 where a motion is prescribed."""
     if w.once(tree_formulations.cheaper_forward) == "aba":
-        return aba(w.held.weightless, w.still, forces)
+        return aba(w.tips_unrotated.weightless, w.still, forces)
     free, found = w.prescribed.free, [w.graph.zero] * w.state.n
     M = [[w.composite_mass[i][j] for j in free] for i in free]
     for k, x in zip(free, solve(w.tree.velocity_parents(free), M, [forces[k] for k in free]), strict=True):
@@ -112,7 +112,7 @@ def _together(w: Workspace, space: TangentSpace) -> bool:
 
 
 def equations(w: Workspace) -> list[Expr]:
-    """Return M u̇ + h - Gᵀ λ - τ and G u̇ + γ of a closed scene by recursion, shape (nv + kept rows,)."""
+    """Return M u̇ + h - Gᵀ λ - τ and G u̇ + γ of a closed scene by recursion, shape (nv + m,)."""
     return _equations(w, w.forces(list(w.state.qdd)), w.loops.recursive)
 
 
@@ -123,13 +123,13 @@ def lagrange_equations(w: Workspace) -> list[Expr]:
 
 def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[Expr]:
     loops, state = w.loops, w.state
-    carried = loops.constraint_forces(multiplier_symbols(w), rows)
-    left = [f - x - tau for f, x, tau in zip(forces, carried, state.tau, strict=True)]
-    return [*left, *loops.gains(rows, loops.gamma(rows))]
+    exerted = loops.constraint_forces(multiplier_symbols(w), rows)
+    left = [f - x - tau for f, x, tau in zip(forces, exerted, state.tau, strict=True)]
+    return [*left, *loops.acceleration_residual(rows, loops.gamma(rows))]
 
 
 def drives(w: Workspace, _: TangentSpace) -> Implicit:
-    """Return what the tree of a closed scene carries, and multipliers as inverse dynamics finds them."""
+    """Return the equations of inverse dynamics of a closed scene, and the multipliers that it finds."""
     symbols, loops = multiplier_symbols(w), w.loops
 
     def residual() -> list[Expr]:
@@ -139,7 +139,7 @@ def drives(w: Workspace, _: TangentSpace) -> Implicit:
     def solved(sides: Sequence[Expr]) -> list[Expr]:
         return loops.drives_of([-x for x in sides])
 
-    return Implicit(symbols, residual, partial(w.once, closed.carried), solved)
+    return Implicit(symbols, residual, partial(w.once, closed.inverse_multipliers), solved)
 
 
 # Rows of y
@@ -199,8 +199,8 @@ def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Seque
     n, tau = w.state.n, w.state.tau
     by_tree = recursive_derivatives.inverse_derivatives(w, ("q", "qd"))
     known: Implicit = w.once(of, space)
-    carried = w.loops.constraint_forces(multiplier_symbols(w))
-    rest = [*(-x - force for x, force in zip(carried, tau, strict=True)), *known.residual()[n:]]
+    exerted = w.loops.constraint_forces(multiplier_symbols(w))
+    rest = [*(-x - force for x, force in zip(exerted, tau, strict=True)), *known.residual()[n:]]
     found = []
     for seeds, step in zip(space.seeds(w, "", along), _steps(w, space, along), strict=True):
         moved = tangents(rest, seeds)
@@ -253,7 +253,7 @@ def row_solve(
     part: Part, formulation: str, space: TangentSpace, along: tuple[str, ...], w: Workspace
 ) -> RowSolve | None:
     """Return what J of the equations of motion is solved from; None where that is not by blocks of a partition."""
-    n, given, m = w.state.n, w.loops.partitioned, len(w.loops.decisions.kept)
+    n, given, m = w.state.n, w.loops.partitioned, len(w.loops.decisions.independent_rows)
     if _together(w, space) or not given.motion.independent:
         return None
     columns = w.once(_sides, motion, formulation, space, *along)

@@ -81,10 +81,10 @@ class LinearLoops:
 def linear_loops(numbers: Numbers, decisions: LoopDecisions) -> LinearLoops | None:
     """Return how the loops of a scene hold its dependent coordinates, None where not in constant proportion."""
     state, scene = numbers.state, numbers.scene
-    if not scene.loops or scene.rows or scene.led_velocities or state.rates != state.qd:
+    if not scene.loops or scene.rows or scene.prescribed_velocities or state.rates != state.qd:
         return None
     i, d = list(decisions.partition.independent), list(decisions.partition.dependent)
-    G = numbers.jacobian(np.array(decisions.assembly.typical))
+    G = numbers.jacobian(np.array(decisions.assembly.regular))
     ratios = -np.linalg.lstsq(G[:, d], G[:, i], rcond=None)[0]
     simple = [[Fraction(float(x)).limit_denominator(LARGEST) for x in row] for row in ratios]
     if any(

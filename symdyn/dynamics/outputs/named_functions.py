@@ -200,8 +200,8 @@ def independent_symbols(workspace: Workspace, name: str) -> tuple[Expr, ...]:
 
 
 def multiplier_symbols(workspace: Workspace) -> tuple[Expr, ...]:
-    """Return the symbols of the multipliers of a closed scene's kept rows."""
-    return direction(workspace.graph, MULTIPLIERS, len(workspace.loops.decisions.kept))
+    """Return the symbols of the multipliers of a closed scene's independent rows."""
+    return direction(workspace.graph, MULTIPLIERS, len(workspace.loops.decisions.independent_rows))
 
 
 def direction(graph: Graph, name: str, n: int) -> tuple[Expr, ...]:
@@ -266,13 +266,13 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             continue
         if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
             decisions = workspace.loops.decisions
-            told = "; ".join(decisions.names[k] for k in decisions.kept)
-            nodes = direction(workspace.graph, name, len(decisions.kept))
+            told = "; ".join(decisions.names[k] for k in decisions.independent_rows)
+            nodes = direction(workspace.graph, name, len(decisions.independent_rows))
             result.append(Argument(name, nodes, f"{text}: {told}", ()))
             continue
         if name in ("dq_i", "dqd_i", "dqdd_i"):
             loops = workspace.loops
-            among = (loops.held_positions[1] if name == "dq_i" else loops.decisions.partition).independent
+            among = (loops.position_level[1] if name == "dq_i" else loops.decisions.partition).independent
             told = runs([scene.velocities[k] for k in among])
             nodes, entries = direction(workspace.graph, name, len(among)), tuple(spelled[speeds[k]] for k in among)
             result.append(Argument(name, nodes, f"{text}: {told}", entries))

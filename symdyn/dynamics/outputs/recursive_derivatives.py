@@ -15,7 +15,7 @@ Forward dynamics solves M u̇ + h = τ; at its u̇, with M = Lᵀ D L factored o
 
     X u̇ = -M⁻¹ X τ(q, u, u̇)    ∂u̇/∂u = -M⁻¹ ∂τ/∂u    ∂u̇/∂τ = M⁻¹
 
-The Coriolis matrix is half of ∂c/∂u, c = C u, and what directions that do not commute add to it (`directions`):
+The Coriolis matrix is half of ∂c/∂u, c = C u, and what directions that do not commute add (`mechanism.kinematics`):
 
     C_kl = ½ ∂c_k/∂u_l + ½ Σ_m γ^i_ml M_ik u_m
 

@@ -130,7 +130,7 @@ STATE_MATRICES = "state_matrices"
 def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
     """Return [A | B] row by row, from the derivatives of forward dynamics."""
     graph, u, manifold = w.graph, w.state.qd, manifold_of(w, formulation)
-    places, speeds = manifold.places.independent, manifold.partition.independent
+    places, speeds = manifold.position_partition.independent, manifold.partition.independent
     slopes, following, moving = manifold.slopes, manifold.by_position, manifold.by_velocity
     accelerations = w.once(derive)
     width = len(places) + len(speeds) + w.state.n

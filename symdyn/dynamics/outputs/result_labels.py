@@ -45,7 +45,7 @@ def prescribed(w: Workspace) -> tuple[str, ...]:
 def kept_rows(w: Workspace) -> tuple[str, ...]:
     """Return a label for each row that closes loops, those that others imply left out."""
     decisions = w.loops.decisions
-    return tuple(decisions.names[k] for k in decisions.kept)
+    return tuple(decisions.names[k] for k in decisions.independent_rows)
 
 
 def joints(w: Workspace) -> tuple[str, ...]:

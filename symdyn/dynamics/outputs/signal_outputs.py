@@ -39,7 +39,7 @@ class Moving:
         accelerations: shape (nv,).
         drives: driving forces, shape (nv,).
         reactions: force and moment of every joint, row by row, in axes.
-        multipliers: of the kept rows.
+        multipliers: of the independent rows.
     """
 
     w: Workspace
@@ -97,7 +97,7 @@ class Moving:
             told = reaction_names(w.scene, w.once(unique_entries, one), one)
             found |= zip(map(graph.symbol, told), self.reactions(one), strict=True)
         if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
-            told = w.once(kept_multipliers)
+            told = w.once(independent_multipliers)
             found |= zip(map(graph.symbol, told), self.multipliers(), strict=False)  # of prescribed motions, others
         return substitute([one.express(graph) for one in formulas], found)
 
@@ -108,7 +108,7 @@ class Moving:
             DerivationError: a reaction or a multiplier that there is not.
         """
         named = dict.fromkeys(name for one in formulas for name in one.symbols)
-        for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, kept_multipliers)):
+        for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, independent_multipliers)):
             asked = [name for name in named if name.startswith(letter)]
             known = self.w.once(there) if asked else ()
             for name in asked:
@@ -131,26 +131,26 @@ def reaction_names(scene: Scene, unique: Sequence[bool], axes: str = "body") -> 
     return tuple(f"{name}{'' if known else LETTERS.loose}" for name, known in zip(each, unique, strict=True))
 
 
-def kept_multipliers(w: Workspace) -> tuple[str, ...]:
-    """Return the letters of the multipliers of kept rows."""
+def independent_multipliers(w: Workspace) -> tuple[str, ...]:
+    """Return the letters of the multipliers of independent rows."""
     if not w.scene.is_closed:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
-    from symdyn.dynamics.loops.loop_decisions import loose_rows  # with NumPy, which scenes without loops do without
+    from symdyn.dynamics.loops.loop_decisions import indeterminate_rows  # with NumPy, which trees do without
 
-    return multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
+    return multiplier_names(w.scene, decisions, numbers, indeterminate_rows(numbers, decisions.assembly))
 
 
 def multiplier_names(
-    scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
+    scene: Scene, decisions: LoopDecisions, numbers: Numbers, indeterminate: Container[int]
 ) -> tuple[str, ...]:
-    """Return the letters of the multipliers of kept rows; `loose` are rows that nothing determines."""
-    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
+    """Return the letters of the multipliers of independent rows; `indeterminate` are rows that nothing determines."""
+    names = [_name(scene, decisions, numbers, k) for k in decisions.independent_rows]
     many, seen, found = Counter(names), Counter[str](), []
-    for k, name in zip(decisions.kept, names, strict=True):
+    for k, name in zip(decisions.independent_rows, names, strict=True):
         seen[name] += 1
         number = f"_{seen[name]}" if many[name] > 1 else ""
-        found.append(f"{LETTERS.multiplier}{name}{number}{LETTERS.loose if k in loose else ''}")
+        found.append(f"{LETTERS.multiplier}{name}{number}{LETTERS.loose if k in indeterminate else ''}")
     return tuple(found)
 
 

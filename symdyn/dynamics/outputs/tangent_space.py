@@ -71,7 +71,7 @@ COLUMNS: dict[str, Axis] = {
 
 def independent_positions(w: Workspace) -> tuple[str, ...]:
     """Return a label for each independent position; those of independent velocities come first."""
-    return tuple(COLUMNS["q"](w)[k] for k in w.loops.held_positions[1].independent)
+    return tuple(COLUMNS["q"](w)[k] for k in w.loops.position_level[1].independent)
 
 
 def independent_velocities(w: Workspace) -> tuple[str, ...]:
@@ -223,7 +223,7 @@ class AlongManifold(TangentSpace):
     def by_parameter(self, w: Workspace, formulation: str, symbol: Expr) -> Seeds:
         """Return how fast each symbol moves with a parameter, what is independent held."""
         loops, manifold = w.loops, manifold_of(w, formulation)
-        residual = loops.held_residual(loops.differentiated if formulation == "lagrange" else loops.recursive)
+        residual = loops.position_residual(loops.differentiated if formulation == "lagrange" else loops.recursive)
         seeds = manifold.by_parameter(symbol, residual)
         return manifold.accelerating(seeds) if self.accelerating else seeds
 

@@ -43,7 +43,7 @@ def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
 def forward_aba(w: Workspace) -> list[Expr]:
     """Return q̈ by the articulated-body algorithm."""
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
-    return aba(w.held, w.state.qd, [tau + force - pull for tau, force, pull in given], w.held_loads)
+    return aba(w.tips_unrotated, w.state.qd, [tau + force - pull for tau, force, pull in given], w.unrotated_loads)
 
 
 def forward_loop(w: Workspace) -> list[Expr]:
@@ -61,7 +61,7 @@ def forward_crba(w: Workspace) -> list[Expr]:
     if given.place:
         parents = w.tree.velocity_parents(given.free)
         return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.still)))
-    bias = rnea(w.held, w.state.qd, w.still, w.held_loads)
+    bias = rnea(w.tips_unrotated, w.state.qd, w.still, w.unrotated_loads)
     known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
     rest = [tau + force - load - pull for tau, force, load, pull in known]
     return solve(w.tree.velocity_parents(), w.composite_mass, rest)

@@ -27,7 +27,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import generic_places, in_words, lever_of
+from symdyn.dynamics.loops.newton import generic_configurations, in_words, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.outputs.result_labels import COMPONENTS, flagged_entries, joints_of
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -188,8 +188,8 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     near = numbers.newton(q, ())
     if off > NEAR * lever or not numbers.is_closed(near):
         return q, (), off
-    places = generic_places(numbers.plain, numbers.turned(near), lever)
-    return near, tuple(numbers.turned_back(one, near) for one in places), 0.0
+    places = generic_configurations(numbers.in_quaternions, numbers.to_quaternions(near), lever)
+    return near, tuple(numbers.from_quaternions(one, near) for one in places), 0.0
 
 
 def _values(
@@ -264,7 +264,7 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
     if not w.hanging.cuts:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
-    rank, count = len(decisions.kept), len(decisions.names)
+    rank, count = len(decisions.independent_rows), len(decisions.names)
     if rank == count:
         return ()
     hanging = FreeBodies(w.scene, numbers.tree, numbers.state, decisions)  # on a graph of its own
@@ -273,7 +273,7 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
     R = with_loops(hanging, still, all_ties(hanging, whole=True), sizes, axes)
     loose = np.zeros(len(R), dtype=bool)
     rng = np.random.default_rng(1)
-    for place in map(np.array, decisions.assembly.places):
+    for place in map(np.array, decisions.assembly.configurations):
         U, _, _ = np.linalg.svd(numbers.jacobian(place))
         drawn = U[:, rank:] @ rng.uniform(0.5, 1.5, count - rank)
         changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))

@@ -133,7 +133,7 @@ class Workspace:
         return resting(regroup(framed) if self.regrouped else framed)
 
     @cached_property
-    def held(self) -> ReducedTree:
+    def tips_unrotated(self) -> ReducedTree:
         """The reduced tree with last bodies in axes that do not turn: forces and accelerations are found along it."""
         return held_tips(self.reduced)
 
@@ -176,8 +176,8 @@ class Workspace:
         return body_wrenches(self.scene, self.tree, self.reduced)
 
     @cached_property
-    def held_loads(self) -> list[Wrench]:
-        """The same in the axes of the held tree."""
+    def unrotated_loads(self) -> list[Wrench]:
+        """The same in the axes of that tree."""
         return in_held_axes(self.reduced, self.loads)
 
     @cached_property
@@ -195,12 +195,12 @@ class Workspace:
     @cached_property
     def gravity_forces(self) -> list[Expr]:
         """Return g(q), shape (n,), by recursion."""
-        return rnea(self.held, self.still, self.still)
+        return rnea(self.tips_unrotated, self.still, self.still)
 
     @cached_property
     def momentum(self) -> list[Expr]:
         """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
-        return rnea(self.held.weightless, self.still, self.state.qd)
+        return rnea(self.tips_unrotated.weightless, self.still, self.state.qd)
 
     def energies_by_momentum(self) -> tuple[Expr, Expr]:
         """Return K and P by recursion, J."""
@@ -209,10 +209,10 @@ class Workspace:
 
     def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,); M q̈ + c where accelerations are given too."""
-        return rnea(self.held.weightless, qd, self.still if qdd is None else qdd)
+        return rnea(self.tips_unrotated.weightless, qd, self.still if qdd is None else qdd)
 
     def forces(self, qdd: list[Expr]) -> list[Expr]:
         """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion; see `rnea`."""
-        motion = rnea(self.held, self.state.qd, qdd, self.held_loads)
+        motion = rnea(self.tips_unrotated, self.state.qd, qdd, self.unrotated_loads)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]

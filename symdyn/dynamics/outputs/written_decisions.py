@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops.loop_decisions import NOTHING, loose_rows
+from symdyn.dynamics.loops.loop_decisions import NOTHING, indeterminate_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import CLOSED, free_motions, rank_of
 from symdyn.dynamics.loops.partition import LoopChoices, Partition
@@ -21,9 +21,9 @@ from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 
 WORDS = {
-    **dict.fromkeys(("kept", "empty", "redundant", "loose"), "redundant rows"),
+    **dict.fromkeys(("independent_rows", "zero_rows", "redundant", "indeterminate"), "redundant rows"),
     **dict.fromkeys(("partition", "fails"), "independent velocities"),
-    "driven": "what the drives determine",
+    "actuated": "what the drives determine",
     "linear": "loops in proportion",
 }
 
@@ -42,20 +42,20 @@ class WrittenDecisions:
     """The decisions that are written into equations; a tree has none.
 
     Attributes:
-        kept, empty, redundant, partition, fails, driven: as of `LoopDecisions`.
-        loose: rows whose multipliers rigid bodies do not tell.
+        independent_rows, zero_rows, redundant, partition, fails, actuated: as of `LoopDecisions`.
+        indeterminate: rows whose multipliers rigid bodies do not tell.
         linear: how loops hold dependent coordinates in proportion, None where not.
         length: the characteristic length, m, at the values that they were made for.
-        letters: names of the multipliers of the kept rows, as formulas and columns have them.
+        letters: names of the multipliers of the independent rows, as formulas and columns have them.
     """
 
-    kept: tuple[int, ...] = ()
-    empty: tuple[int, ...] = ()
+    independent_rows: tuple[int, ...] = ()
+    zero_rows: tuple[int, ...] = ()
     redundant: tuple[int, ...] = ()
     partition: Partition | None = None
     fails: bool = False
-    driven: Partition | None = None
-    loose: tuple[int, ...] = ()
+    actuated: Partition | None = None
+    indeterminate: tuple[int, ...] = ()
     linear: LinearLoops | None = None
     length: float = field(default=1.0, compare=False)
     letters: tuple[str, ...] = field(default=(), compare=False)
@@ -64,11 +64,11 @@ class WrittenDecisions:
     def of(cls, numbers: Numbers, closing: LoopChoices) -> WrittenDecisions:
         """Return what is written of decisions about a mechanism; DerivationError where it cannot be assembled."""
         decisions, numbers = numbers.decided(closing)
-        names = ("kept", "empty", "redundant", "partition", "fails", "driven")
-        loose, linear = loose_rows(numbers, decisions.assembly), linear_loops(numbers, decisions)
+        names = ("independent_rows", "zero_rows", "redundant", "partition", "fails", "actuated")
+        unknown, linear = indeterminate_rows(numbers, decisions.assembly), linear_loops(numbers, decisions)
         found = {name: getattr(decisions, name) for name in names}
-        letters = multiplier_names(numbers.scene, decisions, numbers, loose)
-        return cls(**found, loose=loose, linear=linear, length=decisions.assembly.length, letters=letters)
+        letters = multiplier_names(numbers.scene, decisions, numbers, unknown)
+        return cls(**found, indeterminate=unknown, linear=linear, length=decisions.assembly.length, letters=letters)
 
     def instead_of(self, other: WrittenDecisions) -> str:
         """Return what is said where values before have led to other decisions."""
@@ -89,7 +89,7 @@ class WrittenDecisions:
             if not len(free):
                 return True
             scales = np.full(numbers.state.n, length)
-            scales[numbers.turns] = 1.0
+            scales[numbers.angular_velocities] = 1.0
             away = numbers.moved(q, AWAY * scales * free.sum(axis=0))
             for _ in range(STEPS):
                 r = numbers.residual(away)
@@ -103,19 +103,19 @@ class WrittenDecisions:
 
 
 def _fit(decisions: WrittenDecisions, G: Array, scene: Scene) -> bool:
-    """Tell whether the rows without effect have none, the kept ones are independent, and all others depend on them."""
+    """Tell whether the zero rows vanish, the independent ones are so, and all others depend on them."""
     assert decisions.partition is not None, "it was looked"
-    kept, dependent = G[list(decisions.kept)], list(decisions.partition.dependent)
-    if np.abs(G[list(decisions.empty)]).max(initial=0.0) > NOTHING or rank_of(singular(G)) != len(kept):
+    basis, dependent = G[list(decisions.independent_rows)], list(decisions.partition.dependent)
+    if np.abs(G[list(decisions.zero_rows)]).max(initial=0.0) > NOTHING or rank_of(singular(G)) != len(basis):
         return False
     if not dependent:
         return True
-    chosen = singular(kept[:, dependent])
-    if chosen[-1] < CLEAR * singular(kept)[0]:
+    chosen = singular(basis[:, dependent])
+    if chosen[-1] < CLEAR * singular(basis)[0]:
         return False
     if scene.rows:  # holds no coordinates in proportion
         return True
-    ratios = np.linalg.solve(kept[:, dependent], np.delete(kept, dependent, axis=1))
+    ratios = np.linalg.solve(basis[:, dependent], np.delete(basis, dependent, axis=1))
     return not np.all(np.abs(LARGEST_RATIOS * ratios - np.round(LARGEST_RATIOS * ratios)) < SAME)
 
 

@@ -87,7 +87,7 @@ def refuse_without_place(scene: Scene) -> None:
 def ties(hanging: FreeBodies) -> list[ClosureEquation]:
     """Return the unknowns of the rows that are kept, in their order."""
     every = all_ties(hanging)
-    return [every[k] for k in hanging.decisions.kept] if hanging.decisions else every
+    return [every[k] for k in hanging.decisions.independent_rows] if hanging.decisions else every
 
 
 def all_ties(hanging: FreeBodies, whole: bool = False) -> list[ClosureEquation]:
@@ -124,12 +124,12 @@ def sizes(hanging: FreeBodies, unknown: Sequence[ClosureEquation], forces: Seque
         DerivationError: these velocities do not determine λ.
     """
     decisions = hanging.decisions
-    if decisions is not None and decisions.driven is None:
+    if decisions is not None and decisions.actuated is None:
         raise DerivationError(
             f"{hanging.scene.name}: reactions are not unique: {decisions.fault}; or ask for forward_reactions, with "
             "drives given"
         )
-    among = hanging.scene.undriven_velocities
+    among = hanging.scene.passive_velocities
     uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]
     partition = Partition((), tuple(among), tuple(blocks(uses)))
     return partition.solve_transposed([one.G for one in unknown], forces)

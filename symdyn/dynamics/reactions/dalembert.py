@@ -383,9 +383,9 @@ def _passive(hanging: FreeBodies, with_idle: bool) -> set[int]:
     scene, decisions = hanging.scene, hanging.decisions
     if not scene.is_closed:
         return set()
-    if with_idle and decisions is not None and decisions.driven is not None:
-        return set(decisions.driven.dependent)
-    return set(scene.undriven_velocities)
+    if with_idle and decisions is not None and decisions.actuated is not None:
+        return set(decisions.actuated.dependent)
+    return set(scene.passive_velocities)
 
 
 def _in_its_plane(hanging: FreeBodies, hinge: JointFrames) -> tuple[Wrench, ...]:

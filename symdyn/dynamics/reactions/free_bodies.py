@@ -186,7 +186,7 @@ class FreeBodies:
         if self.decisions is None:
             return Samples(self.scene, self.graph)
         assembly = self.decisions.assembly
-        positions = (assembly.typical, *assembly.places)
+        positions = (assembly.regular, *assembly.configurations)
         places = (dict(assembly.parameters) | dict(zip(self.scene.coordinates, q, strict=True)) for q in positions)
         return Samples(self.scene, self.graph, tuple(places))
 
@@ -372,7 +372,7 @@ def reactions(hanging: FreeBodies, axes: str = "body", multipliers: Sequence[Exp
         hanging: the mechanism.
         axes: "body" (of the child as declared), "joint" (of the joint frame on the parent's side, for every type of
             joint) or "ground".
-        multipliers: λ of the kept rows, where forces give the motion; None where the motion is given, and the drives of
+        multipliers: λ, shape (m,), where forces give the motion; None where the motion is given, and the drives of
             passive joints are zero.
 
     Raises:

@@ -152,14 +152,14 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
 
 
 def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[JointFrames], graph: Graph) -> JointFrames:
-    origin, tip = cut.before, cut.behind.inverse()
+    origin, tip = cut.on_parent, cut.on_child.inverse()
     i, j = number[cut.parent], number[cut.child]
     near, far = _path(i, tree), _path(j, tree)
     while near and far and near[-1] == far[-1]:  # nothing beyond the nearest common carrier enters
         near.pop()
         far.pop()
     J, moved = (_walked(path, tree, graph) for path in (near, far))
-    X = (J @ origin).inverse() @ moved @ cut.behind
+    X = (J @ origin).inverse() @ moved @ cut.on_child
     return JointFrames(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
 
 

@@ -227,7 +227,7 @@ class SympyEquations(Shown):
         G: rows of loops and contacts, shape (m, n).
         multipliers: λ, shape (m, 1); N or N m, on the child.
         bias: Ġ q̇, shape (m, 1).
-        residual: r(q), of rows that hold positions, shape (p, 1).
+        residual: r(q), of position-level rows, shape (p, 1).
         motions: formulas in t of the coordinates whose motion is prescribed.
         sub: lengths of struts between points and their rates, which stand in k_E, tau and P as functions of what they
             depend on, such as s_sf(a, x, y), with their formulas: `.subs(eq.sub).doit()` writes them out, before any
@@ -380,7 +380,7 @@ def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]
     found = differentiated(scene, graph, State.of(scene, graph))
     return [
         (found.G[k], found.bias[k], found.residual[k] if found.labels[k].closes else None)
-        for k in Workspace(scene).loops.decisions.kept
+        for k in Workspace(scene).loops.decisions.independent_rows
     ]
 
 

@@ -116,7 +116,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
         names += [f"{name}_derivatives" for name in names]
         by_inputs = [name for name in names if name in DIFFERENTIATED[:2]] if scene.inputs else []
         names += [f"{name}_by_inputs" for name in by_inputs]
-    return (*names, *(["prescribed_motion"] if bool(scene.led_velocities) else []))
+    return (*names, *(["prescribed_motion"] if bool(scene.prescribed_velocities) else []))
 
 
 def _write(draft: Draft) -> dict[str, bytes]:
@@ -167,7 +167,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
     free = [one for one in there if one.causality == "parameter"]
     given = [one.name for one in inputs]
     names, velocities = list(scene.coordinates), scene.velocities
-    pinned = scene.led_velocities
+    pinned = scene.prescribed_velocities
     rows = shapes["constraint_residual"][0] if scene.is_closed else 0
     along = PLACES | {"qd": "along"}
     return {

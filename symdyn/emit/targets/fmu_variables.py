@@ -57,7 +57,7 @@ def parameters_of(program: Program) -> list[str]:
 
 def driven(scene: Scene) -> list[str]:
     """Return the name of the driving force of every velocity, "" where nobody gives one, shape (nv,)."""
-    held = scene.led_velocities
+    held = scene.prescribed_velocities
     return [drive if drive and k not in held else "" for k, drive in enumerate(scene.drives)]
 
 
@@ -162,7 +162,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
         wanted = {place[name] for name in names if name in place and name not in moved}
         return tuple(sorted(wanted - {0} - {place[name] for name in parameters_of(program)}))
 
-    pinned = [scene.velocities[k] for k in scene.led_velocities]
+    pinned = [scene.velocities[k] for k in scene.prescribed_velocities]
     moved = {name for rate in pinned for name in (rate, rate.removesuffix("_dot"))}
     depends: dict[str, tuple[int, ...]] = {}
     rates = functions.get("coordinate_rates")

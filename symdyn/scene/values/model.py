@@ -208,20 +208,20 @@ class Scene(Shown):
         return tuple(drive for joint in self.joints for drive in joint.drives or (None,) * len(joint.rates))
 
     @cached_property
-    def led_velocities(self) -> tuple[int, ...]:
+    def prescribed_velocities(self) -> tuple[int, ...]:
         """Numbers of the velocities whose motion is prescribed, ascending."""
         names = {name for joint in self.joints if joint.motion is not None for name in joint.rates}
         return tuple(k for k, name in enumerate(self.velocities) if name in names)
 
     @cached_property
-    def driven_velocities(self) -> tuple[int, ...]:
+    def actuated_velocities(self) -> tuple[int, ...]:
         """Numbers of the velocities that have a drive or a prescribed motion, ascending."""
-        return tuple(k for k, drive in enumerate(self.drives) if drive or k in self.led_velocities)
+        return tuple(k for k, drive in enumerate(self.drives) if drive or k in self.prescribed_velocities)
 
     @cached_property
-    def undriven_velocities(self) -> tuple[int, ...]:
+    def passive_velocities(self) -> tuple[int, ...]:
         """Numbers of the other velocities, ascending."""
-        return tuple(k for k in range(len(self.velocities)) if k not in self.driven_velocities)
+        return tuple(k for k in range(len(self.velocities)) if k not in self.actuated_velocities)
 
     @cached_property
     def struts(self) -> tuple[Strut, ...]:

@@ -204,7 +204,7 @@ def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], 
 
 
 def _prescribed(scene: Scene, read: Mapping[str, Mapping[str, Any]], faults: Faults) -> None:
-    moved = {scene.velocities[k] for k in scene.led_velocities}
+    moved = {scene.velocities[k] for k in scene.prescribed_velocities}
     for name in (*map(velocity_name, read["start"]), *read["start rates"]):
         if name in moved:
             said = name.removesuffix("_dot")

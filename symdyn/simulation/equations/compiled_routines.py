@@ -271,6 +271,6 @@ SMALL = 1e-9
 @lru_cache(maxsize=16)
 def _open_numbers(scene: Scene) -> Numbers:
     found = Numbers(scene)
-    for one in (found, found.plain):  # copies share what was derived
+    for one in (found, found.in_quaternions):  # copies share what was derived
         one.derive()
     return found

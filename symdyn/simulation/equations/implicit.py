@@ -183,7 +183,7 @@ class Implicit:
 
 
 def _layout(system: StateEquations) -> tuple[list[int], Array]:
-    """Return the rows that hold positions, and where each part of y ends."""
+    """Return the position-level rows, and where each part of y ends."""
     residual = [] if not system.rows else system.program["constraint_residual"].function.entries
     holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
     lengths = (system.nq, system.nv, int(system.works), system.rows, len(holding), len(system.quaternions))

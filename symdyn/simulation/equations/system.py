@@ -307,7 +307,7 @@ class Projection:
     def __init__(self, system: StateEquations, limit: float) -> None:
         """Prepare the projection of a system's states."""
         self.system, self.limit = system, limit
-        held = set(system.scene.led_velocities)
+        held = set(system.scene.prescribed_velocities)
         self._loose = np.array([k for k in range(system.nv) if k not in held], dtype=int)
         self.active = bool(system.quaternions) or system.closed
 

@@ -4,7 +4,7 @@
 
     along      δẋ = ∂f/∂x δx + ∂f/∂p δp              tangents of the graph, one direction a call, or a batch
     against    (λᵀ ∂f/∂x, λᵀ ∂f/∂p)                  the gradient of λᵀ f, one covector a call, or a batch
-    held       δ(r, G u) of rows that hold positions, and of all rows
+    held       δ(r, G u) of position-level rows, and of all rows
     turned     H(q) v
     led        δ(position, velocity) of prescribed motions, by δp
 
@@ -162,11 +162,11 @@ class Flow:
     def independent(self) -> tuple[list[int], list[int]]:
         """Return the independent positions and velocities; prescribed motions are none."""
         system = self.system
-        led = system.scene.led_velocities
+        led = system.scene.prescribed_velocities
         positions = velocities = tuple(range(system.nv))
         if system.decisions.partition is not None:
             w = Workspace(system.opened.scene, system.opened.closing)
-            positions, velocities = w.loops.held_positions[1].independent, w.loops.decisions.partition.independent
+            positions, velocities = w.loops.position_level[1].independent, w.loops.decisions.partition.independent
         found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
         return next(found), next(found)
 

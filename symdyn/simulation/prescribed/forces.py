@@ -195,7 +195,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
             if k is not None:
                 tables[k] = ForceTable(table.t, table.values[name])
     for name, function in said.functions:
-        led = scene.led_velocities
+        led = scene.prescribed_velocities
         names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)
         if not names:
             faults.add("forces", f"{scene.name} has no drive; give a joint one")
@@ -271,7 +271,7 @@ def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, fau
     elif scene.drives[k] is None:
         faults.add(where, f"{name} is passive; give its joint a drive, or the scene a load")
         return None
-    elif k in scene.led_velocities:
+    elif k in scene.prescribed_velocities:
         faults.add(where, f"{name} has a prescribed motion, which finds its own force; take one of the two away")
         return None
     return k

@@ -58,7 +58,7 @@ class Held:
     Attributes:
         velocities: independent ones.
         moved: by coordinate that may be moved by itself the velocity that is its rate, -1 where none is.
-        closing: rows that hold positions, with the velocities that take a state back to them, in the order of solving;
+        closing: position-level rows, with the velocities that take a state back to them, in the order of solving;
             of a contact whose rows need each other, the one that holds its height, with all that they determine.
         drives: velocities with a drive.
         multipliers: (owner, words) of each, such as ("hinge", "force along x").
@@ -88,19 +88,19 @@ def held(w: Workspace) -> Held:
     whole = decisions.partition
     G, closing = w.loops.G(w.loops.recursive), []
     for block in whole.blocks:
-        rows = tuple(r for r in block.rows if labels[decisions.kept[r]].closes)
+        rows = tuple(r for r in block.rows if labels[decisions.independent_rows[r]].closes)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
         if rows:
             closing.append(block if rows == block.rows else replace(block, rows=rows, velocities=used))
     back = Partition((), (), tuple(closing))
-    words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.kept)
+    words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.independent_rows)
     return Held(
         whole.independent,
         _moved(w, back),
         back,
-        tuple(w.scene.driven_velocities) if decisions.driven else (),
+        tuple(w.scene.actuated_velocities) if decisions.actuated else (),
         words,
-        "" if decisions.driven else decisions.fault,
+        "" if decisions.actuated else decisions.fault,
     )
 
 
@@ -127,8 +127,8 @@ def _left_alone(w: Workspace, closing: Partition) -> set[int]:
     """Return the coordinates that no step of blocks with more velocities than rows moves; none without such."""
     blocks = [block for block in closing.blocks if len(block.rows) < len(block.velocities)]
     numbers, decisions = w.loops.numbers, w.loops.decisions
-    at = np.array(decisions.assembly.typical)
-    G = numbers.jacobian(at)[list(decisions.kept)]
+    at = np.array(decisions.assembly.regular)
+    G = numbers.jacobian(at)[list(decisions.independent_rows)]
     moved = np.zeros(len(at))
     for block in blocks:
         steps = np.linalg.pinv(G[np.ix_(block.rows, block.velocities)])
@@ -212,7 +212,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
 
 
 def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> dict[int, Expr]:
-    """Return x with G x = b in the rows that hold positions, by velocity; the least one where more than one does."""
+    """Return x with G x = b in the position-level rows, by velocity; the least one where more than one does."""
     x: dict[int, Expr] = {}
     for block in tied.closing.blocks:
         rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
@@ -240,7 +240,7 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
         entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
-    if decisions.kept:
+    if decisions.independent_rows:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
         found = decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))

@@ -145,7 +145,7 @@ def zero(lesson: Lesson, node: Expr) -> bool:
 
 def led_by(lesson: Lesson) -> tuple[int, ...]:
     """Return the velocities whose motion is prescribed."""
-    return lesson.scene.led_velocities
+    return lesson.scene.prescribed_velocities
 
 
 def cyclic_of(lesson: Lesson) -> tuple[int, ...]:

@@ -156,7 +156,7 @@ def _left_over(solving: Solving) -> tuple[Formula, ...]:
     """Return rates and accelerations from rows that are no plane loops, if these are few and short; else ()."""
     lesson, left = solving.lesson, solving.left
     loops, state = lesson.workspace.loops, lesson.state
-    kept = loops.decisions.kept
+    kept = loops.decisions.independent_rows
     if len(kept) != len(left) or len(left) > 2 or state.rates != state.qd:
         return ()
     rows = loops.recursive

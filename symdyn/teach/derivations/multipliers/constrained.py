@@ -160,7 +160,7 @@ class Constrained(Lesson):
 
     def tied(self) -> tuple[Condition, ...]:
         """Return the conditions of a scene that has some."""
-        kept = self.workspace.loops.decisions.kept
+        kept = self.workspace.loops.decisions.independent_rows
         rows = differentiated(self.scene, self.graph, self.state)
         owned = {cut.owner: cut for cut in rows.cuts}
         found: list[Condition] = []
@@ -206,7 +206,7 @@ class Constrained(Lesson):
         if not self.ties:
             return Partition(tuple(range(self.state.n)), (), ())
         decisions = self.workspace.loops.decisions
-        driven = decisions.driven
+        driven = decisions.actuated
         return driven if driven is not None and len(driven.dependent) == len(self.ties) else decisions.partition
 
     def called(self, key: str, look: Letter, node: Expr | None = None) -> Symbol:
@@ -253,8 +253,8 @@ class Constrained(Lesson):
 
     def _gaps(self, cut: Cut) -> list[tuple[str, Expr]]:
         """Return the way from the point on the parent to that on the child, by axis of the ground."""
-        on_child, on_parent = self.placed[cut.child].point(cut.behind.p), self.placed[cut.parent].point(cut.before.p)
-        return [(axis, gap) for axis, gap in zip(AXES, sub(on_child, on_parent), strict=True) if not gap.is_zero]
+        child, parent = self.placed[cut.child].point(cut.on_child.p), self.placed[cut.parent].point(cut.on_parent.p)
+        return [(axis, gap) for axis, gap in zip(AXES, sub(child, parent), strict=True) if not gap.is_zero]
 
     def _gap(self, number: int, cut: Cut, axis: str, gap: Expr) -> Condition:
         slopes = tuple(self.energy.directions.slopes(gap))

@@ -95,7 +95,7 @@ def choose_tied_motion(lesson: Constrained, chosen: Chosen | None = None) -> Cho
 
 def _away(lesson: Constrained, chosen: Chosen) -> Chosen:
     """Return another position that the conditions allow, where undriven coordinates hide nothing."""
-    led = lesson.scene.led_velocities
+    led = lesson.scene.prescribed_velocities
     idle = [k for k in lesson.partition.independent if lesson.scene.drives[k] is None and k not in led]
     if not idle or lesson.scene.free_parameters:
         return chosen
