@@ -77,19 +77,12 @@ def mutated(source: str, index: int, rng: random.Random) -> tuple[int, str, str]
         operator = get_operator(name)()
         starts = [begin for node in nodes for begin, _ in operator.mutation_positions(node)]
         changed = mutate_code(source, operator, starts.index(start))
-        line = one_line(source.splitlines(), changed.splitlines())
-        if line is not None and line[0] == index and bare(changed) not in (None, bare(source)):
-            return index, name.removeprefix("core/"), line[1]
+        old, new = source.splitlines(), changed.splitlines()
+        after = new[index].strip() if len(new) == len(old) else ""
+        alone = old[:index] == new[:index] and old[index + 1 :] == new[len(new) - len(old) + index + 1 :]
+        if alone and bare(changed) not in (None, bare(source)):
+            return index, name.removeprefix("core/"), after
     return None
-
-
-def one_line(before: list[str], after: list[str]) -> tuple[int, str] | None:
-    """Return the index of the line that differs and what it becomes, or None if there are more."""
-    if len(before) == len(after):
-        differ = [k for k, (old, new) in enumerate(zip(before, after, strict=True)) if old != new]
-        return (differ[0], after[differ[0]].strip()) if len(differ) == 1 else None
-    gone = next((k for k in range(len(before)) if before[:k] + before[k + 1 :] == after), None)
-    return None if gone is None else (gone, "")
 
 
 class Bare(ast.NodeTransformer):
@@ -114,13 +107,10 @@ class Bare(ast.NodeTransformer):
         if isinstance(node, ast.FunctionDef):
             node.returns = None
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            node.decorator_list = [one for one in node.decorator_list if not KEEPERS & names_in(one)]
+            node.decorator_list = [
+                one for one in node.decorator_list if KEEPERS.isdisjoint(ast.unparse(one).split("("))
+            ]
         return node
-
-
-def names_in(node: ast.AST) -> set[str]:
-    """Return the names that an expression reads."""
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
 
 
 def bare(source: str) -> str | None:

@@ -18,7 +18,8 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 from resource import RLIMIT_CPU, RLIMIT_DATA, setrlimit
 
@@ -66,13 +67,12 @@ def reach(tree: Path, mutants: Sequence[Mutant], words: Sequence[str], out: Path
     (tree / "reaching.py").write_text(PLUGIN, encoding="utf-8")
     out.parent.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "pytest", "-p", "reaching", "-p", "no:cacheprovider", *words]
-    places = {"PYTHONPATH": path_of(tree), "REACHED": str(out.resolve()), "SPANS": json.dumps(spans)}
+    places = {
+        "PYTHONPATH": f"{tree}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+        "REACHED": str(out.resolve()),
+        "SPANS": json.dumps(spans),
+    }
     subprocess.run(command, cwd=tree, env=os.environ | places, check=False)
-
-
-def path_of(tree: Path) -> str:
-    """Return the paths where Python looks: the tree before all others."""
-    return os.pathsep.join([str(tree), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
 def statement(source: str, line: int) -> tuple[int, int]:
@@ -96,17 +96,13 @@ def reached(path: Path) -> dict[int, list[str]]:
         took, test, numbers = text.split("\t")
         for number in numbers.split():
             seconds[int(number)][test] = float(took)
-    return {number: list(within(sorted(tests.items(), key=lambda one: one[1]))) for number, tests in seconds.items()}
-
-
-def within(tests: Sequence[tuple[str, float]]) -> Iterator[str]:
-    """Yield the first tests of a list, one at least."""
-    total = 0.0
-    for test, took in tests:
-        if total and total + took > ENOUGH:
-            return
-        total += took
-        yield test
+    found: dict[int, list[str]] = {}
+    for one, tests in seconds.items():
+        before = accumulate(sorted(tests.values()), initial=0.0)
+        found[one] = [
+            test for test, total in zip(sorted(tests, key=lambda x: tests[x]), before, strict=False) if total < ENOUGH
+        ]
+    return found
 
 
 def judge(tree: Path, one: Mutant, tests: Sequence[str]) -> tuple[str, str]:
@@ -146,7 +142,7 @@ def run(tree: Path, words: Sequence[str]) -> tuple[str, str] | None:
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *words]
     try:
         done = subprocess.run(
-            command, cwd=tree, env=os.environ | {"PYTHONPATH": path_of(tree)}, capture_output=True, text=True,
+            command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True,
             timeout=10 * PATIENCE, check=False, preexec_fn=bound,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
