@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
-QUICK = 3
+QUICK = 2
 """Cases of a function that a quick run takes at most."""
 
 UNMET = pytest.StashKey[list[str]]()

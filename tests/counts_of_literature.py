@@ -6,8 +6,7 @@ from collections import Counter
 
 from symdyn.dynamics.mechanism.cost import operations
 from symdyn.dynamics.outputs import Counts
-from symdyn.dynamics.outputs.count import BINDING
-from symdyn.dynamics.outputs.named_functions import Function
+from symdyn.dynamics.outputs.named_functions import BINDING, Function
 
 
 def state_dependent_counts(function: Function) -> Counts:

@@ -11,7 +11,7 @@ import numpy as np
 from symdyn.errors import DerivationError
 from symdyn.runtime import lambdify
 from symdyn.scene import Scene
-from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.placing import printable_names
 
 FOLDER = "cmeel.prefix/share/example-robot-data/robots"
 

@@ -148,7 +148,7 @@ def test_derivatives_go_the_same_way(name: str, host: Host, monkeypatch: pytest.
     check_grads(jax.jit(f), (*x, *rest), order=2)
     axes, found = (0, 0, 0, *[None] * len(rest)), []
     for many in (4, 1):
-        monkeypatch.setattr("symdyn.runtime.backends.jax_primitives.MANY", many)
+        monkeypatch.setattr("symdyn.runtime.backends.jax_functions.MANY", many)
         found += [jax.vmap(way(f, (0, 1, 2)), axes)(*x, *rest) for way in (jax.jacfwd, jax.jacrev)]
         found += [jax.jit(jax.vmap(way(f, (0, 1, 2)), axes))(*x, *rest) for way in (jax.jacfwd, jax.jacrev)]
     exact = symdyn.load(symdyn.example(name), "inverse_dynamics_derivatives").inverse_dynamics_derivatives(*x, *rest)
@@ -211,7 +211,7 @@ def test_prepared_numbers_empty_batches_and_what_is_no_number(host: Host) -> Non
 
 def test_float32_has_all_its_digits_in_derivatives(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
     """A card multiplies matrices of floats with ten bits, unless it is told otherwise."""
-    monkeypatch.setattr("symdyn.runtime.backends.jax_primitives.MANY", 1)
+    monkeypatch.setattr("symdyn.runtime.backends.jax_functions.MANY", 1)
     f = both("two_link", "inverse_dynamics")[0].inverse_dynamics
     x = [one.astype("float32") for one in (*states("two_link"), np.array(TWO_LINK))]
     for way in (jax.jacfwd, jax.jacrev):

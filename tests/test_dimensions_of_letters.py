@@ -11,7 +11,7 @@ from dimensional import PENDULUM, output, pendulum
 
 import symdyn
 from symdyn.scene import read_text
-from symdyn.scene.units import SceneUnits
+from symdyn.scene.declaration.dimensions import SceneUnits
 
 ROOT = Path(__file__).parent.parent
 

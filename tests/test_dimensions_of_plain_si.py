@@ -14,7 +14,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, read_text
-from symdyn.scene.units import SceneUnits
+from symdyn.scene.declaration.dimensions import SceneUnits
 
 CART = """
 [parameters]

@@ -16,8 +16,8 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.joint_table import LIMITS, own_keys
+from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.key import keys_of, needed_of
-from symdyn.scene.values.names import CLOCK, FORMULA_NAMES
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "words.md"

@@ -8,7 +8,7 @@ from running import call
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import available, derive
-from symdyn.program.formulation import formulate
+from symdyn.program.lower import formulate
 from symdyn.scene import Scene
 
 H = 2.0**-20

@@ -12,7 +12,7 @@ import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.bench.stress.scenes import parallelogram
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.outputs.linear_loops import linear_loops
+from symdyn.dynamics.outputs.written_decisions import linear_loops
 from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.scene_files import Starter

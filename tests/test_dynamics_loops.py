@@ -47,8 +47,8 @@ from symdyn.scene.forces.struts import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
-from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.entry import compose
+from symdyn.scene.values.joint import Contact, Place
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove

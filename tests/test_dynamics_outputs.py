@@ -26,8 +26,7 @@ from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.output import Constrained
 from symdyn.dynamics.outputs.output_table import CENTROIDAL
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable

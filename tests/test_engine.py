@@ -11,8 +11,7 @@ from engine.trials.compare import COMPARED, report
 from engine.trials.options import OPTIONS, PAIRED, covering, pairs
 
 from symdyn.dynamics import OUTPUTS
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 
 ENGINE = Path(__file__).parent / "engine"
 

@@ -14,12 +14,12 @@ from symdyn.runtime import lambdify
 from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
-from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.placing import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.scene_files import read_noting
+from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.joint import Coupling, Limits
-from symdyn.scene.values.names import check_name
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
 

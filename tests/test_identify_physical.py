@@ -11,7 +11,7 @@ from symdyn.errors import IdentifyError
 from symdyn.identification import physical as subject
 from symdyn.identification.linear_model import TEN, unknowns
 from symdyn.identification.physical import MARGIN, SPREAD, matrix, nearest_physical, pseudo_rows
-from symdyn.scene.binding import bind
+from symdyn.scene.symbolic import bind
 from symdyn.scene.values.formula import quantity
 
 FAR = 10.0

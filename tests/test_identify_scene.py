@@ -23,7 +23,7 @@ from symdyn.identification.identified_scene import (
 )
 from symdyn.identification.linear_model import TEN, ten_of_body, unknowns
 from symdyn.identification.report import report, written
-from symdyn.scene.binding import bind
+from symdyn.scene.symbolic import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import Quantity
 

@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -13,8 +14,7 @@ from mechanisms import random_tree
 
 import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one, formulations_of, kept_in_lines
-from symdyn.dynamics.outputs.count import Counts
-from symdyn.dynamics.outputs.named_functions import Argument, Function
+from symdyn.dynamics.outputs.named_functions import Argument, Counts, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
@@ -343,7 +343,7 @@ def test_a_changed_table_or_loop_is_found(name: str, old: str, new: str, where: 
 def test_a_large_tree_is_loaded_without_deriving_its_lines(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = long_tree(few)
     derived = []
-    monkeypatch.setattr("symdyn.program.formulation.derive_one", lambda *given: derived.append(given))
+    monkeypatch.setattr(import_module("symdyn.program.lower"), "derive_one", lambda *given: derived.append(given))
     functions = symdyn.load(scene, functions=ID)
     given = np.random.default_rng(0).uniform(-1, 1, (3, 20, few))
 

@@ -8,7 +8,7 @@ from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
 from symdyn.dynamics.outputs import Counts
-from symdyn.dynamics.outputs.count import BINDING
+from symdyn.dynamics.outputs.named_functions import BINDING
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import Scene, read

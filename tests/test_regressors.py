@@ -13,8 +13,7 @@ import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one, linear_parameters
 from symdyn.dynamics.outputs.base_columns import BaseColumns, Linear, base_columns, columns
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import bind, read, read_text

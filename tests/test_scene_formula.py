@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values.formula import FormulaError, parse, quantity
-from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES, check_name
+from symdyn.scene.values.grammar import C_KEYWORDS, FORMULA_NAMES, check_name
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.unit import Unit
 

@@ -226,6 +226,7 @@ def test_periods_of_a_pendulum_are_elliptic_integrals() -> None:
         assert ratio == pytest.approx(2 / pi * ellipk(sin(amplitude / 2) ** 2), abs=6e-4)
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "top"])
 def test_all_terms_hold_the_energy_and_a_forgotten_one_does_not(name: str) -> None:
     first, *others = table(step(lesson(name), "compare"))

@@ -132,6 +132,7 @@ def test_a_positive_turn_goes_where_the_lesson_says() -> None:
     assert turned[0] > 0
 
 
+@pytest.mark.long(0)
 def test_what_is_reasoned_is_reasoned_once() -> None:
     for name in SCENES:
         document = lesson(name)

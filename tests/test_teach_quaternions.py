@@ -134,6 +134,7 @@ def keys(name: str) -> set[str]:
     return {step.key for section in lesson(name).sections for step in section.steps}
 
 
+@pytest.mark.long(0)
 def test_the_angular_momentum_stays_where_no_moment_acts_and_only_there() -> None:
     assert "conserved:flight" in keys("free_body")
     assert not {key for key in keys("heavy_top") | keys("rolling_disc") if key.startswith("conserved")}

@@ -253,7 +253,7 @@ RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
 def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> None:
     from symdyn.scene import Quantity, parse
     from symdyn.scene.values.folding import div, mul
-    from symdyn.scene.values.names import check_name
+    from symdyn.scene.values.grammar import check_name
     from symdyn.scene.values.quantity import FormulaError
     from symdyn.scene.values.unit import units
 

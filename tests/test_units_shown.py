@@ -10,7 +10,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.scene import read_text
-from symdyn.scene.units import SceneUnits
+from symdyn.scene.declaration.dimensions import SceneUnits
 
 CRANE = """
 name = "crane"

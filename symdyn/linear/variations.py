@@ -5,7 +5,7 @@
     s        G u = 0, the constraints; of a prescribed motion u_k
     X_k f    d/dε f(q ∘ exp(ε X_k)), all else held: a column for every velocity
 
-Outputs are formulas in the letters of `symdyn.scene.values.signals`, parameters, and the outputs that the scene
+Outputs are formulas in the letters of `symdyn.scene.values.grammar`, parameters, and the outputs that the scene
 declares.
 
 All is on one graph, derived once for all values of parameters and every point. Nothing is eliminated there: which

@@ -1,12 +1,14 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
-from .formulation import (
+from .lower import (
+    RowLoop as RowLoop,
     choose as choose,
     choose_one as choose_one,
+    count_derived as count_derived,
     formulate as formulate,
     in_lines as in_lines,
+    lower as lower,
 )
-from .lower import RowLoop as RowLoop, count_derived as count_derived, lower as lower
 from .prepare import (
     ANGULAR as ANGULAR,
     assemble as assemble,

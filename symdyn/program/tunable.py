@@ -18,8 +18,7 @@ import numpy as np
 from symdyn.dynamics import Argument, LoopChoices
 from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
-from symdyn.program.formulation import formulate
-from symdyn.program.lower import lower
+from symdyn.program.lower import formulate, lower
 from symdyn.program.routine import Program
 from symdyn.scene import Scene
 

@@ -1,6 +1,5 @@
 """Names that `symdyn.scene` offers; each is imported when it is first used."""
 
-from .binding import bind as bind, without_hidden_zeros as without_hidden_zeros
 from .build import (
     body as body,
     custom as custom,
@@ -26,6 +25,7 @@ from .build import (
     universal as universal,
 )
 from .declaration.coupling import lock as lock
+from .declaration.dimensions import SceneUnits as SceneUnits
 from .declaration.reading import Written as Written, read_bounded as read_bounded
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
@@ -45,12 +45,13 @@ from .scene_files import (
 from .schema import schema as schema
 from .symbolic import (
     INERTIAL as INERTIAL,
+    bind as bind,
     with_force_parameters as with_force_parameters,
     with_symbolic_inertia as with_symbolic_inertia,
     with_symbols as with_symbols,
+    without_hidden_zeros as without_hidden_zeros,
 )
 from .toml import read_text as read_text, tables_of as tables_of
-from .units import SceneUnits as SceneUnits
 from .values.formula import parse as parse
 from .values.model import (
     Scene as Scene,

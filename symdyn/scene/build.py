@@ -25,8 +25,8 @@ from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, show
+from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import suggestion
 
 
 class Elements(TypedDict, total=False):

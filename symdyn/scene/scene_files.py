@@ -16,7 +16,6 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
 from symdyn.resources import folder
-from symdyn.scene.binding import bind
 from symdyn.scene.declaration.reading import (
     BEGIN,
     Opened,
@@ -27,9 +26,10 @@ from symdyn.scene.declaration.reading import (
     opened,
     read_bounded,
 )
+from symdyn.scene.symbolic import bind
 from symdyn.scene.values.entry import Faults, show
+from symdyn.scene.values.grammar import check_scene_name, choice, suggestion
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import check_scene_name, choice, suggestion
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",

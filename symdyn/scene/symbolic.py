@@ -1,4 +1,4 @@
-"""Names in place of numbers: with the numbers as values, for readable closed forms, or open, for identification.
+"""Names in place of numbers, for readable closed forms or for identification, and numbers in place of names.
 
     m<k>  mx<k> my<k> mz<k>  Ixx<k> ... Iyz<k>   the k-th body: mass, first moment, inertia about the body frame; the
                                                 equations are linear in these ten
@@ -15,31 +15,36 @@ The second shift along x in one placement is a<k>_2, those of the k-th point are
 and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows. All names take a suffix "_b" (twice if need
 be) when one of them is in use.
 
-The ten inertial parameters of a body as names: mass, first moment, inertia about the body frame.
+The equations of motion are linear in the ten inertial parameters of a body (Atkeson, An, Hollerbach 1986).
 
-The equations of motion are linear in them (Atkeson, An, Hollerbach 1986).
+A parameter that is bound keeps its name and gets its value, which the program folds in. One whose value is zero is zero
+at once in every formula, so that the derivations see what is gone: a massless body, a shift of no length, gravity. It
+is no longer assumed to be positive then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.draft import slides
+from symdyn.graph import Graph
+from symdyn.scene.declaration.draft import draft_of, slides
+from symdyn.scene.declaration.reading import value_for
+from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.forces.force_table import FORCES, sections
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
-from symdyn.scene.values.element import Element
-from symdyn.scene.values.entry import compose
+from symdyn.scene.values.entry import Faults, compose, show
 from symdyn.scene.values.folding import add, mul, neg
-from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.formula import map_quantities, substituted
+from symdyn.scene.values.grammar import suggestion
+from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.model import Parameter, Scene
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 
 INERTIAL = (
     ("m", "kg", "mass"),
@@ -284,3 +289,88 @@ def _gravity(gravity: Vector, names: Names) -> Vector:
         for axis, component in zip("xyz", gravity, strict=True)
     )
     return (x, y, z)
+
+
+def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """Return the scene with values for some of its parameters, in place of values they may have.
+
+    Args:
+        scene: any scene.
+        values: by name of the parameter: a number in SI, formula text without symbols, a value with its unit such as
+            "400 mm", or a quantity.
+
+    Raises:
+        SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
+    """
+    check_arguments(bind, locals(), SceneError)
+    faults = Faults(scene.source or scene.name)
+    names = {parameter.name: parameter for parameter in scene.parameters}
+    known: dict[str, Parameter] = {}
+    for name, raw in values.items():
+        if name not in names:
+            faults.add("", f'"{name}" is not a parameter; {suggestion(name, names)}')
+            continue
+        try:
+            value, unit, written = value_for(names[name], raw)
+        except FormulaError as error:
+            reason = str(error)
+            told = f"{show(raw)} {reason}" if reason.startswith("is in ") else reason
+            faults.add(f"parameters.{name}", f"value {told}")
+            continue
+        known[name] = replace(names[name], value=value, unit=unit, written=written)
+    faults.close()
+    parameters = tuple(known.get(p.name, p) for p in scene.parameters)
+    bound = without_zeros(replace(scene, parameters=parameters), faults)
+    said = any(one.unit != names[name].unit for name, one in known.items())
+    check(draft_of(bound), faults, dimensions=said)  # which no value changes but one that says a unit first
+    faults.close()
+    return bound
+
+
+def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
+    """Return the scene with zero in every formula for the parameters that are zero; they cannot be bound again there.
+
+    Raises:
+        SceneError: a formula has no value then.
+    """
+    faults = faults or Faults(scene.source or scene.name)
+    zeros = {p.name: Quantity.ZERO for p in scene.parameters if p.value and not p.value.symbols and _is_zero(p.value)}
+    if not zeros:
+        return scene
+    parameters = tuple(replace(p, positive=p.positive and p.name not in zeros) for p in scene.parameters)
+    try:
+        return map_quantities(replace(scene, parameters=parameters), lambda one: substituted(one, zeros))
+    except FormulaError as error:
+        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
+        faults.close()
+        raise AssertionError("a fault closes") from error
+
+
+def without_hidden_zeros(scene: Scene) -> Scene:
+    """Return the scene with zero in place of what is zero with its parameters' values, such as a mass a - b, too.
+
+    For derivations, which see then what is gone; other values cannot be given to these parameters there any more.
+
+    Raises:
+        SceneError: a formula has no value with a parameter that is zero.
+    """
+    scene = without_zeros(scene)
+    values = {p.name: p.value for p in scene.parameters if p.value and not p.value.symbols}
+
+    def settled(one: Quantity) -> Quantity:
+        """Return zero for a formula of parameters that is zero with their values."""
+        if not one.symbols or not set(one.symbols) <= values.keys():
+            return one
+        try:
+            return Quantity.ZERO if _is_zero(substituted(one, values)) else one
+        except FormulaError:  # told where it is computed with
+            return one
+
+    return map_quantities(scene, settled) if values else scene
+
+
+def _is_zero(value: Quantity) -> bool:
+    try:
+        return value.express(Graph()).is_zero
+    except ZeroDivisionError:
+        return False  # reported by the check

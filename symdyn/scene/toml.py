@@ -25,9 +25,9 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import place_of, sections, table_of
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
+from symdyn.scene.values.grammar import check_scene_name, suggestion
 from symdyn.scene.values.key import Part, raw_of
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import check_scene_name, suggestion
 from symdyn.scene.values.quantity import Quantity, exact_decimal, spell
 from symdyn.scene.values.unit import Unit, in_si, out_of_si
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Quantity
 from symdyn.scene.joints import JOINTS, JointBlock, JointMotion, MarkPart
-from symdyn.scene.joints.forbidden import forces, leaning, moments, offsets
+from symdyn.scene.joints.blocks import forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointKind, JointMark, Move
 from symdyn.scene.values import Joint, folding
 from symdyn.scene.values.entry import EntryReader

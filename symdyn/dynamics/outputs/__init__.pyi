@@ -1,10 +1,9 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
-from .count import Counts as Counts
+from .closed_outputs import unique as unique
 from .derivative_outputs import differentiable as differentiable, kinks as kinks
-from .named_functions import DIRECTIONS as DIRECTIONS, arguments as arguments
-from .reaction_outputs import unique as unique
+from .named_functions import DIRECTIONS as DIRECTIONS, Counts as Counts, arguments as arguments
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives
 from .signal_outputs import Moving as Moving, reaction_names as reaction_names
 from .tangent_space import COLUMNS as COLUMNS

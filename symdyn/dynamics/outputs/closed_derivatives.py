@@ -17,10 +17,17 @@ from functools import partial
 
 from symdyn.dynamics.loops.manifold import Manifold
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.outputs import closed_outputs as closed, implicit, parameter_outputs as parameters
-from symdyn.dynamics.outputs.derivative_outputs import BESIDE, derivatives, jacobian_row, kinks, parameter_row
-from symdyn.dynamics.outputs.directional_formulations import along_one, pulled_back
-from symdyn.dynamics.outputs.directional_outputs import jvp_row, vjp_row
+from symdyn.dynamics.outputs import closed_outputs as closed, implicit
+from symdyn.dynamics.outputs.derivative_outputs import (
+    BESIDE,
+    derivatives,
+    jacobian_row,
+    kinks,
+    parameter_row,
+    parameters_left_out,
+    slopes_by_parameters,
+)
+from symdyn.dynamics.outputs.directional_outputs import along_one, jvp_row, pulled_back, vjp_row
 from symdyn.dynamics.outputs.named_functions import MULTIPLIERS, WEIGHTS, direction
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_lagrange
 from symdyn.dynamics.outputs.output_table import OUTPUTS
@@ -101,7 +108,7 @@ class Derivative:
             name: _named(name, partial(_by_parameters, of, name, self.space, only)) for name, of in self.solved.items()
         }
         how = " along the manifold, independent positions and velocities held, dependent ones moving along,"
-        return parameter_row(self.row, only, how, found, remark=lambda w: self.remark(w) + parameters.left_out(w, only))
+        return parameter_row(self.row, only, how, found, remark=lambda w: self.remark(w) + parameters_left_out(w, only))
 
     def products(self) -> dict[str, Output]:
         """Return the rows of J d and wᵀ J, by the words behind the name."""
@@ -166,7 +173,7 @@ def _pulled_back(of: Entries, formulation: str, space: TangentSpace, along: Sequ
 
 
 def _by_parameters(of: Entries, formulation: str, space: TangentSpace, only: str, w: Workspace) -> list[Expr]:
-    return parameters.slopes(w, only, space, formulation, forward, lambda there: there.once(of))
+    return slopes_by_parameters(w, only, space, formulation, forward, lambda there: there.once(of))
 
 
 # What follows from independent positions and velocities alone: the manifold itself

@@ -1,36 +1,172 @@
 """Derivatives along one direction, of one weighted sum, and of second order: rows of OUTPUTS, when they are asked for.
 
-`directional_formulations` has the formulations, and the legend.
+    J        derivatives of an output f along X_1 … X_N, a column each (see `tangent_space`)
+    d        a direction of every argument: dq along the velocities, dqd, dqdd or dtau
+    φ        Σ w_i f_i, the entries of f with weights; f itself if it is one number
+    jvp      J d                          vjp      wᵀ J, X_k φ
+    H        H[k, j] = X_j X_k φ          H d      Σ_j X_j X_k φ d_j
+
+H is what differentiates vjp along all columns of J, and not symmetric where a quaternion turns:
+
+    X_j X_k φ - X_k X_j φ = Σ_l γ^l_jk X_l φ        brackets of the velocities, 0 for rates of coordinates
+
+(H + Hᵀ)/2 is the second order of φ(q ∘ exp ξ, …) in ξ, which differential dynamic programming wants.
+
+Sweeps that code is generated from read turns (`symdyn.dynamics.outputs.tree_formulations`) where that costs less;
+those beside which they are proved do not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import chain
 
+from symdyn.dynamics.loops.manifold import Seeds
 from symdyn.dynamics.outputs import implicit
-from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, rows_of
-from symdyn.dynamics.outputs.directional_formulations import (
-    HESSIAN,
-    TENSOR,
-    Way,
-    hessian,
-    hessian_by_columns,
-    hessian_vector,
-    hessian_vector_backwards,
-    jvp,
-    jvp_of_rows,
-    tensor,
-    vjp,
-    vjp_of_columns,
-)
-from symdyn.dynamics.outputs.named_functions import WEIGHTS
+from symdyn.dynamics.outputs.derivative_outputs import EACH, derived, differentiable, entries_of, rows_of
+from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.result_labels import Axis
-from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace
+from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Slopes, tangents
+
+Ways = Sequence[str]
+"""Arguments along which an output is differentiated."""
+
+Way = Callable[..., Sequence[Expr]]
+"""Takes the workspace, the row of f, the arguments along which that is differentiated, and a place if f is of one."""
+
+
+def amounts(w: Workspace, along: Ways) -> list[Expr]:
+    """Return the entries of d in the order of the columns of J."""
+    return list(chain.from_iterable(FREE.amounts(w, along).values()))
+
+
+def weights(w: Workspace, count: int, row: Output) -> tuple[Expr, ...]:
+    """Return the weights of the entries, 1 where there is one number."""
+    return direction(w.graph, WEIGHTS, count) if row.axes else (w.graph.one,)
+
+
+def weighted(w: Workspace, row: Output, *place: str) -> Expr:
+    """Return φ."""
+    entries = entries_of(w, row, *place)
+    return _weighted(w, weights(w, len(entries), row), entries)
+
+
+def _weighted(w: Workspace, weights: Sequence[Expr], entries: Sequence[Expr]) -> Expr:
+    return w.graph.total(a * f for a, f in zip(weights, entries, strict=True))
+
+
+# J d and wᵀ J
+
+
+def along_one(w: Workspace, seeds: Seeds, entries: Sequence[Expr], formulation: str = "") -> list[Expr]:
+    """Return J d of entries by one sweep forward; Lagrange's equations prove the others, and read no turns."""
+    sweep = partial(tangents, entries, seeds)
+    return sweep() if formulation == "lagrange" else cheaper(w, entries, sweep)
+
+
+def pulled_back(
+    w: Workspace, entries: Sequence[Expr], weights: Sequence[Expr], space: TangentSpace, formulation: str, along: Ways
+) -> list[Expr]:
+    """Return wᵀ J of entries by one sweep backwards, likewise."""
+    phi = _weighted(w, weights, entries)
+    sweep = partial(space.pulled, w, formulation, along, phi)
+    return sweep() if formulation == "lagrange" else cheaper(w, [phi], sweep)
+
+
+def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return J d by one sweep forward."""
+    entries = entries_of(w, row, *place)
+    return along_one(w, FREE.direction(w, "", along), entries)
+
+
+def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return J d from J."""
+    J, d = reverse(entries_of(w, row, *place), FREE.seeds(w, "", along)), amounts(w, along)
+    return [w.graph.total(a * b for a, b in zip(J[k : k + len(d)], d, strict=True)) for k in range(0, len(J), len(d))]
+
+
+def vjp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return wᵀ J by one sweep backwards."""
+    entries = entries_of(w, row, *place)
+    return pulled_back(w, entries, weights(w, len(entries), row), FREE, "", along)
+
+
+def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return wᵀ J from J."""
+    entries = entries_of(w, row, *place)
+    columns = (tangents(entries, one) for one in FREE.seeds(w, "", along))
+    return [_weighted(w, weights(w, len(entries), row), column) for column in columns]
+
+
+# Second order
+
+
+def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return H row by row, from wᵀ J; its lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
+    directions, slopes = FREE.seeds(w, "", along), first(w, row, along, *place)
+    N = len(directions)
+
+    def entries(read: Slopes) -> list[Expr]:
+        H = [[w.graph.zero] * N for _ in range(N)]
+        for k in range(N):
+            H[k][k:] = SWEEPS[sweep]([slopes[k]], directions[k:], read)
+            for j in range(k + 1, N):
+                turned = w.graph.total(value * slopes[m] for m, value in _brackets(w, along, k, j))
+                H[j][k] = H[k][j] + turned
+        return [entry for line in H for entry in line]
+
+    return cheaper(w, slopes, entries)
+
+
+def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return H row by row, a sweep forward for each column of each row."""
+    directions, entry = FREE.seeds(w, "", along), weighted(w, row, *place)
+    return forward(forward([entry], directions), directions)
+
+
+def hessian_vector(first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return H d: wᵀ J moved along d."""
+    slopes = first(w, row, along, *place)
+    return cheaper(w, slopes, partial(tangents, slopes, FREE.direction(w, "", along)))
+
+
+def hessian_vector_backwards(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return H d: the gradient of φ's slope along d, and brackets: d_j X_j X_k = X_k d_j X_j + d_j [X_j, X_k]."""
+    directions, d, phi = FREE.seeds(w, "", along), amounts(w, along), weighted(w, row, *place)
+    slopes = reverse([phi], directions)
+    found = reverse(tangents([phi], FREE.direction(w, "", along)), directions)
+    return [
+        one + w.graph.total(d[j] * value * slopes[m] for j in range(len(d)) for m, value in _brackets(w, along, j, k))
+        for k, one in enumerate(found)
+    ]
+
+
+def _brackets(w: Workspace, along: Ways, j: int, k: int) -> Sequence[tuple[int, int]]:
+    """Return pairs (l, γ^l_jk) of two columns of J; velocities and forces have none."""
+    return w.directions.brackets.get((j, k), ()) if along[0] == "q" else ()
+
+
+HESSIAN, TENSOR = "_hessian", "_second_derivatives"
+
+LARGEST = 4_000
+"""Entries up to which a tensor of second derivatives is written out."""
+
+
+def tensor(sweep: str, name: str, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
+    """Return X_j X_k f_i, j running fastest, then k; DerivationError where these are too many."""
+    entries, directions = entries_of(w, row, *place), FREE.seeds(w, "", along)
+    m, N = len(entries), len(directions)
+    if m * N * N > LARGEST:
+        raise DerivationError(
+            f"{w.scene.name}: {name}{TENSOR} has {m} x {N} x {N} = {m * N * N} entries, and no more than {LARGEST} are "
+            f"written out; ask for {name}{HESSIAN}, a sum of them with weights, or {name}{HESSIAN}_vector"
+        )
+    return SWEEPS[sweep](SWEEPS[sweep](entries, directions), directions)
 
 
 def _decided(rule: Callable[..., list[Expr]]) -> Way:
@@ -126,13 +262,13 @@ def _jvp_row(name: str, row: Output) -> Output:
 
 def _vjp_row(name: str, row: Output) -> Output:
     ways = {**_slopes(name), "columns": vjp_of_columns}
-    return vjp_row(row, FREE, f"{_sum(row)},", _formulations(name, row, ways))
+    return vjp_row(row, FREE, f"{_of_sum(row)},", _formulations(name, row, ways))
 
 
 ORDER = "row k, column j: X_j X_k, not symmetric where quaternions turn"
 
 
-def _sum(row: Output) -> str:
+def _of_sum(row: Output) -> str:
     return " of the sum of all entries, each with its weight" if row.axes else ""
 
 
@@ -145,7 +281,7 @@ def _hessian_row(name: str, row: Output) -> Output:
     return _row(
         name,
         row,
-        f"second derivatives along the directions of {{d}}{_sum(row)}; {ORDER}",
+        f"second derivatives along the directions of {{d}}{_of_sum(row)}; {ORDER}",
         {
             **{f"{way} over {of}": partial(hessian, way, ways[of]) for of in ways for way in ("reverse", "forward")},
             "columns": hessian_by_columns,
@@ -163,7 +299,7 @@ def _hessian_vector_row(name: str, row: Output) -> Output:
     return _row(
         name,
         row,
-        f"second derivatives along the directions of {{d}}{_sum(row)}; {ORDER}; times one direction d",
+        f"second derivatives along the directions of {{d}}{_of_sum(row)}; {ORDER}; times one direction d",
         {
             **{f"forward over {way}": partial(hessian_vector, first) for way, first in _slopes(name).items()},
             "reverse over forward": hessian_vector_backwards,

@@ -21,11 +21,10 @@ from symdyn.dynamics.outputs.closed_outputs import (
     CONSTRAINED_FORWARD,
     CONSTRAINED_INVERSE,
     OF_LOOPS,
+    REACTIONS,
 )
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
-from symdyn.dynamics.outputs.passivity_outputs import PASSIVITY
-from symdyn.dynamics.outputs.reaction_outputs import REACTIONS
-from symdyn.dynamics.outputs.regressor_outputs import REGRESSORS
+from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.dynamics.recursive.reduced_tree import potential_energy
 from symdyn.dynamics.recursive.table_loops import aba_loop, rnea_loop

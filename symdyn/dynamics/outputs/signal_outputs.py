@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.outputs import closed_outputs as loops, result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.closed_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
-from symdyn.dynamics.outputs.reaction_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute

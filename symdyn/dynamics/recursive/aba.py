@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from symdyn.dynamics.mechanism.linear_solve import Singular, vanishes
 from symdyn.dynamics.recursive.links import Link, LinkMotion, Moments, at_rest, carried
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
-from symdyn.dynamics.recursive.variations import Twist, plus, work
+from symdyn.dynamics.recursive.rnea_derivatives import Twist, plus, work
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, Wrench, add, cross, neg, sub, zero_vector

@@ -36,7 +36,7 @@ from symdyn.dynamics.recursive.links import (
     z_column,
 )
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
-from symdyn.dynamics.recursive.variations import plus
+from symdyn.dynamics.recursive.rnea_derivatives import plus
 from symdyn.graph import Expr, tangents
 from symdyn.spatial import Vec, Wrench, add, neg, sub, zero_vector
 

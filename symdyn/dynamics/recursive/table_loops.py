@@ -49,7 +49,7 @@ from symdyn.dynamics.recursive.joint_table import (
     vectors,
 )
 from symdyn.dynamics.recursive.links import Link, at_rest, carried
-from symdyn.dynamics.recursive.variations import Twist, plus
+from symdyn.dynamics.recursive.rnea_derivatives import Twist, plus
 from symdyn.errors import NoValueError
 from symdyn.graph import Algebra, Expr, Graph, Op, evaluate, reachable, repeated, substitute
 from symdyn.scene import Scene

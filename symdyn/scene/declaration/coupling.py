@@ -24,16 +24,14 @@ from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.joints.joint_table import JOINTS, resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.element import Strut
+from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
-from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.joint import Coupling, Joint, acceleration_name, velocity_name
+from symdyn.scene.values.formula import map_quantities, quantity, substituted
+from symdyn.scene.values.grammar import suggestion
+from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, word
-from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity
-from symdyn.scene.values.requested_units import fits, fits_place, with_unit
 from symdyn.scene.values.shape import FLAG, NUMBER, described
 from symdyn.scene.values.unit import Unit, UnitError
 

@@ -21,15 +21,13 @@ from symdyn.graph import Op
 from symdyn.scene.declaration.scene_table import BODY, GRAVITY, POINT
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.joints.joint_table import JOINTS, ORIGIN, RESISTING, TIP
-from symdyn.scene.values.body import Body, Pose, central_inertia, impossible, inertia_fault
+from symdyn.scene.values.body import Body, Pose, central_inertia, circular, impossible, inertia_fault
 from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.element import Element, Strut
-from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.grammar import CLOCK, listed
+from symdyn.scene.values.joint import Element, Joint, Strut
 from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, TIMED, Part
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
-from symdyn.scene.values.turns import circular
 
 KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
 

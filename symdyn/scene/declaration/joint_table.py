@@ -16,13 +16,13 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
 from symdyn.scene.values.body import Pose
+from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
+from symdyn.scene.values.grammar import choice
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, number, optional, raw_of, shape_of, word
-from symdyn.scene.values.names import choice
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell
-from symdyn.scene.values.requested_units import fits_place
 from symdyn.scene.values.shape import ANYTHING, FLAG, NUMBER, Shape, choice_of, described, name_shape, not_both
 
 PARENT = word("parent", 'name of the body it hangs on, or "ground"', 'the body that carries it, or "ground"')

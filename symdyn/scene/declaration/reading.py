@@ -17,11 +17,11 @@ from typing import Protocol
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.forces.force_table import FORCES, place_of
+from symdyn.scene.values.dimensional_analysis import fits
 from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
-from symdyn.scene.values.requested_units import fits
 from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 
 _ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")

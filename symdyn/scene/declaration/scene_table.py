@@ -12,6 +12,7 @@ from symdyn.scene.declaration.reading import read_coherent, read_valued, said_va
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.key import (
     Key,
     KeyedQuantity,
@@ -29,7 +30,6 @@ from symdyn.scene.values.key import (
     word,
 )
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Signal
-from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.shape import (
     NUMBER,

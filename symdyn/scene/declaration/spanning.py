@@ -21,9 +21,9 @@ from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.entry import Entry, Faults, plain, show
+from symdyn.scene.values.grammar import listed, suggestion
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import listed, suggestion
 
 KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
 """What a joint that closes a loop cannot say."""

@@ -17,15 +17,22 @@ from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
+from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
-from symdyn.scene.values.grammar import check_latex
+from symdyn.scene.values.grammar import (
+    CLOCK,
+    LETTERS,
+    check_latex,
+    check_name,
+    check_scene_name,
+    listed,
+    nearest,
+    suggestion,
+)
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, listed, nearest, suggestion
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
-from symdyn.scene.values.requested_units import fits, with_unit
-from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.unit import Unit, UnitError
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}

@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
-from symdyn.scene.values.element import Contact, Place, Plane, Strut
+from symdyn.scene.values.body import translation
 from symdyn.scene.values.entry import EntryReader, plain, show
+from symdyn.scene.values.grammar import suggestion
+from symdyn.scene.values.joint import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Vector, spell
 from symdyn.scene.values.shape import NAMED, VECTOR, Shape, described, exactly_one, not_both, table_shape
-from symdyn.scene.values.turns import translation
 
 End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""

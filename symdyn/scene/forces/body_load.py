@@ -7,8 +7,8 @@ from typing import Literal
 from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
-from symdyn.scene.values.element import Load
 from symdyn.scene.values.entry import Entry, EntryReader, Three, entry
+from symdyn.scene.values.joint import Load
 from symdyn.scene.values.key import TIMED, Key, Stand, one_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell

@@ -20,10 +20,9 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene.forces.attachments import AtBody, OnPlane
 from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
-from symdyn.scene.joints.blocks import unit
-from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.values.element import Contact, Plane
+from symdyn.scene.joints.blocks import forces, unit
 from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, plain, show
+from symdyn.scene.values.joint import Contact, Plane
 from symdyn.scene.values.key import Key, number
 from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
 from symdyn.scene.values.shape import VECTOR, choice_of, several

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.values.element import Contact, Element, Row
 from symdyn.scene.values.folding import neg
+from symdyn.scene.values.formula import substituted
+from symdyn.scene.values.joint import Contact, Element, Row
 from symdyn.scene.values.key import Part, Stand
-from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
 from symdyn.spatial import Transform, Vec, Wrench

@@ -10,11 +10,11 @@ from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.struts import DAMPER, SPRING
 from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
-from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
+from symdyn.scene.values.grammar import suggestion
+from symdyn.scene.values.joint import Element, Strut
 from symdyn.scene.values.key import fields_of, keys_of, raw_of
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL
 
 FORCES: dict[str, ForceKind] = {

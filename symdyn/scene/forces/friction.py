@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.element import Element
 from symdyn.scene.values.entry import EntryReader
+from symdyn.scene.values.joint import Element
 from symdyn.scene.values.key import Key, Stand, number, optional
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.shape import NUMBER

@@ -17,8 +17,8 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.element import Strut
 from symdyn.scene.values.entry import Entry, Number, entry, shown
+from symdyn.scene.values.joint import Strut
 from symdyn.scene.values.key import Key, Stand, coefficients, number
 from symdyn.scene.values.quantity import Quantity, spell
 

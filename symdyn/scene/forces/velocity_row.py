@@ -14,9 +14,9 @@ from typing import Literal
 from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.values.element import Row
 from symdyn.scene.values.entry import Entry, EntryReader, entry, show, shown
 from symdyn.scene.values.folding import add, div, mul, neg, sub
+from symdyn.scene.values.joint import Row
 from symdyn.scene.values.key import MOTION, Key, Stand, number
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell

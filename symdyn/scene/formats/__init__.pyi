@@ -2,5 +2,5 @@
 
 from .inertias import possible as possible
 from .mjcf import long_face as long_face
-from .naming import printable_names as printable_names
+from .placing import printable_names as printable_names
 from .xml import XmlElement as XmlElement

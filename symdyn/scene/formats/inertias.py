@@ -12,13 +12,12 @@ from symdyn.graph import Op
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.formats.placing import ROUNDING, Doubles, decimal_text, matrix_of, times
 from symdyn.scene.values import folding
-from symdyn.scene.values.body import impossible
+from symdyn.scene.values.body import circular, impossible
 from symdyn.scene.values.entry import Entry, Faults, show
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import check_name
 from symdyn.scene.values.quantity import Quantity, Value, Vector
-from symdyn.scene.values.turns import circular
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 

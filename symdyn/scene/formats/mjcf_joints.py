@@ -14,18 +14,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.placing import Doubles
+from symdyn.scene.formats.placing import Doubles, printable_names
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
-from symdyn.scene.values.body import Pose
+from symdyn.scene.values.body import Pose, Step, inverse_steps, plus
 from symdyn.scene.values.entry import Entry, Faults, compose
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.grammar import listed
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.turns import Step, inverse, plus
 
 ADVICE = "delete it, convert to TOML, and say there what it does: a row [rows.NAME] with a formula in velocities"
 
@@ -191,7 +189,7 @@ class Joints:
             "parent": self.frames.get(("body", ends[0]), Scene.GROUND),
             "child": self.frames.get(("body", ends[1]), Scene.GROUND),
             "origin": merged(*places[0]),
-            "tip": merged(*inverse(places[1])),
+            "tip": merged(*inverse_steps(places[1])),
         }
         name = self.model.equality(i).name or f"loop{i + 1}"
         return Entry(printable_names([name], "loop")[name], table, where)
@@ -254,7 +252,7 @@ class Joints:
             start = [quantity(float(x)) for x in model.qpos0[first : first + 7]]
             return {"type": "free", "start": start, **self.losses(dof)}
         anchor = shift(self.doubles.vector(model.jnt_pos[j]))
-        frames = {"origin": merged(*place, *anchor), "tip": merged(*inverse(anchor))}
+        frames = {"origin": merged(*place, *anchor), "tip": merged(*inverse_steps(anchor))}
         rotor = {"armature": quantity(armature)} if armature else {}
         return {"type": "spherical", **frames, **rotor, **self.losses(dof)}
 

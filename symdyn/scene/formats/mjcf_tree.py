@@ -21,12 +21,11 @@ from symdyn.scene.declaration.declare import Declaration
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
-from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.placing import Doubles
+from symdyn.scene.formats.placing import Doubles, printable_names
 from symdyn.scene.values.entry import Entry, Faults, shorten
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.grammar import LONGEST, listed
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import LONGEST, listed
 
 NO_NAME = "MuJoCo Model"
 

@@ -24,7 +24,6 @@ from symdyn.bounds import BOUNDS
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded
-from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_sheet import (
     SCALAR_KEYS,
     WRENCH,
@@ -34,14 +33,14 @@ from symdyn.scene.formats.par_sheet import (
     parse_sheet,
     refuse_motion_of_base,
 )
-from symdyn.scene.formats.placing import snap_angle
+from symdyn.scene.formats.placing import printable_names, snap_angle
 from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, compose, shorten, show
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.formula import parse, split_commas
+from symdyn.scene.values.grammar import FORMULA_NAMES
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 
 LARGEST_FILE = BOUNDS["bytes of a .par file"]

@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.values import folding
-from symdyn.scene.values.body import Body
+from symdyn.scene.values.body import Body, Step, cosine_and_sine
 from symdyn.scene.values.entry import Faults, shorten, show
 from symdyn.scene.values.formula import UNARY_FUNCTIONS, split_commas
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
-from symdyn.scene.values.turns import Step, cosine_and_sine
 
 ROW_KEYS = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
 

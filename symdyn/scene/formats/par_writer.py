@@ -28,10 +28,10 @@ from symdyn.scene.formats.par_sheet import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
+from symdyn.scene.values.body import RIGHT, Step, inverse_steps, plus, quarter_turns, towards, turns
 from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import Quantity, spell
-from symdyn.scene.values.turns import RIGHT, Step, inverse, plus, quarter_turns, towards, turns
 
 SLOTS = ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")
 
@@ -272,7 +272,7 @@ def _frames(scene: Scene) -> list[Frame]:
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         turn = towards(joint.axis) if joint.moves else ()
         lead = (*behind[joint.parent], *joint.origin.steps)
-        after = (*inverse(turn), *joint.tip.steps)
+        after = (*inverse_steps(turn), *joint.tip.steps)
         path = rows((*lead, *turn)) if joint.moves else rows((*lead, *after))
         if _hides_coordinate(joint, path[-1]):
             path.append(ParRow())

@@ -1,10 +1,11 @@
-"""Numbers and placements as text: decimals that read back to the same value, poses as xyz and rpy.
+"""Numbers, placements and names of other formats: decimals that read back, multiples of π, poses as xyz and rpy.
 
     pose = product of elementary motions = translation xyz · Rz(yaw) Ry(pitch) Rx(roll)
 
 What is rational stays exact: a terminating decimal is written in full, rotations by right angles give whole numbers.
+Names may be any text there, and are identifiers of Python, C and LaTeX here.
 
-Decimals that stand for multiples of π, as files write them because they cannot write π.
+Files write decimals for multiples of π because they cannot write π:
 
     1.57079633  is π/2 rounded at its last digit
     1.5708      is too, and stays a decimal: π/2 differs from it by 4e-6, which other readers of the file do not add
@@ -15,28 +16,27 @@ that multiple *correctly rounded at its own last digit*, which has at least seve
 below 5e-8 rad. Beyond fifteen digits a text is often a double printed in full, right only in its first sixteen
 (1.57079632679489655800): then it is enough that the double nearest to the text is the double nearest to the multiple.
 
-Doubles of a compiled model as the exact numbers they were rounded from, as far as that is beyond doubt.
-
-A compiler turns 90° into 1.5707963267948966 and into the quaternion (0.7071067811865476, 0.7071067811865475, 0, 0).
-Here the way back: an angle that is a short decimal of degrees or radians to `ROUNDING`, a rotation that two or three
-such angles reproduce to `ROUNDING`, a direction in whole numbers. By chance that happens less than once in a million
-numbers. What is not recognised stays the double, digit for digit; with `snap` off, everything does.
+A compiler of models turns 90° into 1.5707963267948966 and into the quaternion (0.7071067811865476, 0.7071067811865475,
+0, 0). Here is the way back: an angle that is a short decimal of degrees or radians to `ROUNDING`, a rotation that two
+or three such angles reproduce to `ROUNDING`, a direction in whole numbers. By chance that happens less than once in a
+million numbers. What is not recognised stays the double, digit for digit; with `snap` off, everything does.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal, Inexact, InvalidOperation
 from fractions import Fraction
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.body import Pose
+from symdyn.scene.values.body import Pose, Step, circular, turns
 from symdyn.scene.values.formula import DEGREE, quantity
+from symdyn.scene.values.grammar import check_name
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector, exact_decimal
-from symdyn.scene.values.turns import Step, circular, turns
 
 DENOMINATORS = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
 DEGREES = 180
@@ -328,3 +328,40 @@ def _distance(matrix: Matrix, steps: Sequence[tuple[str, float]]) -> float:
     for kind, angle in steps:
         product = times(product, _elementary_double("xyz".index(kind[1]), angle))
     return max(abs(matrix[i][j] - product[i][j]) for i in range(3) for j in range(3))
+
+
+LONGEST_CORE = 40
+
+SYMBOL = "symbol"
+"""The kind of what formulas name."""
+
+
+def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
+    """Return a printable name for each name; good ones stay, the others come as near as they can and stay unique.
+
+    Args:
+        names: in the order of the file; repeated ones share a name.
+        kind: such as "link"; helps where a name has no letters, or is one that something else needs.
+    """
+    every = dict.fromkeys(names)
+    chosen = {name: name for name in every if _good(name, kind)}
+    taken = dict.fromkeys(chosen)
+    for name in every:
+        if name not in chosen:
+            chosen[name] = _near(name, kind, taken)
+            taken[chosen[name]] = None
+    return chosen
+
+
+def _good(name: str, kind: str) -> bool:
+    return check_name(name, letter=kind == SYMBOL) is None and name != Scene.GROUND
+
+
+def _near(name: str, kind: str, taken: dict[str, None]) -> str:
+    core = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")[:LONGEST_CORE].rstrip("_")
+    if not _good(core, kind):
+        core = f"{core}_{kind}" if core[:1].isalpha() else f"{kind}_{core}".rstrip("_")
+    found, k = core, 2
+    while found in taken or not _good(found, kind):
+        found, k = f"{core}_{k}", k + 1
+    return found

@@ -27,16 +27,15 @@ from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.inertias import Entries, free_base, turned
-from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.placing import snap_angle
+from symdyn.scene.formats.placing import printable_names, snap_angle
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.entry import Entry, Faults, show
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.grammar import listed, suggestion
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 
 _DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?\Z", re.ASCII)

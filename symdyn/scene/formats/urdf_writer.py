@@ -15,15 +15,14 @@ from xml.sax.saxutils import quoteattr
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
-from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
+from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, printable_names, xyz_rpy
 from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose, central_inertia
+from symdyn.scene.values.grammar import listed
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Scene
-from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import Quantity, Value, spell
 
 KINDS = {ours: next(word for word in TYPES if TYPES[word] == ours) for ours in dict.fromkeys(TYPES.values())}

@@ -1,14 +1,18 @@
-"""The parts that joints are made of: turns, slides, screws, a ball, free flight, and motions in formulas.
-
-Lengths that are numbers: sin² x + cos² x = 1 and √n √n = n, in small polynomials.
+"""The parts that joints are made of: turns, slides, screws, a ball, free flight, motions in formulas; what they forbid.
 
 A direction is often given by angles, as (cos a, sin a, 0), and the root that makes it a unit vector would stay in all
-that is derived.
+that is derived: so lengths that are numbers are told, sin² x + cos² x = 1 and √n √n = n, in small polynomials.
 
-Joints at a fixed position, as elementary steps, and motions turned round: what takes the child back to the parent.
+A joint at a fixed position is elementary steps along or about a coordinate axis, between two turns if the axis is
+oblique. Turned round, a joint has the same coordinates and velocities, and takes the child back to the parent.
 
-Steps are along or about a coordinate axis, between two turns if the axis is oblique. Turned round, a joint has the same
-coordinates and velocities.
+What a joint forbids are wrenches that do no work, and residuals of placement:
+
+    X        placement of the moved joint frame in the joint frame
+    A        rotation that takes z to the joint's axis; its columns are directions in the joint frame
+    R, p     rotation and translation of X
+
+Wrenches (force, moment) act at the origin of the moved frame; axes of the joint frame.
 """
 
 from __future__ import annotations
@@ -18,17 +22,15 @@ from fractions import Fraction
 from itertools import product
 
 from symdyn.graph import Expr, Graph, Op, gradient
-from symdyn.scene.joints.joint_kind import Gimbal, JointBlock, JointMotion, Move
-from symdyn.scene.values import turns
-from symdyn.scene.values.body import Pose
+from symdyn.scene.joints.joint_kind import Forbids, Gimbal, JointBlock, JointMotion, Move
+from symdyn.scene.values.body import Pose, Step, inverse_steps, towards
 from symdyn.scene.values.entry import EntryReader, show
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.shape import choice_of
-from symdyn.scene.values.turns import Step, towards
-from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
 
 MOST, HIGHEST = 60, 12
 """Nodes or terms, and powers, beyond which nobody looks: the square of a direction has fewer."""
@@ -344,7 +346,7 @@ def held(joint: Joint, position: Quantity, motion: Callable[[Quantity], Steps]) 
         position = position if value is not None and value > 0 else neg(position)
     else:
         k, there = 2, towards(joint.axis)
-    return (*there, *((kind + "xyz"[k], amount) for kind, amount in motion(position)), *turns.inverse(there))
+    return (*there, *((kind + "xyz"[k], amount) for kind, amount in motion(position)), *inverse_steps(there))
 
 
 def turned_by(joint: Joint, angle: Quantity) -> Steps:
@@ -359,7 +361,7 @@ def shifted_by(joint: Joint, way: Quantity) -> Steps:
 
 def inverse(pose: Pose) -> Pose:
     """Return the placement that undoes a placement."""
-    return Pose(turns.inverse(pose.steps))
+    return Pose(inverse_steps(pose.steps))
 
 
 def about_opposite(joint: Joint) -> Joint:
@@ -370,3 +372,67 @@ def about_opposite(joint: Joint) -> Joint:
 def opposite(axis: Vector) -> Vector:
     """Return the opposite axis."""
     return (neg(axis[0]), neg(axis[1]), neg(axis[2]))
+
+
+def forbidding(shifts: str, turns: str = "none") -> Forbids:
+    """Return what a joint forbids that takes away shifts and turns: those "along" or "across" its axis, or "all".
+
+    Turns are "all", those about directions "across" the axis, or "none". Forces and moments are along the same ones.
+    """
+
+    def wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+        graph = X.p[0].graph
+        return forces(*chosen(shifts, joint, graph)) + moments(*chosen(turns, joint, graph))
+
+    def residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+        graph = X.p[0].graph
+        gone = offsets(X, *chosen(shifts, joint, graph))
+        if turns == "all":
+            return gone + turned(X)
+        x, y, axis = directions(joint.axis, graph)
+        return gone + (leaning(X, axis, x, y) if turns == "across" else ())
+
+    return Forbids(wrenches, residual)
+
+
+def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
+    """Return the directions of the joint frame that a word means."""
+    if which in ("all", "none"):
+        return Mat.identity(graph) if which == "all" else ()
+    x, y, axis = directions(joint.axis, graph)
+    return (x, y) if which == "across" else (axis,)
+
+
+def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
+    """Return two directions across an axis and the axis itself, the columns of A."""
+    return Mat.towards(unit(axis, graph)).T
+
+
+def forces(*along: Vec) -> tuple[Wrench, ...]:
+    """Return unit forces."""
+    return tuple(Wrench(x, zero_vector(x[0].graph)) for x in along)
+
+
+def moments(*along: Vec) -> tuple[Wrench, ...]:
+    """Return unit moments."""
+    return tuple(Wrench(zero_vector(x[0].graph), x) for x in along)
+
+
+def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
+    """Return the components of p along directions, m."""
+    return tuple(dot(x, X.p) for x in along)
+
+
+def leaning(X: Transform, axis: Vec, *across: Vec) -> tuple[Expr, ...]:
+    """Return the components of axis × R axis along directions: how far the axis leans."""
+    lean = cross(axis, X.R @ axis)
+    return tuple(dot(x, lean) for x in across)
+
+
+def turned(X: Transform) -> Vec:
+    """Return ½ Σ e × R e: zero without rotation, the rotation vector close to it."""
+    graph = X.p[0].graph
+    total = zero_vector(graph)
+    for e in Mat.identity(graph):
+        total = add(total, cross(e, X.R @ e))
+    return scale(graph.one / 2, total)

@@ -6,8 +6,18 @@ What a nut exerts on its screw without working: a force f along the axis goes wi
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene.joints.blocks import AXIS, Steps, about_opposite, held, screw
-from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.blocks import (
+    AXIS,
+    Steps,
+    about_opposite,
+    directions,
+    forces,
+    held,
+    leaning,
+    moments,
+    offsets,
+    screw,
+)
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint

@@ -24,11 +24,10 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.values.body import Pose
+from symdyn.scene.values.body import Pose, Step
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.turns import Step
 from symdyn.spatial import Mat, Transform, Vec, Wrench, scale
 
 

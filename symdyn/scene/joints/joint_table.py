@@ -22,6 +22,7 @@ from symdyn.scene.joints.blocks import (
     ORIENTATION,
     about_opposite,
     along,
+    forbidding,
     gimbals,
     inverse,
     orientation,
@@ -31,7 +32,6 @@ from symdyn.scene.joints.blocks import (
     turn,
     turned_by,
 )
-from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.joint_kind import (
     SLIDE,

@@ -7,8 +7,7 @@ end. Two angles describe no rod that lies along x: there the description is sing
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXES, ORIENTATION, Steps, gimbals, orientation, shift, turn
-from symdyn.scene.joints.forbidden import forces
+from symdyn.scene.joints.blocks import AXES, ORIENTATION, Steps, forces, gimbals, orientation, shift, turn
 from symdyn.scene.joints.joint_kind import LINE, Forbids, Gimbal, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import number

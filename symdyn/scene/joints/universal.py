@@ -6,8 +6,7 @@ import math
 from dataclasses import replace
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXIS, opposite, turn, unit
-from symdyn.scene.joints.forbidden import forces, moments
+from symdyn.scene.joints.blocks import AXIS, forces, moments, opposite, turn, unit
 from symdyn.scene.joints.joint_kind import Forbids, JointBlock, JointKind, JointMark, MarkPart
 from symdyn.scene.values.entry import EntryReader, shorten
 from symdyn.scene.values.joint import Joint

@@ -4,31 +4,32 @@ from .body import OUTLINES as OUTLINES, Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
 )
-from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
+from .dimensional_analysis import ask_for_units as ask_for_units, fits as fits, question as question
 from .entry import Faults as Faults, shorten as shorten, show as show
-from .formula import split_commas as split_commas
+from .formula import split_commas as split_commas, substituted as substituted
 from .grammar import (
     GREEK as GREEK,
-    LatexSymbol as LatexSymbol,
-)
-from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
-from .key import TIMED as TIMED
-from .mapping import substituted as substituted
-from .model import Letter as Letter, Parameter as Parameter, Point as Point
-from .names import (
+    LETTERS as LETTERS,
     LONGEST as LONGEST,
     RESERVED as RESERVED,
+    LatexSymbol as LatexSymbol,
     choice as choice,
     listed as listed,
     nearest as nearest,
     suggestion as suggestion,
 )
-from .quantity import FormulaError as FormulaError, spell as spell
-from .requested_units import (
-    ask_for_units as ask_for_units,
-    fits as fits,
-    question as question,
+from .joint import (
+    Contact as Contact,
+    Element as Element,
+    Joint as Joint,
+    Load as Load,
+    Place as Place,
+    Strut as Strut,
+    acceleration_name as acceleration_name,
+    velocity_name as velocity_name,
 )
-from .signals import LETTERS as LETTERS
+from .key import TIMED as TIMED
+from .model import Letter as Letter, Parameter as Parameter, Point as Point
+from .quantity import FormulaError as FormulaError, spell as spell
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError

@@ -11,6 +11,8 @@ Behind a number, `deg` is the factor of formulas, so that `30 deg*t` is 30*deg t
 where it stands alone, and in rates: deg/s, deg/ms, deg/min, and deg/s^2 and deg/s^3.
 
 `parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
+
+A change of quantities goes through every formula that a thing of the scene holds, and is folded again.
 """
 
 from __future__ import annotations
@@ -19,17 +21,17 @@ import ast
 import re
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral
 from operator import index
-from typing import SupportsIndex
+from typing import Any, SupportsIndex, TypeVar
 
 from symdyn.errors import quoted
-from symdyn.graph import Op
+from symdyn.graph import Op, arithmetic
 from symdyn.scene.values import folding
-from symdyn.scene.values.names import FORMULA_NAMES, nearest
+from symdyn.scene.values.grammar import FORMULA_NAMES, nearest
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
@@ -352,3 +354,40 @@ def _exact(digits: str) -> Fraction:
 def _kind(value: object) -> str:
     kinds: dict[type, str] = {bool: "true or false", list: "a list", tuple: "a list", dict: "a table"}
     return "nothing" if value is None else kinds.get(type(value), f"a {type(value).__name__}")
+
+
+T = TypeVar("T")
+
+_FOLDED = arithmetic(folding)
+
+
+def map_quantities(thing: T, change: Callable[[Quantity], Quantity]) -> T:
+    """Return `thing`, a noun of the scene or a tuple of them, with `change` applied to every quantity inside."""
+    return _mapped(thing, change)  # type: ignore[no-any-return]
+
+
+def _mapped(thing: Any, change: Callable[[Quantity], Quantity]) -> Any:
+    if isinstance(thing, Quantity):
+        return change(thing)
+    if isinstance(thing, tuple):
+        return tuple(_mapped(part, change) for part in thing)
+    if is_dataclass(thing) and not isinstance(thing, type):
+        return replace(thing, **{field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing)})
+    return thing
+
+
+def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return the formula with quantities in place of symbols, folded again.
+
+    Raises:
+        FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
+    """
+    if quantity.op is Op.SYMBOL:
+        return values.get(str(quantity.value), quantity)
+    if not quantity.args:
+        return quantity
+    args = [substituted(arg, values) for arg in quantity.args]
+    if all(new is old for new, old in zip(args, quantity.args, strict=True)):
+        return quantity
+    operation = _FOLDED.get(quantity.op)
+    return operation(*args) if operation else folding.function(quantity.op, *args)

@@ -20,12 +20,10 @@ from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
-from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
-from symdyn.scene.values.joint import Joint, JointOrder, acceleration_name, order_of
-from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.names import CLOCK, listed
+from symdyn.scene.values.formula import map_quantities, substituted
+from symdyn.scene.values.grammar import CLOCK, LETTERS, listed
+from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
@@ -101,7 +99,7 @@ Letter: TypeAlias = Parameter | Input
 
 @dataclass(frozen=True)
 class Signal:
-    """What is looked at: a formula with a name, a letter of which may be a place or a reaction; see `signals`.
+    """What is looked at: a formula with a name, a letter of which may be a place or a reaction; see `grammar`.
 
     Attributes:
         name: of its column, and behind "output:".

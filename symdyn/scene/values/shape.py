@@ -11,8 +11,7 @@ from keyword import kwlist
 from typing import Any
 
 from symdyn.scene.values.body import ELEMENTARY
-from symdyn.scene.values.grammar import LONGEST_WORDS
-from symdyn.scene.values.names import C_KEYWORDS, CLOCK, FORMULA_NAMES, LONGEST
+from symdyn.scene.values.grammar import C_KEYWORDS, CLOCK, FORMULA_NAMES, LONGEST, LONGEST_WORDS
 
 Shape = Mapping[str, Any]
 

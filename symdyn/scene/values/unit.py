@@ -37,7 +37,7 @@ from symdyn.scene.values.dimension import (
     Dimension,
     product,
 )
-from symdyn.scene.values.names import nearest
+from symdyn.scene.values.grammar import nearest
 from symdyn.scene.values.quantity import FormulaError, Quantity
 
 SPELLED = {

@@ -56,7 +56,7 @@ def read_formula(
 
 
 def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantity | None:
-    """Return a formula in what can be looked at: letters of `signals`, parameters, outputs; None after a fault."""
+    """Return a formula in what can be looked at: `LETTERS`, parameters, outputs; None after a fault."""
     words = re.findall(r"\w+", str(text))
     parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
     formula = read_formula(text, (*scene.letters(words), *parameters, *outputs), where, faults)
