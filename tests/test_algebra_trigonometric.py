@@ -12,7 +12,7 @@ import pytest
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Function, Sum
 from symdyn.algebra.numeric import Floats
-from symdyn.algebra.sums_of_angles import AngleGroup
+from symdyn.algebra.sums_of_angles import MANY_ANGLES, AngleGroup
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
@@ -133,6 +133,17 @@ def test_a_derivative_in_the_ring_is_the_derivative_on_the_graph(seed: int) -> N
     value, expected = evaluate([node, slope], ring, ring.values([node, slope]))
 
     assert ring.is_zero(ring.derivative(value, Q2) - expected)
+
+
+def test_half_a_total_angle_turns_half_as_fast() -> None:
+    angles = [G.symbol(f"a{k}") for k in range(MANY_ANGLES + 1)]
+    below = tuple((1, one) for one in [None, *angles[:-1]])
+    node = S(G.total(angles) / 2)
+    slope = tangents([node], {angles[0]: G.one})[0]
+    ring = TrigonometricRing([node, slope], angles, [AngleGroup(tuple(angles), (), below)])
+    value, expected = evaluate([node, slope], ring, ring.values([node, slope]))
+
+    assert ring.is_zero(ring.derivative(value, angles[0]) - expected)
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -16,7 +16,7 @@ from symdyn.bench.stress.scenes import offset_pendulum, rubbing
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.timed_runs import FINEST, TimedRuns, truth
+from symdyn.simulation.timed_runs import DIGITS, EPSILON, FINEST, TimedRuns, truth
 
 pytestmark = pytest.mark.runs()
 
@@ -58,6 +58,7 @@ def test_a_start_without_accelerations_is_told_at_once() -> None:
 
 def test_the_truth_has_more_digits_than_a_double() -> None:
     """A pendulum from rest in Jacobi's elliptic functions: sin(q/2) = k sn(K - w t), k = sin(q0/2), w^2 = g/l."""
+    assert EPSILON / 4 < 10.0**-DIGITS < 4 * EPSILON  # which a page tells of it
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(offset_pendulum())
     found = runs.truth(UNTIL)

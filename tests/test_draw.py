@@ -376,6 +376,16 @@ def test_a_free_body_shows_every_wrench_and_its_name() -> None:
     assert {"F1", "M"} <= set(texts)
 
 
+def test_every_particle_of_a_body_has_its_weight() -> None:
+    places = ((1.0, 0.0, 0.0), (0.0, 0.5, 0.0))
+    rod = body("rod", particles=[{"mass": 2 + k, "at": list(place)} for k, place in enumerate(places)])
+    one = scene("rods", bodies=[rod], joints=[revolute("pivot", "ground", "rod")], gravity=[0, -9.81, 0])
+    weights = [w for w in acting_on(one, "rod", [0.0]) if w.name.endswith("g")]
+
+    assert [tuple(w.at) for w in weights] == [pytest.approx(place) for place in places]
+    assert [tuple(w.force) for w in weights] == [(0.0, -1.0, 0.0)] * 2
+
+
 def test_what_a_joint_exerts_on_its_two_bodies_is_opposite() -> None:
     one = SCENES["crank_rocker"]
     for joint, (parent, child) in {"B": ("crank", "coupler"), "C": ("coupler", "rocker")}.items():

@@ -46,6 +46,7 @@ def opened(path: Path) -> tuple[pygltflib.GLTF2, dict[str, dict[str, np.ndarray]
     """Return a file and, by the name of a node, times and values of everything that moves it."""
     file = pygltflib.GLTF2().load(str(path))
     blob = file.binary_blob()
+    assert all(0 < one.pbrMetallicRoughness.baseColorFactor[3] <= 1 for one in file.materials)
 
     def numbers(k: int) -> np.ndarray:
         accessor = file.accessors[k]
@@ -250,6 +251,7 @@ def test_shapes_and_colours_of_the_file_are_shown(tmp_path: Path) -> None:
         ("../meshes/a.ply", "is none of .stl, .obj, .dae"),
         ("../meshes/broken.stl", "cannot be read|no triangles"),
         ("../meshes/broken.dae", "cannot be read|is not well-formed|not XML"),
+        ("../meshes/broken.obj", r"cannot be read \(IndexError: "),
         ("../meshes/bomb.dae", "document type|DOCTYPE|entit"),
         ("../meshes/large.stl", "MB, and 256 MB of all, are the most"),
         ("", "is outside|is none of"),
@@ -265,6 +267,7 @@ def test_other_meshes_are_not_opened_and_the_link_is_drawn(name: str, message: s
     (meshes / "link.stl").symlink_to(tmp_path / "secret.stl")
     (meshes / "broken.stl").write_bytes(b"solid nothing\n facet")
     (meshes / "broken.dae").write_bytes(b"<COLLADA><asset>")
+    (meshes / "broken.obj").write_bytes(b"v 0 0 0\nf 1 2 9\n")
     (meshes / "bomb.dae").write_bytes(dae('<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'))
     with (meshes / "large.stl").open("wb") as file:
         file.truncate(65 * 2**20)

@@ -85,6 +85,18 @@ def test_steps_multiply_out_to_the_link(one):
         assert np.allclose(product, placed(framed.link[i].transform), atol=1e-12)
 
 
+@pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
+def test_a_frame_is_placed_in_that_of_the_joint_below(one):
+    below, met = {joint.child: joint for joint in one.joints}, set()
+    for frame in chosen_frames(one):
+        joint = frame.joint if frame.joint.name in met else below.get(frame.joint.parent)  # which may move twice
+        met.add(frame.joint.name)
+        while joint is not None and joint.type == "fixed":  # which has no frame
+            joint = below.get(joint.parent)
+
+        assert frame.parent == ("ground" if joint is None else joint.name)
+
+
 def test_a_chain_needs_four_steps_in_their_order():
     for name in ("puma560", "arm7", "scara"):
         for frame in chosen_frames(read(EXAMPLES / f"{name}.toml")):

@@ -147,6 +147,19 @@ def test_what_a_joint_forbids(kind: str) -> None:
         assert np.linalg.matrix_rank(np.array(values(rows)).reshape(-1, 6)) == len(wrenches)
 
 
+@pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.turned is not None])
+def test_a_coordinate_starts_where_it_did_when_its_joint_is_turned_round(kind: str) -> None:
+    joint, turned = jointed("revolute", kind).joints[1], JOINTS[kind].turned
+    assert turned is not None
+    numbers = tuple(Quantity.number(k + 1) for k in range(len(joint.coordinates)))
+    one = replace(joint, start=numbers, start_rates=numbers)
+    other = turned(one)
+
+    for starts in ("start", "start_rates"):
+        there, before = (dict(zip(x.coordinates, getattr(x, starts), strict=True)) for x in (other, one))
+        assert there == before
+
+
 @pytest.mark.parametrize("kind", JOINTS)
 def test_a_joint_that_is_held_is_where_its_motion_takes_it(kind: str) -> None:
     """`held` is the placement of `blocks` there; at zero, without rotation, if there are several coordinates."""

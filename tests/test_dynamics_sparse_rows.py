@@ -99,6 +99,20 @@ def test_a_row_of_a_thousand_loops_is_matched_without_recursion():
     assert sorted(r for one in found for r in one.rows) == list(range(count))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_every_row_stands_in_one_block_behind_those_that_it_needs(seed):
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(8)
+    uses = [[int(order[k]), *(int(x) for x in order[k + 1 :] if rng.random() < 0.2)] for k in range(8)]
+
+    found = blocks(uses)
+
+    assert sorted(row for one in found for row in one.rows) == list(range(8))
+    for k, one in enumerate(found):
+        known = {x for before in found[: k + 1] for x in before.velocities}
+        assert {x for row in one.rows for x in uses[row]} <= known
+
+
 def test_levels_are_floats_node_by_node():
     graph = Graph()
     x, y = graph.symbol("x"), graph.symbol("y")

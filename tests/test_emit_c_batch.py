@@ -23,6 +23,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.dynamics.outputs.derive import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
+from symdyn.emit.targets.c.cuts import STACK, VECTOR, _lanes
 from symdyn.emit.targets.c.plan import (
     LONGEST,
     LONGEST_LOOP,
@@ -101,6 +102,15 @@ def test_sines_are_right_to_one_ulp_next_to_multiples_of_a_quarter_turn(sincos, 
     angles = near_multiples(600, 2.0**20, TYPES[real])
     angles = angles[np.abs(angles) < 2**20]
     assert worst_ulps(sincos(angles), angles) <= 1
+
+
+@pytest.mark.parametrize("copied", [0, 500, 20_000])
+@pytest.mark.parametrize("work", [0, 1000, 20_000, 40_000])
+def test_a_block_of_states_has_room_on_the_stack_or_there_is_none(copied, work):
+    lanes = _lanes(copied, work)
+
+    assert lanes * (copied + work) <= STACK
+    assert lanes or VECTOR * (copied + work) > STACK
 
 
 def test_the_closest_doubles_to_multiples_of_a_quarter_turn_lose_nothing():

@@ -97,6 +97,14 @@ def test_every_page_names_the_multipliers(format_: str, group: str) -> None:
     assert "force along x of loop hinge, exerted by coupler on rocker" in text
 
 
+@pytest.mark.parametrize(("group", "entries"), [("equations", 0), ("coefficients", 6), ("textbook", 0), ("matrix", 6)])
+def test_rows_are_written_entry_by_entry_where_the_equations_are(group: str, entries: int) -> None:
+    text = equations_text(example("four_bar"), "text", group)
+
+    assert len(re.findall(r"^G\[[12],[123]\] = ", text, re.MULTILINE)) == entries  # two rows, three coordinates
+    assert ("\n# velocities" in text) == (not entries)
+
+
 def test_the_rows_of_a_four_bar_are_short() -> None:
     lines = equations_text(example("four_bar"), "text").splitlines()
 

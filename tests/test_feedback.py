@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from symdyn.simulation.equations.implicit import Implicit, differences, slopes
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.controller import placed
 from symdyn.simulation.feedback.gains import Gains, rotation_vector, state_names
-from symdyn.simulation.feedback.loop import Loop
+from symdyn.simulation.feedback.loop import Loop, lateness
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 
@@ -72,6 +73,15 @@ def test_gains_are_the_formula_that_they_say(method: str) -> None:
     assert np.abs(run.tau - same.tau).max() < 1e-4
     assert np.abs(run.tau).max() > 1
     assert run.monitors["energy"] < 1e-5 * run.monitors["energy_scale"]
+
+
+@pytest.mark.parametrize("periods", [1, 3, 6, 7])  # 0.3 and 0.6 are not 3 and 6 times 0.1 in doubles
+def test_a_delay_of_whole_periods_is_whole(periods: int) -> None:
+    def late(delay: float) -> tuple[int, float]:
+        return lateness(Feedback(lambda t, q, u: 0, period=0.1, delay=delay))
+
+    assert late(periods / 10) == (periods, 0.0)
+    assert late(periods / 10 + 0.04) == (periods, pytest.approx(0.04))
 
 
 def test_forces_beside_a_controller_are_added() -> None:
@@ -200,6 +210,13 @@ def test_the_difference_on_the_group_is_the_rotation_vector_and_the_way_in_the_m
         q = coordinates(p, b) * np.array([1, 1, 1, sign, sign, sign, sign])
         assert np.allclose(one.away(q), [*a.inv().apply(p - p0), *(a.inv() * b).as_rotvec()], atol=1e-14)
     assert np.array_equal(one.away(one.q0), np.zeros(6))
+    every = replace(one, K=np.eye(6), states=state_names(BODY)[:6], inputs=BODY.drives, initial=(0.0,) * 6)
+    q, small = coordinates(p, b), 1e-3 * np.eye(7)
+    ahead, far = (
+        [every(0.0, q + k * d, np.zeros(6)) - every(0.0, q - k * d, np.zeros(6)) for d in small] for k in (1, 2)
+    )
+    slope = (8 * np.array(ahead) - np.array(far)).T / 12e-3  # of fourth order
+    assert np.allclose(every.slope(0.0, q, np.zeros(6))[:, :7], slope, atol=1e-8)
     assert rotation_vector(np.array([1.0, 1e-200, 0, 0]))[0] == 2e-200
 
 

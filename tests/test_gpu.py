@@ -125,6 +125,15 @@ def test_what_waits_is_read_back_and_a_wrong_place_is_seen() -> None:
         assert told.passed == (one == text), told.where
 
 
+@pytest.mark.parametrize(("real", "size"), [("double", 8), ("float", 4)])
+def test_the_bytes_that_are_told_hold_what_waits(real: str, size: int) -> None:
+    text = emit(lower(derive(example("arm7"), ["forward_dynamics_derivatives"])), "gpu", real).texts["arm7.cu"]
+    (told,) = re.findall(r"wait in (\d+) bytes", text)
+    ((places, block),) = re.findall(r"waiting_places\[(\d+) \* (\d+)\];", text)
+
+    assert int(told) == int(places) * int(block) * size
+
+
 @pytest.mark.wide("two_link-double", "four_bar-float")
 @pytest.mark.runs("g++")
 @pytest.mark.parametrize("real", ["double", "float"])

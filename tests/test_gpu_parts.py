@@ -125,6 +125,16 @@ def test_columns_without_room_leave_a_kernel_whole_where_that_costs_less(monkeyp
 
 
 @pytest.mark.long(0)
+def test_a_kernel_is_cut_no_smaller_than_the_smallest_block_needs(
+    little: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rooms_of, "SHARED", 32 * 50 * 8)
+    (room,) = budgets(puma(), REALS["double"])
+    assert len(room.plans) > 1
+    assert 64 * room.places > 32 * 50 >= 32 * room.places
+
+
+@pytest.mark.long(0)
 def test_what_is_cheaper_to_spill_is_not_computed_twice(little: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rooms_of, "TWICE", 0)
     (room,) = budgets(puma(), REALS["double"])

@@ -186,6 +186,19 @@ def test_samples_that_nothing_explains_are_left_out_and_told() -> None:
     assert np.linalg.norm(found.after - right) < 0.8 * np.linalg.norm(kept.after - right)
 
 
+def test_the_verb_leaves_out_what_nothing_explains_unless_it_is_kept(tmp_path: Path, capsys: Capture) -> None:
+    data = noisy(log(scara(), count=1001), 5, 0.02)
+    data["tau2"][350:352] += 300.0
+    file = tmp_path / "log.csv"
+    np.savetxt(file, np.column_stack([*data.values()]), "%.17g", ",", header=",".join(data), comments="")
+    told = []
+    for more in ([], ["--keep-outliers"]):
+        assert main(["identify", str(EXAMPLES / "scara.toml"), str(file), *more]) == 0
+        told.append("tau2 at t = 3.5" in "".join(capsys.readouterr()))
+
+    assert told == [True, False]
+
+
 def test_data_that_were_held_back_judge_the_fit() -> None:
     found = symdyn.identify(scara(), noisy(log(scara()), 2, 0.1), hold_back=0.25)
 
@@ -275,7 +288,7 @@ def test_all_faults_of_a_log_are_told_together(tmp_path: Path, capsys: Capture) 
         ({"friction": "stiction"}, "there is no term stiction"),
         ({"units": {"q1": "furlong"}}, "furlong is no unit"),
         ({"units": {"q9": "deg"}}, "has no such column"),
-        ({"band": 0.01}, "too short for a band"),
+        ({"band": 0.01}, "t = 0 s to 10 s is too short for a band"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused(settings: dict[str, Any], words: str) -> None:
@@ -289,6 +302,15 @@ def test_what_cannot_be_identified_with_is_refused_in_words() -> None:
         symdyn.identify(symdyn.example("two_link"), data)
     with pytest.raises(IdentifyError, match="no joint has a drive"):
         linear_model(symdyn.example("heavy_top"))
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [("q1=sin(t)", "q1: a log is a CSV file or arrays over t, not a formula"), (lambda t: {"q1": t}, "not a function")],
+)
+def test_what_is_no_log_is_refused_in_words(data: Any, words: str) -> None:
+    with pytest.raises(IdentifyError, match=words):
+        symdyn.identify(scara(), data)
 
 
 def test_masses_without_numbers_need_none() -> None:

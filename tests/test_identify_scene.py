@@ -213,6 +213,19 @@ def test_ten_numbers_become_a_body_and_come_back():
     assert moments == pytest.approx([1.1 * x for x in (0.13, 0.524, 0.539)])
 
 
+def test_the_mass_of_a_box_is_spread_over_a_twelfth_of_its_squared_lengths():
+    m, place, squares = 3.0, np.array([0.4, -0.2, 0.1]), np.array([0.2, 0.5, 0.9]) ** 2
+    central = m / 12 * np.diag(squares.sum() - squares)
+    about = central + m * (place @ place * np.eye(3) - np.outer(place, place))
+    upper = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    mass, com, principal, spread = ten_of_body(np.array([m, *(m * place), *upper]))
+
+    assert mass == m
+    np.testing.assert_allclose(com, place)
+    np.testing.assert_allclose(principal, np.sort(np.diag(central)))
+    np.testing.assert_allclose(spread, np.diag(squares) / 12, atol=1e-15)
+
+
 def test_other_bodies_stay_as_they_are_declared():
     scene = symdyn.example("arm7")
     known = unknowns(scene)
@@ -252,6 +265,7 @@ def test_the_page_tells_all_of_it(found, made):
         assert f'<th scope="row">{name}</th>' in page
     for title in ("Parameters", "What the data do not tell", "Driving forces", "Residuals", "Outliers"):
         assert f"<h2>{title}" in page
+    assert ("The data tell every base parameter." in page) == (not found.untold)
     assert "nan" not in re.sub(r"<title>.*?</title>", "", page)
     assert len(page) < 500_000
 

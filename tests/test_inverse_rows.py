@@ -80,6 +80,11 @@ def test_laws_that_leave_motions_open_are_refused() -> None:
         followed(read(EXAMPLES / "rolling_disc.toml"), "x=t")
 
 
+def test_a_quaternion_with_a_part_of_its_laws_is_refused() -> None:
+    with pytest.raises(SimulateError, match=r"motion: e2, e3 missing; a quaternion moves as \(e0, e1, e2, e3\)"):
+        followed(read(EXAMPLES / "rolling_disc.toml"), "e0=cos(t)", "e1=sin(t)")
+
+
 @pytest.mark.mends("3.3")
 def test_laws_that_slip_are_refused() -> None:
     with pytest.raises(SimulateError, match=r"t = 0 s: the loops and rows do not allow the velocities of x, phi"):
@@ -113,7 +118,9 @@ def test_a_height_is_solved_and_a_way_is_integrated() -> None:
     fine = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=2001)
 
     assert found["z"] == pytest.approx(0.26 * np.cos(found["q2"]), abs=1e-12)
+    ends = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=2)
     assert found["x"] == pytest.approx(fine["x"][::100], abs=1e-11)
+    assert ends["x"] == pytest.approx(fine["x"][::2000], abs=1e-11)
     way = np.concatenate([[0.0], np.cumsum((fine["x_dot"][1:] + fine["x_dot"][:-1]) / 2 * 0.001)])
     assert fine["x"] == pytest.approx(way, abs=1e-6)
 

@@ -80,6 +80,13 @@ def close(values, wanted, tolerance=1e-9):
 DRIVES = 'drives = [false, false, false, "lean", false]'
 
 
+def test_a_mass_that_is_pushed_and_whose_place_is_seen_has_no_zeros():
+    A, B, C, D = np.eye(2, k=1), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
+
+    assert not zeros(A, B, C, D, 1.0).size
+    assert_allclose(zeros(A, B, np.array([[1.0, 0.5]]), D, 1.0), [-2.0])  # a place and half its rate
+
+
 def test_the_bicycle_has_the_matrices_of_its_paper():
     """M, C1, K0 and K2 out of A and B, with a torque on the lean and one on the handlebars as inputs."""
     text = (ROOT / "examples" / "bicycle.toml").read_text(encoding="utf-8")

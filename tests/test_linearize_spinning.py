@@ -99,7 +99,7 @@ def test_a_sleeping_top_nutates_and_precesses_as_the_finding_says() -> None:
     assert stability(found).verdict == "oscillating"
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(4)  # of which each axis has its share
 @pytest.mark.mends("30.numbers.2")
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("drive", ["false", "true"])

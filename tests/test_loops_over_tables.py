@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -17,9 +18,10 @@ from symdyn.dynamics.outputs.named_functions import Argument, Counts, Function
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, kinds_of, lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop, aba_loop, rnea_loop
 from symdyn.emit import TARGETS, emit
+from symdyn.emit.targets.c.loops import LINE, STACK, _places, room
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.program import formulate, in_lines, lower
+from symdyn.program import Program, formulate, in_lines, lower
 from symdyn.runtime.c_module import build
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
@@ -159,14 +161,44 @@ def test_beside_functions_that_are_no_loops_the_text_is_that_of_all_together() -
     assert emit(one, "c").texts == emit(both, "c").texts
 
 
-@pytest.mark.long(0)
-@pytest.mark.wide(5)
-@pytest.mark.parametrize("target", [name for name, one in TARGETS.items() if not one.loops and one.functions is None])
-def test_languages_without_loops_get_lines(target: str) -> None:
+@pytest.fixture(scope="module")
+def looped_and_lines() -> tuple[Program, Program]:
     scene = tree(3, 9)
-    alone, lines = lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID]))
+    return lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID]))
 
-    assert dict(emit(alone, target)) == dict(emit(lines, target))
+
+@pytest.mark.parametrize("target", [name for name, one in TARGETS.items() if one.functions is None])
+def test_languages_other_than_c_get_lines(target: str, looped_and_lines: tuple[Program, Program]) -> None:
+    looped, lines = (dict(emit(one, target)) for one in looped_and_lines)
+
+    assert (looped == lines) == (target not in ("c", "ufunc"))
+
+
+def test_in_lines_nothing_is_a_loop() -> None:
+    program = lower(formulate(tree(3, 9), [ID], LOOP))
+
+    assert [bool(one.function.loop) for one in program.routines] == [True]
+    assert [bool(one.function.loop) for one in in_lines(program).routines] == [False]
+
+
+def test_states_stand_side_by_side_as_far_as_the_stack_has_room() -> None:
+    few, many, most = (room(joints, 8, 6 * joints) for joints in (10, 1500, 10**6))
+
+    assert (few.lanes, many.lanes, most.lanes) == (LINE // 8, LINE // 16, 0)
+    assert 8 * many.lockstep <= STACK
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_place_is_read_before_it_is_used_again_and_none_is_left_over(seed: int) -> None:
+    draw = random.Random(seed)
+    parents = [draw.randrange(max(0, k - 4), k) for k in range(1, 40)]
+    found, most = _places(parents)
+    left = {0: 0}  # which joint's values stand in a place
+    for joint, (parent, (come, go)) in enumerate(zip(parents, found, strict=True), 1):
+        assert left[come] == parent
+        left[go] = joint
+
+    assert most == len(left)
 
 
 def test_at_rest_there_is_no_loop() -> None:

@@ -163,6 +163,7 @@ def test_a_certificate_shows_its_verdict(numpy_alone: None) -> None:
     page = shown(found)
     assert [attributes["class"] for tag, attributes in page.found if tag == "p"][1] == "good"
     assert "passed" in page.text
+    assert re.search(r"a false one passed is below 1e-\d\d", page.text)
 
     from dataclasses import replace
 

@@ -15,6 +15,7 @@ from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.graph import Graph, evaluate
 from symdyn.linear import linearize_at_rest, rests
+from symdyn.linear.modes import SecondOrder
 from symdyn.scene import read, read_text
 
 FOUND = Path(__file__).parent / "data/found"
@@ -138,6 +139,15 @@ def test_values_of_parameters_may_be_given_where_the_scene_has_none() -> None:
     text = ROD.replace("mass = 1,", 'mass = "m",').replace("[bodies", '[parameters]\nm = { unit = "kg" }\n[bodies', 1)
     found = rests(read_text(text), {"m": 2.0}, np.array([0.3]))
     assert [place.near.K.item() for place in found.places] == pytest.approx([2 * 9.81, -2 * 9.81])
+
+
+def test_shapes_of_three_equal_carts_are_the_known_ones_without_rounding() -> None:
+    K = np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    squares, shapes = zip(*SecondOrder(np.eye(3), np.zeros((3, 3)), K).modes, strict=True)
+
+    assert squares == pytest.approx([2 - 2**0.5, 2, 2 + 2**0.5])
+    assert shapes[1][1] == 0.0
+    assert abs(shapes[1][0] - shapes[1][2]) == pytest.approx(2)
 
 
 PUCK = """

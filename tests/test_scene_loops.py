@@ -181,6 +181,7 @@ def test_a_declared_loop_is_kept_as_it_is():
     [
         (FOUR_BAR, ("elbow",), '--spanning-tree: "elbow" is not a joint; known are a, b, c, d'),
         (FOUR_BAR, ("a", "b"), "--spanning-tree a,b leaves nothing that carries crank; cut others"),
+        (FOUR_BAR, ("b", "c"), "--spanning-tree b,c leaves nothing that carries coupler; cut others"),
         (
             FOUR_BAR + joint("e", "ground", "rocker", "prismatic"),
             ("e",),

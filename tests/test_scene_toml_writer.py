@@ -28,6 +28,7 @@ from symdyn.scene import (
 from symdyn.scene.toml import decimal
 from symdyn.scene.values import Parameter, Pose
 from symdyn.scene.values.body import Particle
+from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Limits
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
@@ -139,6 +140,14 @@ def test_every_number_comes_back_exactly(value):
     one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", Quantity.number(value))))
 
     assert there_and_back(one).parameters[-1].value == Quantity.number(value)
+
+
+@pytest.mark.parametrize("written", ["", "g"])
+def test_the_unit_that_was_chosen_comes_back_beside_a_value_in_another_one(written):
+    extra = Parameter("extra", quantity("2 lb"), unit="kg", written=written)
+    one = replace(SCENES[0], parameters=(*SCENES[0].parameters, extra))
+
+    assert there_and_back(one).parameters[-1].written == written
 
 
 @pytest.mark.long

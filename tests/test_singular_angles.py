@@ -9,7 +9,8 @@ import pytest
 
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.errors import DerivationError, SimulateError
+from symdyn.emit.targets.fmu import starting_state
+from symdyn.errors import DerivationError, EmitError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import read_motion, simulate
 from symdyn.simulation.initial import read_start
@@ -75,6 +76,11 @@ def test_a_tree_whose_angles_start_singular_is_refused_in_inverse_too() -> None:
     scene = top("zxz", "0.2")
     with pytest.raises(SimulateError, match=r"start: joint tip: b = 0: .*quaternion"):
         inverse(scene, read_motion(scene, ["a=t", "b=0.1*t", "c=2*t"]), np.linspace(0, 1, 3))
+
+
+def test_a_model_whose_angles_start_singular_is_refused() -> None:
+    with pytest.raises(EmitError, match=r"top: start: joint tip: b = 0: .*singular"):
+        starting_state(top("zxz", "0"))
 
 
 @pytest.mark.mends("3.5")

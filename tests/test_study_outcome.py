@@ -150,6 +150,9 @@ def test_a_tornado_tells_the_means_where_a_name_is_lowest_and_highest() -> None:
     np.testing.assert_allclose(low, [5.5, 6.0])
     np.testing.assert_allclose(high, [7.5, 7.0])
 
+    drawn = study({"x1": "uniform(0,1)"}, "sobol", 256, lambda a: {"y": a})  # a tenth of its runs at each end
+    np.testing.assert_allclose(np.ravel(swing(drawn, "y")), [0.05, 0.95], atol=0.005)
+
 
 def partly(a: np.ndarray, b: np.ndarray) -> Columns:
     return {"y": np.where(a * b > 1, a, np.nan)}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from symdyn.algebra.form import Form, Function, Power, Product, Sum, Symbol
+from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
@@ -18,6 +19,7 @@ from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
 from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
+from symdyn.teach.derivations.dalembert.solved_loops import less
 from symdyn.teach.document import Formula, Matrix
 
 ROOT = Path(__file__).parent
@@ -100,6 +102,14 @@ def test_a_force_in_a_hinge_has_the_arm_that_one_sees(name: str, key: str, form:
     assert len(entry.factors) == 3
     pin = key.split(",")[1].split(":", maxsplit=1)[0]
     assert entry.factors[1:] == (Symbol(form[1]), Symbol(f"reaction:{pin}:1"))
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_factor_less_leaves_the_quotient(power: int) -> None:
+    x, numbers = Symbol("x"), {"x": Number(Fraction(5)), "y": Number(Fraction(7))}
+    left = Form.product(less(x, (x.power(power), Symbol("y"))))
+
+    assert evaluate([left.substitute(numbers).express(Graph())], Floats(), {}) == [5 ** (power - 1) * 7]
 
 
 def test_an_angle_is_written_in_one_way() -> None:

@@ -23,6 +23,7 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.joints.joint_table import start_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import absence, interactive, interactive_page, live
+from symdyn.teach.interactive.live import by_hand
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.render.html import html_page
 
@@ -533,6 +534,7 @@ def test_the_page_needs_nothing_else_and_is_small() -> None:
     text = interactive_page(scene_of("two_link"))
 
     assert len(text) < 120_000
+    assert len(re.findall(r"^const [cs]\d=Math\.\w+\(q_\d\);$", text, re.MULTILINE)) > 4  # no spaces in formulas
     assert not any(word in text for word in ("src=", "href=", "@import", "url(", "fetch("))
 
 
@@ -579,6 +581,15 @@ def test_a_motion_that_time_alone_decides_can_be_played(browser: Any, tmp_path: 
         (t,) = values(page, "t")
         assert values(page, "q") == pytest.approx([np.sin(2 * t)], rel=1e-12)
         assert values(page, "qdd") == pytest.approx([-4 * np.sin(2 * t)], rel=1e-12)
+
+
+def test_sliders_take_over_the_motions_of_closed_scenes_alone() -> None:
+    led = read_text(scene_text('motion = "sin(2*t)"'), "led.toml")
+    text = (EXAMPLES / "slider_crank.toml").read_text()
+    closed = read_text(text.replace('coordinate = "phi"', 'coordinate = "phi"\nmotion = "2*t"'), "slider_crank")
+
+    assert by_hand(led) is led
+    assert [joint.motion is None for joint in by_hand(closed).joints] == [True] * len(closed.joints)
 
 
 def test_a_closed_mechanism_with_a_prescribed_motion_is_moved_by_hand(browser: Any, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import ERRATA, Blank, Document, Step
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.exercises import APART, GRADES, OF_ONE, with_exercises, written_out
-from symdyn.teach.practice.questions import questions, solutions_last
+from symdyn.teach.practice.questions import questions, sheet, solutions_last
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -35,6 +35,14 @@ def blanks(document: Document) -> list[Blank]:
 
 def kinds(document: Document) -> set[str]:
     return {blank.key.partition(":")[0] for blank in blanks(document)}
+
+
+@pytest.mark.long
+def test_a_sheet_counts_its_questions_from_one() -> None:
+    asked = with_exercises(lesson("two_link"), 2)
+    steps = sheet(asked).sections[-1].steps
+
+    assert [step.claim.parts[0] for step in steps] == [f"{k}. " for k in range(1, len(blanks(asked)) + 1)]
 
 
 @pytest.mark.long

@@ -70,7 +70,7 @@ def test_the_certificate_names_the_very_bytes(folder: Path, capsys: Capture) -> 
         ("two_link.hpp", "* c2", "* s2", "entry 0"),
         ("two_link.c", "k += states;", "k += states + 1;", "fixed text"),
         ("two_link.h", "double *out);", "float *out);", "fixed text"),
-        ("two_link.c", "#include <math.h>", "#include <math.h>\n#define sin(x) system(x)", "fixed text"),
+        ("two_link.c", "#include <math.h>", "#include <math.h>\n#define sin(x) system(x)", "fixed text: '#define sin"),
     ],
 )
 def test_an_edited_file_is_found(folder: Path, capsys: Capture, file: str, old: str, new: str, told: str) -> None:

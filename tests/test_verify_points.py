@@ -11,6 +11,7 @@ from symdyn.algebra.big import BigFloats, Midpoints, RealBalls, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.verify.points import Bounds, FirstPoints, bound
+from symdyn.verify.written.field import Uninterpreted
 
 SEEDS = [[11, 12], [21, 22]]
 
@@ -50,6 +51,17 @@ def test_a_zero_below_at_one_point_is_unlucky_for_all() -> None:
         FirstPoints(wanted, primes, SEEDS).values([1 / (x - place)])
 
 
+def test_sums_that_round_alike_are_one_operation_and_others_are_not() -> None:
+    g = Graph()
+    field, a, b = Uninterpreted(10007, 1, Needs.of([g.one])), 3, 5
+    less_a, less_b = -a % field.p, -b % field.p
+    total, difference = field.operation(Op.ADD, (a, b)), field.operation(Op.SUB, (a, b))
+
+    assert total == field.operation(Op.ADD, (b, a)) == field.operation(Op.ADD, (less_a, less_b))
+    assert difference == field.operation(Op.ADD, (less_b, a)) == field.operation(Op.SUB, (b, a))
+    assert total != difference
+
+
 def test_bounds_of_several_claims_are_those_of_each_where_nothing_is_divided() -> None:
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
@@ -58,6 +70,19 @@ def test_bounds_of_several_claims_are_those_of_each_where_nothing_is_divided() -
     bounds = Bounds(wanted)
 
     assert [bounds.of(*claim) for claim in claims] == [bound(*claim, wanted) for claim in claims]
+
+
+def test_arguments_of_functions_that_may_be_taken_for_one_another_count() -> None:
+    g = Graph()
+    x = g.symbol("x")
+    one, cube, other = (g.function(Op.EXP, argument) for argument in (x, x * x * x, 2 * x))
+    wanted = Needs.of(reachable([cube, one, other]))
+    alone, steep, two = (bound([node], [g.zero], wanted).degree for node in (one, cube, one + other))
+
+    value = bound([x], [g.zero], wanted).degree  # that of a function is an independent one, too
+
+    assert steep - value == 3 * (alone - value) > 0
+    assert two - value == 2**2 * (alone - value)
 
 
 def test_a_divisor_of_several_nodes_counts_as_one() -> None:

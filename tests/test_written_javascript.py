@@ -29,6 +29,15 @@ def altered(program: Program, old: str, new: str, file: str) -> Written:
     return next(one for one in found if one.file == file)
 
 
+def test_a_function_that_no_file_holds_is_missed(two_link: Program) -> None:
+    files = files_of(emit(two_link, "js"))
+    text = str(files.contents["two_link.mjs"])
+    less = replace(files, contents={"two_link.mjs": text[: text.rindex("/**")]})  # what stands above the last function
+    (found,) = prove_texts(printed(two_link, "double"), less, READERS["js"])
+
+    assert (found.passed, found.where) == (False, "no function kinetic_energy was found")
+
+
 @pytest.mark.parametrize("file", ["two_link.mjs", "two_link.js"])
 @pytest.mark.parametrize(
     ("old", "new", "told"),

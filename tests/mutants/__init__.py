@@ -1,10 +1,9 @@
-"""Mutants: faults planted in `graph/`, `program/passes.py` and `dynamics/recursive/`, one at a time.
+"""Mutants: faults planted in symdyn, one at a time; most of them in its newer rooms.
 
     drawn.txt     400 of them, drawn by cosmic-ray's operators and a written seed from the commit named on top
     draw.py       how they were drawn
-    reach.py      which tests reach the line of which mutant, and how long they take
-    run.py        plants them, runs first the tests that reach the line, then the whole suite
-    before.txt, after.txt     what became of them, with the tests of that commit and with those of today
+    run.py        which tests come by the line of which mutant; plants them and runs these tests
+    after.txt     what became of them, and why those that live are no faults
 
 `python -m tests.mutants run` goes on where the record ends.
 """
@@ -51,6 +50,12 @@ class Mutant:
                 if found:
                     return path, found[min(self.nth, len(found) - 1)]
         return None
+
+
+def room(file: str) -> str:
+    """Return the package of a file: `verify/written` and `emit/targets` are rooms of their own."""
+    _, first, *rest = file.split("/")
+    return f"{first}/{rest[0]}" if rest and f"{first}/{rest[0]}" in ("verify/written", "emit/targets") else first
 
 
 def drawn() -> list[Mutant]:

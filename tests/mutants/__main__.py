@@ -5,14 +5,24 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 from collections import Counter
 from pathlib import Path
 
-from . import DRAWN, HERE, drawn
+from . import DRAWN, HERE, drawn, room
 
 ROOT = HERE.parent.parent
 REACHED = ROOT / "build" / "mutants" / "reach.txt"
+TREE = ROOT / "build" / "mutants" / "tree"
+
+
+def checked_out(commit: str) -> Path:
+    """Return a clone with the files of a commit, and with what tests have compiled there before."""
+    found = subprocess.run(["git", "-C", str(ROOT), "rev-parse", commit], check=True, capture_output=True, text=True)
+    if not TREE.exists():
+        subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(TREE)], check=True)
+    subprocess.run(["git", "-C", str(TREE), "fetch", "--quiet"], check=True)
+    subprocess.run(["git", "-C", str(TREE), "checkout", "--quiet", "--force", found.stdout.strip()], check=True)
+    return TREE
 
 
 def main() -> int:
@@ -21,32 +31,30 @@ def main() -> int:
     ask.add_argument("what", choices=["draw", "reach", "run", "show"])
     ask.add_argument("--at", default="HEAD", help="the commit whose code and tests are taken (default: HEAD)")
     ask.add_argument("--first", type=int, default=len(drawn()) if DRAWN.exists() else 0, help="how many of the list")
-    ask.add_argument("--whole", action="store_true", help="those that no test found that reaches them, against all")
+    ask.add_argument("--again", action="store_true", help="those that live, against the tests that are known by now")
     ask.add_argument("--record", type=Path, default=HERE / "after.txt", help="file of verdicts (default: after.txt)")
     ask.add_argument("words", nargs="*", help="reach: words for pytest")
     given = ask.parse_args()
     if given.what == "show":
         from .run import verdicts
 
-        print(*(f"{count} {verdict}" for verdict, count in Counter(verdicts(given.record).values()).most_common()))
+        known = verdicts(given.record)
+        found = Counter((room(one.file), known.get(one.number, "left")) for one in drawn())
+        print(*(f"{place:20} {verdict:8} {count}" for (place, verdict), count in sorted(found.items())), sep="\n")
         return 0
-    with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / "tree"
-        subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(tree)], check=True)
-        subprocess.run(["git", "-C", str(tree), "checkout", "--quiet", given.at], check=True)
-        if given.what == "draw":
-            from .draw import draw
+    tree = checked_out(given.at)
+    if given.what == "draw":
+        from .draw import draw
 
-            print(*draw(tree), sep="\n")
-        elif given.what == "reach":
-            from .reach import reach
+        print(*draw(tree), sep="\n")
+    elif given.what == "reach":
+        from .run import reach
 
-            reach(tree, drawn(), given.words, REACHED)
-        else:
-            from .reach import reached
-            from .run import record
+        reach(tree, drawn(), given.words, REACHED)
+    else:
+        from .run import reached, record
 
-            record(tree, drawn()[: given.first], reached(REACHED), given.record, given.whole)
+        record(tree, drawn()[: given.first], reached(REACHED), given.record, given.again)
     return 0
 
 

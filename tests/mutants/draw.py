@@ -1,7 +1,8 @@
-"""Draw mutants by cosmic-ray's operators: `pip install cosmic-ray`, then `python -m tests.mutants draw`.
+"""Draw mutants by cosmic-ray's operators: `pip install cosmic-ray`, then `python -m tests.mutants draw > drawn.txt`.
 
-Places are drawn, not operators: else most mutants would be the eleven other operators of the same plus sign. What
-changes annotations and docstrings alone is no fault and not drawn; what changes more than one line is left out.
+A line is drawn, then a place on it, then an operator there: else most mutants would be the eleven other operators of
+the same plus sign. Left out is what is no fault by construction: annotations, docstrings, texts of errors, fronts, what
+guards against writers (`frozen`, `slots`) or keeps a result (`cache`), lengths that `strict` compares, `is` for `==`.
 """
 
 from __future__ import annotations
@@ -13,87 +14,108 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from . import Mutant
+from . import Mutant, room
 
-SEED = 12
-COUNT = 400
-FILES = ("symdyn/graph/*.py", "symdyn/program/passes.py", "symdyn/dynamics/recursive/*.py")
+SEED = 31
+SHARES = {True: 240, False: 160}
+"""How many are drawn from the newer rooms, and from all others."""
+
+NEWER = ("identification", "linear", "study", "transcription", "simulation", "verify/written", "emit/targets")
+GUARDS = {"frozen", "slots", "strict", "order"}
+KEEPERS = {"cache", "lru_cache", "cached_property", "overload", "final"}
+SAME = {"Is_Eq", "IsNot_NotEq", "Eq_Is", "NotEq_IsNot"}
 
 
 def draw(root: Path) -> Iterator[str]:
-    """Yield the lines of the list."""
-    commit = subprocess.run(
-        ["git", "-C", str(root), "rev-parse", "--short", "HEAD"], check=True, capture_output=True, text=True
-    ).stdout.strip()
-    places: dict[tuple[str, tuple[int, int]], list[tuple[str, int, str]]] = defaultdict(list)
-    for pattern in FILES:
-        for path in sorted(root.glob(pattern)):
-            file = path.relative_to(root).as_posix()
-            for start, operator, source in mutations(path.read_text(encoding="utf-8")):
-                places[file, start].append((operator, *source))
-    rng = random.Random(SEED)
-    chosen = sorted((where, rng.choice(places[where])) for where in rng.sample(sorted(places), COUNT))
-    yield f"# {COUNT} of {len(places)} places of {', '.join(FILES)} at {commit}, seed {SEED}"
+    """Yield the lines of the list, of which every beginning has from each room its share."""
+    show = ["git", "-C", str(root), "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(show, check=True, capture_output=True, text=True).stdout.strip()
+    yield f"# drawn at {commit}, seed {SEED}: {SHARES[True]} of {', '.join(NEWER)}, {SHARES[False]} of all others"
     yield "# number, file, line, same lines above, operator, line, what it becomes"
-    for number, ((file, _), (operator, index, after)) in enumerate(shuffled(rng, chosen)):
-        lines = [text.strip() for text in (root / file).read_text(encoding="utf-8").splitlines()]
-        one = Mutant(number, file, index + 1, lines[:index].count(lines[index]), operator, lines[index], after)
-        yield "\t".join(map(str, vars(one).values()))
+    rng = random.Random(SEED)
+    files = [path.relative_to(root).as_posix() for path in sorted((root / "symdyn").rglob("*.py"))]
+    texts = {file: (root / file).read_text(encoding="utf-8") for file in files if not file.endswith("__init__.py")}
+    by_room: dict[str, list[tuple[str, int, str, str]]] = defaultdict(list)
+    for newer, count in SHARES.items():
+        all_lines = [
+            (file, index)
+            for file, text in texts.items()
+            if (room(file) in NEWER) == newer
+            for index in range(len(text.splitlines()))
+        ]
+        rng.shuffle(all_lines)
+        drawn = ((file, *one) for file, index in all_lines if (one := mutated(texts[file], index, rng)))
+        for _, found in zip(range(count), drawn, strict=False):
+            by_room[room(found[0])].append(found)
+    spread = [((k + rng.random()) / len(found), one) for found in by_room.values() for k, one in enumerate(found)]
+    for number, (_, (file, index, operator, after)) in enumerate(sorted(spread)):
+        lines = [text.strip() for text in texts[file].splitlines()]
+        mutant = Mutant(number, file, index + 1, lines[:index].count(lines[index]), operator, lines[index], after)
+        yield "\t".join(map(str, vars(mutant).values()))
 
 
-def shuffled(rng: random.Random, found: list) -> list:
-    """Return a list in the order in which mutants are run: the first hundred are drawn like all."""
-    return rng.sample(found, len(found))
+def mutated(source: str, index: int, rng: random.Random) -> tuple[int, str, str] | None:
+    """Return index, operator and what the line becomes, or None if nothing on it can be a fault of that line alone."""
+    from cosmic_ray.ast import ast_nodes, get_ast  # type: ignore[import-not-found, unused-ignore]
+    from cosmic_ray.mutating import mutate_code  # type: ignore[import-not-found, unused-ignore]
+    from cosmic_ray.plugins import get_operator, operator_names  # type: ignore[import-not-found, unused-ignore]
 
-
-def mutations(source: str) -> Iterator[tuple[tuple[int, int], str, tuple[int, str]]]:
-    """Yield place, operator, and index and new text of the line, for all mutants of a file."""
-    from cosmic_ray.ast import ast_nodes, get_ast
-    from cosmic_ray.mutating import mutate_code
-    from cosmic_ray.plugins import get_operator, operator_names
-
-    tree, lines, meaning = get_ast(source), source.splitlines(), bare(source)
-    for name in operator_names():
-        if get_operator(name).arguments():
-            continue
-        operator = get_operator(name)()
-        places = [start for node in ast_nodes(tree) for start, _ in operator.mutation_positions(node)]
-        for occurrence, start in enumerate(places):
-            changed = mutate_code(source, operator, occurrence)
-            line = one_line(lines, changed.splitlines()) if changed else None
-            if line is not None and bare(changed) not in (None, meaning):
-                yield start, name.removeprefix("core/"), line
-
-
-def one_line(before: list[str], after: list[str]) -> tuple[int, str] | None:
-    """Return the index of the line that differs and what it becomes, or None if there are more."""
-    if len(before) == len(after):
-        differ = [k for k, (old, new) in enumerate(zip(before, after, strict=True)) if old != new]
-        return (differ[0], after[differ[0]].strip()) if len(differ) == 1 else None
-    gone = next((k for k in range(len(before)) if before[:k] + before[k + 1 :] == after), None)
-    return None if gone is None else (gone, "")
-
-
-def bare(source: str) -> str | None:
-    """Return a file as a tree without annotations and docstrings, or None if it is no Python."""
-    try:
-        tree = ast.parse(source)
-    except SyntaxError:
+    if not source.splitlines()[index].strip():
         return None
-    for node in ast.walk(tree):
+    nodes = list(ast_nodes(get_ast(source)))
+    near = [node for node in nodes if node.start_pos[0] <= index + 1 <= node.end_pos[0]]
+    names = [name for name in operator_names() if not get_operator(name).arguments()]
+    places: dict[tuple[int, int], list[str]] = defaultdict(list)
+    for name in names:
+        if not any(name.endswith(f"Operator_{pair}") for pair in SAME):
+            for node in near:
+                for start, _ in get_operator(name)().mutation_positions(node):
+                    if start[0] == index + 1:
+                        places[start].append(name)
+    for start in rng.sample(sorted(places), len(places)):
+        name = rng.choice(places[start])
+        operator = get_operator(name)()
+        starts = [begin for node in nodes for begin, _ in operator.mutation_positions(node)]
+        changed = mutate_code(source, operator, starts.index(start))
+        old, new = source.splitlines(), changed.splitlines()
+        after = new[index].strip() if len(new) == len(old) else ""
+        alone = old[:index] == new[:index] and old[index + 1 :] == new[len(new) - len(old) + index + 1 :]
+        if alone and bare(changed) not in (None, bare(source)):
+            return index, name.removeprefix("core/"), after
+    return None
+
+
+class Bare(ast.NodeTransformer):
+    """Take out what is no fault if it is changed."""
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        super().generic_visit(node)
         match node:
             case ast.arg():
                 node.annotation = None
-            case ast.FunctionDef():
-                node.returns = None
+            case ast.FunctionDef(body=[ast.Expr(ast.Constant()), *_]) | ast.ClassDef(body=[ast.Expr(), *_]):
+                del node.body[0]
             case ast.AnnAssign():
                 node.annotation = ast.Constant(None)
-        body = getattr(node, "body", None)
-        if (
-            isinstance(body, list)
-            and body
-            and isinstance(body[0], ast.Expr)
-            and isinstance(body[0].value, ast.Constant)
-        ):
-            body[0].value.value = None
-    return ast.dump(tree)
+            case ast.Raise(exc=ast.Call(func=kind)):
+                node.exc = kind
+            case ast.Call():
+                node.keywords = [word for word in node.keywords if word.arg not in GUARDS]
+            case ast.If(test=test) if "TYPE_CHECKING" in ast.dump(test):
+                node.body = [ast.Pass()]
+                node.test = ast.Constant(True)
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            node.decorator_list = [
+                one for one in node.decorator_list if KEEPERS.isdisjoint(ast.unparse(one).split("("))
+            ]
+        return node
+
+
+def bare(source: str) -> str | None:
+    """Return a file as a tree without what is no fault, or None if it is no Python."""
+    try:
+        return ast.dump(Bare().visit(ast.parse(source)))
+    except SyntaxError:
+        return None

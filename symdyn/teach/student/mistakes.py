@@ -210,9 +210,7 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
         for piece in pieces:
             yield ("undivided", total + (divisor - graph.one) * piece)
     for a, M in zip(state.qdd, own, strict=False):
-        drives = graph.symbol(drive) if drive else graph.zero
         yield ("undivided", total + (graph.one - M) * a)
-        yield ("undivided", total + (graph.one - M) * a - drives + drives)
 
 
 def _own_inertia(course: Course, part: Parts, i: int) -> Expr:
