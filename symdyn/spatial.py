@@ -182,7 +182,7 @@ class Mat(tuple[Vec, Vec, Vec]):
 
 
 class Wrench(NamedTuple):
-    """Force and moment; or a twist, velocity and angular velocity, that a wrench does work on."""
+    """Force and moment, in this order."""
 
     force: Vec
     moment: Vec

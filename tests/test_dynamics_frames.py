@@ -82,7 +82,7 @@ def test_steps_multiply_out_to_the_link(one):
         for kind, amounts in frame.steps:
             product = product @ matrix(kind, values(amounts))
 
-        assert np.allclose(product, placed(framed.link[i].transform), atol=1e-12)
+        assert np.allclose(product, placed(framed.X[i].transform), atol=1e-12)
 
 
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)

@@ -184,14 +184,14 @@ def relative_twist(motion: JointMotion, graph: Graph) -> list[tuple[Vec, Vec]]:
     tip, still = motion.placement.p, zero_vector(graph)
     twists: dict[int, tuple[Vec, Vec]] = {}
     place: Transform | None = None
-    for move in motion.moves:
-        before = move.before if place is None else place @ move.before
-        axis = before.R @ move.axis
-        v, w = (axis, still) if move.slides else (cross(axis, sub(tip, before.p)), axis)
-        for k, x in move.rate:
+    for part in motion.joints:
+        before = part.before if place is None else place @ part.before
+        axis = before.R @ part.axis
+        v, w = (axis, still) if part.slides else (cross(axis, sub(tip, before.p)), axis)
+        for k, x in part.rate:
             total = twists.get(k, (still, still))
             twists[k] = (add(total[0], scale(x, v)), add(total[1], scale(x, w)))
-        place = before @ move.placement
+        place = before @ part.placement
     return list(twists.values())
 
 
@@ -207,8 +207,8 @@ def test_residuals_change_as_the_wrenches_say(kind: str) -> None:
     def value(nodes: list[Expr]) -> Any:
         return np.array(evaluate(nodes, Floats(), {x: known[x] for x in reachable(nodes) if x.op is Op.SYMBOL}))
 
-    for k, move in enumerate(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")):
-        small = Transform.elementary(move, graph.constant(step))
+    for k, part in enumerate(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")):
+        small = Transform.elementary(part, graph.constant(step))
         moved = Transform(X.R, tuple(a + b for a, b in zip(X.p, small.p, strict=True)))
         if k > 2:  # a turn about the origin of the moved frame, axes of the joint frame
             moved = Transform((small @ X).R, X.p)

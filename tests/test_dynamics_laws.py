@@ -379,9 +379,9 @@ def fork() -> Scene:
 
 def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
     reduced = workspace(fork()).reduced
-    (k,) = (k for k in reduced.outward() if reduced.parent[k] and not reduced.link[k].fixed)
+    (k,) = (k for k in reduced.outward() if reduced.parent[k] and not reduced.X[k].fixed)
 
-    assert not reduced.link[k].shift[2].is_zero
+    assert not reduced.X[k].shift[2].is_zero
 
 
 @pytest.mark.parametrize("way", [crba, crba_in_runs])

@@ -44,7 +44,7 @@ def test_factored_links_place_the_chosen_frames_where_they_say(one):
             f"link {i}",
             "link",
             "declared",
-            entries(reduced.moved[reduced.parent[i]] @ reduced.link[i].transform),
+            entries(reduced.moved[reduced.parent[i]] @ reduced.X[i].transform),
             entries(tree.T[i] @ reduced.moved[i]),
         )
         for i in reduced.outward()
@@ -67,10 +67,10 @@ def test_chosen_frames_have_z_along_their_joints(one):
 
 def test_frames_of_a_chain_turn_about_x_alone_before_the_joint():
     for one in ROBOTS:
-        for link in reframe(Workspace(robot_scene(one)).tree).link:
-            assert all(isinstance(turn, PlanarTurn) and turn.k == 0 for turn in link.fixed)
-            assert link.shift[1].is_zero
-            assert link.shift[2].is_zero
+        for X in reframe(Workspace(robot_scene(one)).tree).X:
+            assert all(isinstance(turn, PlanarTurn) and turn.k == 0 for turn in X.fixed)
+            assert X.shift[1].is_zero
+            assert X.shift[2].is_zero
 
 
 def test_frames_of_parallel_axes_lie_beside_each_other_along_x():
@@ -84,8 +84,8 @@ def test_frames_of_parallel_axes_lie_beside_each_other_along_x():
     ]
     reduced = Workspace(scene("stairs", bodies=bodies, joints=joints)).reduced
 
-    for link in reduced.link[2:]:
-        assert [str(x) for x in link.shift] == ["1", "0", "0"]
+    for X in reduced.X[2:]:
+        assert [str(x) for x in X.shift] == ["1", "0", "0"]
 
 
 def leaning(turns, parameters=()):
@@ -114,7 +114,7 @@ def test_an_axis_that_leans_inexactly_keeps_its_declared_rotation(name):
         *(derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")),
     )
 
-    assert isinstance(w.reduced.link[2].fixed[0], GeneralTurn)
+    assert isinstance(w.reduced.X[2].fixed[0], GeneralTurn)
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
@@ -122,7 +122,7 @@ def test_an_axis_that_leans_by_one_parameter_needs_no_root():
     w = Workspace(leaning([("Rx", "u")], ("u",)))
     nodes = reachable(derive_one(w, "inverse_dynamics").entries)
 
-    assert isinstance(w.reduced.link[2].fixed[0], PlanarTurn)
+    assert isinstance(w.reduced.X[2].fixed[0], PlanarTurn)
     assert not [node for node in nodes if node.op is Op.SQRT]
 
 
@@ -144,7 +144,7 @@ def test_an_offset_along_an_axis_that_leans_by_a_parameter_is_the_rise_of_the_li
     w = Workspace(read_text(TWISTED.replace("TWIST", twist)))
     formulations = [derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")]
 
-    assert w.reduced.link[2].rise is w.graph.symbol("v")
+    assert w.reduced.X[2].rise is w.graph.symbol("v")
     assert prove([Claim("ID", "rnea", "lagrange", *formulations)])[1][0].verdict == Verdict.PROVED
 
 
@@ -159,9 +159,9 @@ def test_the_common_normal_of_nearly_parallel_axes_stays_near():
         )
     ]
 
-    assert [entry.is_zero for entry in w.reduced.link[2].shift] == [False, False, True]
-    assert all(abs(value) < 2 for value in values_of(w.reduced.link[2].shift))
-    assert w.reduced.link[2].rise.is_zero
+    assert [entry.is_zero for entry in w.reduced.X[2].shift] == [False, False, True]
+    assert all(abs(value) < 2 for value in values_of(w.reduced.X[2].shift))
+    assert w.reduced.X[2].rise.is_zero
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
@@ -175,7 +175,7 @@ def test_a_common_normal_of_rational_length_is_found():
         )
     )
 
-    assert all(isinstance(turn, PlanarTurn) for link in (*w.reduced.link, *one.reduced.link) for turn in link.fixed)
+    assert all(isinstance(turn, PlanarTurn) for X in (*w.reduced.X, *one.reduced.X) for turn in X.fixed)
     assert derive_one(w, "inverse_dynamics").entries
 
 
@@ -265,4 +265,4 @@ def test_a_constant_that_is_no_real_number_is_an_error():
 def test_right_angles_and_symbols_need_no_big_numbers(one, monkeypatch):
     monkeypatch.setattr("symdyn.algebra.big.BigFloats", None)  # calling it would fail
 
-    assert Workspace(robot_scene(one)).reduced.link
+    assert Workspace(robot_scene(one)).reduced.X

@@ -22,7 +22,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
     ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
     ("mechanism/lagrange.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
-    ("recursive/wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
+    ("recursive/wrenches.py", "return b[2] - a[2]", "return b[2] + a[2]"),
     (
         "recursive/wrenches.py",
         "- joint_resistance(joint, ratio * state.qd[k])",

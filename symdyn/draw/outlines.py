@@ -266,13 +266,13 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
         wanted["way", name, own.name] = vector(way, graph)
     at = fixed
     motion = JOINTS[joint.type].anywhere if closes else joint_motion
-    for k, move in enumerate(motion(joint, graph).moves):
-        at = at @ move.before
-        wanted["move", name, k, move.slides] = at.R @ move.axis
-        if joint.coordinates and not move.amount.is_zero:
-            named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
-            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *at.R @ move.axis)
-        at = at @ move.placement
+    for k, part in enumerate(motion(joint, graph).joints):
+        at = at @ part.before
+        wanted["move", name, k, part.slides] = at.R @ part.axis
+        if joint.coordinates and not part.amount.is_zero:
+            named = str(part.amount.value) if part.amount.op is Op.SYMBOL else ""
+            wanted["step", name, k, part.slides, named] = (part.amount, *at.p, *at.R @ part.axis)
+        at = at @ part.placement
     return wanted
 
 

@@ -9,7 +9,7 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Quantity
 from symdyn.scene.joints import JOINTS, JointBlock, JointMotion, MarkPart
 from symdyn.scene.joints.blocks import forces, leaning, moments, offsets
-from symdyn.scene.joints.joint_kind import Forbids, JointKind, JointMark, Move
+from symdyn.scene.joints.joint_kind import ElementaryJoint, Forbids, JointKind, JointMark
 from symdyn.scene.values import Joint, folding
 from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.key import Key
@@ -32,8 +32,8 @@ RADIUS = Key(
 def _blocks(joint: Joint) -> tuple[JointBlock, ...]:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         (x, _, z), still, r = Mat.identity(graph), Transform.unit(graph), RADIUS.of(joint).express(graph)
-        rolls = Move(True, x, r * q[0], still, ((0, r),))
-        return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
+        rolls = ElementaryJoint(True, x, r * q[0], still, ((0, r),))
+        return JointMotion((rolls, ElementaryJoint(False, z, q[0], still, ((0, graph.one),))), still, u)
 
     return (JointBlock(("rad",), ("rad",), motion),)
 

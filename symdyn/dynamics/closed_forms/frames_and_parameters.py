@@ -36,7 +36,7 @@ from itertools import islice
 from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism.tree import Tree, has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.links import GeneralTurn, Link, Moments, PlanarTurn, moments_of
+from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, Moments, PlanarTurn, moments_of
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
@@ -68,28 +68,28 @@ class ChosenFrame:
 
 
 def chosen_frames(scene: Scene) -> tuple[ChosenFrame, ...]:
-    """Return the frames of all moving bodies, the ground's side first; one a move of its joint."""
+    """Return the frames of all moving bodies, the ground's side first; one an elementary joint."""
     w = Workspace(scene)
     framed = reframe(w.tree)
-    joints = [joint for joint in scene.joints for _ in joint_motion(joint, w.graph).moves]
+    joints = [joint for joint in scene.joints for _ in joint_motion(joint, w.graph).joints]
     still = dict.fromkeys(w.state.q, w.graph.zero)
     found = []
     for i, joint in enumerate(joints, start=1):
         p = framed.parent[i]
-        steps = _steps(framed.link[i], framed.slides[i], w.tree.position[i], still)
+        steps = _steps(framed.X[i], framed.slides[i], w.tree.position[i], still)
         shown = tuple((kind, amounts) for kind, amounts in steps if not all(map(vanishes, amounts)))
         found.append(ChosenFrame(joint, joints[p - 1].name if p else Scene.GROUND, shown, framed.moved[i]))
     return tuple(found)
 
 
-def _steps(link: Link, slides: bool, position: Expr, still: dict[Expr, Expr]) -> Iterator[Step]:
-    """Yield the steps of a link, `still` being all coordinates at zero; its shift is turned into the frame behind γ."""
-    turns, (x, y, z) = link.fixed, link.shift
+def _steps(X: JointTransform, slides: bool, position: Expr, still: dict[Expr, Expr]) -> Iterator[Step]:
+    """Yield the steps of X, `still` being all coordinates at zero; its shift is turned into the frame behind γ."""
+    turns, (x, y, z) = X.fixed, X.shift
     if turns and isinstance(gamma := turns[0], PlanarTurn) and gamma.k == 2:
         turns = turns[1:]
-        x, y, z = gamma.out(link.shift)
+        x, y, z = gamma.out(X.shift)
         yield "Rz", (angle_of(gamma.cos, gamma.sin),)
-    rise = link.rise
+    rise = X.rise
     if not turns:  # the shift along z goes with the rise
         rise, z = rise + z, z.graph.zero
     along_x: Step = ("Tx", (x,))
@@ -105,9 +105,9 @@ def _steps(link: Link, slides: bool, position: Expr, still: dict[Expr, Expr]) ->
             yield "R", (*turn.R[0], *turn.R[1], *turn.R[2])
     yield along_x
     if slides:
-        yield "Rz", (angle_of(link.turn.cos, link.turn.sin),)
+        yield "Rz", (angle_of(X.turn.cos, X.turn.sin),)
     else:
-        c, s, start = substitute([link.turn.cos, link.turn.sin, position], still)
+        c, s, start = substitute([X.turn.cos, X.turn.sin, position], still)
         yield "Rz", (angle_of(*settle([c, s])) + (position - start),)
     yield "Tz", (rise,)
 
@@ -206,7 +206,7 @@ def _grouped(tree: Tree, framed: ReducedTree) -> list[Expr]:
     for k in framed.inward():
         kept, given = _split(body[k], framed.slides[k], slides_along_all_turns(framed, k))
         values[k], p = kept, framed.parent[k]
-        body[p] = body[p] + given.seen_from(framed.link[k].at_rest(framed.slides[k]).transform)
+        body[p] = body[p] + given.seen_from(framed.X[k].fixed_part(framed.slides[k]).transform)
     return [value for kept in values for value in kept]
 
 

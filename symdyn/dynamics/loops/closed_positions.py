@@ -1,10 +1,10 @@
 """Positions of closed mechanisms: in closed form where a loop is planar, else assembled and followed in numbers.
 
-Closed forms are those of planar loops with two unknown moves: four-bars, slider-cranks, and chains of them. Walk a loop
-from the cut J to the same point P again, as `constraint_rows` does. The unknown moves are u and v, all else is known:
+Closed forms are those of planar loops with two unknown joints: four-bars, slider-cranks, chains of them. Walk a loop
+from the cut J to the same P again, as `constraint_rows` does. The unknown positions are u and v, all else is known:
 
-    U, V          origins of the two moves       z     normal of the plane
-    d0, d1, d2    J → U,  U → V,  V → P, each in axes on the predecessor side of the unknown move before it, and along
+    U, V          origins of the two joints       z     normal of the plane
+    d0, d1, d2    J → U,  U → V,  V → P, each in axes on the predecessor side of the unknown joint before it, and along
                   the plane: what lies across it adds up to nothing, and is no side of a triangle
 
 Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is γ with
@@ -54,7 +54,7 @@ CLOSED = 1e-6
 
 @dataclass(frozen=True)
 class _Unknown:
-    """An unknown move on the way round a loop: its velocity, whether it slides, its sense, axis s or z before it."""
+    """An unknown joint on the way round a loop: its velocity, whether it slides, its sense, axis s or z before it."""
 
     velocity: int
     slides: bool
@@ -97,7 +97,7 @@ def _solve(w: Workspace, cut: Cut, block: LoopBlock, known: dict[Expr, Expr]) ->
 
 
 def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[list[_Unknown], list[Vec], Vec]:
-    """Return the unknown moves in the order of the walk, and d0, d1, d2."""
+    """Return the unknown joints in the order of the walk, and d0, d1, d2."""
     graph = tree.graph
     i, at_parent = tree.home[cut.parent]
     j, at_child = tree.home[cut.child]
@@ -130,7 +130,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[li
         if len(tree.A[b]) != 1 or tree.A[b][0][1] is not graph.one:
             raise _none(w, f"unknown joints of the loop {cut.owner} are coupled")
         is_slide = all(x.is_zero for x in turns)
-        if sense > 0:  # the constant part, then the move itself is left out
+        if sense > 0:  # the constant part, then the joint's motion is left out
             T = step(T @ tree.base[b])
         axis = T.R @ (slides if is_slide else turns)
         unknowns.append(_Unknown(tree.A[b][0][0], is_slide, sense, axis))
@@ -146,7 +146,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: LoopBlock) -> tuple[li
 def _with_sign(sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec) -> tuple[Expr, Expr]:
     """Return the two coordinates on one branch; all vectors are in axes of J with both unknowns at zero.
 
-    J + d0 + A (d1 + B d2) = J with A, B the two moves.
+    J + d0 + A (d1 + B d2) = J with A, B the motions of the two joints.
     """
     graph = sign.graph
     if first.slides:  # d0 + d1 + x s + B d2 = 0

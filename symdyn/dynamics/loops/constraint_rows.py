@@ -268,7 +268,7 @@ def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
 def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr]]]) -> _Relative:
     """Return the motion of the child relative to J: inwards to the lowest common ancestor, then outwards.
 
-    `speeds` are the rate of every move, and the part of its acceleration that is quadratic in velocities.
+    `speeds` are the rate of every elementary joint, and the part of its acceleration that is quadratic in velocities.
     """
     graph = tree.graph
     i, at_parent = tree.home[cut.parent]
@@ -280,9 +280,9 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
     still = zero_vector(graph)
     omega, alpha = still, still  # of the body walked on
     a = still  # acceleration of its origin
-    axes: list[tuple[int, Vec, Vec]] = []  # move, its axis z, s
+    axes: list[tuple[int, Vec, Vec]] = []  # elementary joint, its axis z, s
     ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
-    for b in inner:  # to the common ancestor: the move backwards
+    for b in inner:  # to the common ancestor: the joint backwards
         z, s = (neg(T.R @ part) for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
@@ -299,7 +299,7 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
     ways.append(T.R @ last.p)
     a = add(a, _swing(omega, alpha, ways[-1]))
-    # a move inwards is about the origin at which its way begins, one outwards about that at which it ends
+    # a joint inwards is about the origin at which its way begins, one outwards about that at which it ends
     levers = [still]
     for way in reversed(ways[1:]):
         levers.append(add(levers[-1], way))
@@ -322,7 +322,7 @@ def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
 
 
 def _moved(omega: Vec, alpha: Vec, a: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr) -> tuple[Vec, Vec, Vec]:
-    """Return ω, α, a of the successor of a move about or along an axis through the origin."""
+    """Return ω, α, a of the successor of an elementary joint about or along an axis through the origin."""
     slide, spin = scale(rate, s), scale(rate, z)
     a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
     alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))

@@ -6,7 +6,7 @@
     b        what velocities alone add to its rate: d/dt [p; L] = A u̇ + b
 
 p = m J u. What is welded to the ground does not count, and rotors (armature) have no part, as they have no gyroscopic
-effect in the equations of motion. Each exists twice. *Recursive*: column k of A is the momentum of what move k
+effect in the equations of motion. Each exists twice. *Recursive*: column k of A is the momentum of what joint k
 carries, as one rigid body, at unit rate; b is the sum of the wrenches that move the bodies at u̇ = 0. *By
 differentiation*: placements in the ground frame, their rates, and [p; L] as a function of u.
 

@@ -6,11 +6,11 @@ fixed to a body is part of it.
 
     i, p      a moving body 1..n and its parent, p < i; body 0 is the ground
     T[i]      placement of frame i in frame p
-    S[i]      motion subspace of move i in frame i: (angular, linear)
+    S[i]      motion subspace of elementary joint i in frame i: (angular, linear)
     inertia   of body i about the origin of frame i, everything welded to it included
 
-A *move* is a turn about one axis or a slide along it. A joint of several moves is a chain of as many bodies, massless
-but for the last. Move i has
+An *elementary joint* is a turn about one axis or a slide along it. A joint of several is a chain of as many bodies,
+massless but for the last. Elementary joint i has
 
     rate           Σ_k A_ik u_k
     acceleration   Σ_k A_ik u̇_k + Σ b_i,jk u_j u_k
@@ -63,10 +63,10 @@ class Topology:
         parent: parent[i] < i; parent[0] is -1.
         A: A[i] are pairs (velocity k from 0, coefficient), as in the module's legend; none for the ground.
         b: b[i] are triples (j, k, coefficient), as in the module's legend.
-        block: block[i] are the moves that end with i and act as one body's, () where i is not the last of them: (i,)
+        block: block[i] are the elementary joints that end with i and belong together, () where i is not the last: (i,)
             but for velocities that are no rates of coordinates, those of one ball or one free flight being one block.
-        armature: inertia of the rotor of move i, seen at the joint, kg m^2 or kg; zero at balls.
-        balls: rotors of balls, which belong to no move alone.
+        armature: inertia of the rotor of elementary joint i, seen at the joint, kg m^2 or kg; zero at balls.
+        balls: rotors of balls, which belong to no elementary joint alone.
         n: number of velocities.
     """
 
@@ -82,7 +82,7 @@ class Topology:
 
     @property
     def coupled(self) -> bool:
-        """Whether moves share a velocity, or one is no velocity itself: else move i has velocity i - 1."""
+        """Whether elementary joints share a velocity, or a rate is no velocity: else joint i has velocity i - 1."""
         return any(self.A[i] != ((i - 1, self.graph.one),) for i in self.outward())
 
     def outward(self) -> range:
@@ -94,7 +94,7 @@ class Topology:
         return range(len(self.parent) - 1, 0, -1)
 
     def paths(self, i: int, j: int) -> tuple[list[int], list[int]]:
-        """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
+        """Return the joints from body i inwards to the nearest common carrier, and from there outwards to body j."""
         inner, outer = [], []
         while i != j:
             if i > j:
@@ -106,19 +106,19 @@ class Topology:
         return inner, outer[::-1]
 
     def rates(self, qd: Sequence[Expr]) -> list[Expr]:
-        """Return the rate of every move, entry 0 the ground's, for velocities of shape (n,)."""
+        """Return the rate of every elementary joint, entry 0 the ground's, for velocities of shape (n,)."""
         return [self.graph.total(x * qd[k] for k, x in row) for row in self.A]
 
     def bias(self, qd: Sequence[Expr]) -> list[Expr]:
-        """Return the part of every move's acceleration that is quadratic in the velocities, entry 0 the ground's."""
+        """Return the part of every joint's acceleration that is quadratic in the velocities, entry 0 the ground's."""
         return [self.graph.total(x * qd[j] * qd[k] for j, k, x in triples) for triples in self.b]
 
     def accelerations(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
-        """Return the acceleration of every move, entry 0 the ground's, for velocities and their rates."""
+        """Return the acceleration of every elementary joint, entry 0 the ground's, for velocities and their rates."""
         return [a + b for a, b in zip(self.rates(qdd), self.bias(qd), strict=True)]
 
     def gather(self, forces: Sequence[Expr]) -> list[Expr]:
-        """Return the forces on the velocities, shape (n,), for the forces on the moves, entry 0 unused."""
+        """Return the forces on the velocities, shape (n,), for the forces of elementary joints, entry 0 unused."""
         total = [self.graph.zero] * self.n
         for i in self.outward():
             for k, x in self.A[i]:
@@ -126,7 +126,7 @@ class Topology:
         return total
 
     def gather_matrix(self, entries: Mapping[tuple[int, int], Expr]) -> list[list[Expr]]:
-        """Return Σ_ij A_ik x_ij A_jl, shape (n, n), for x_ij of pairs of moves."""
+        """Return Σ_ij A_ik x_ij A_jl, shape (n, n), for x_ij of pairs of elementary joints."""
         matrix = [[self.graph.zero] * self.n for _ in range(self.n)]
         for (i, j), value in entries.items():
             for k, x in self.A[i]:
@@ -143,7 +143,7 @@ class Topology:
         return forces
 
     def velocity_parents(self, kept: Sequence[int] | None = None) -> list[int]:
-        """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share.
+        """Return the tree of velocities 1..n for `linear_solve`: that of the joints, or a chain where joints share.
 
         Of `kept` velocities, ascending from 0, each hangs on its nearest ancestor among them.
         """
@@ -165,9 +165,9 @@ class Tree(Topology):
     """A tree of moving bodies with the frames that the scene declares.
 
     Attributes:
-        base: base[i] is the placement of move i, at zero, in frame p; constant but for a ball's.
-        T, S, inertia: as in the module's legend; T[i] is base[i] and then the move.
-        position: position of move i in terms of the coordinates, rad or m.
+        base: base[i] is the placement of elementary joint i, at zero, in frame p; constant but for a ball's.
+        T, S, inertia: as in the module's legend; T[i] is base[i] and then the joint's motion.
+        position: position of elementary joint i in terms of the coordinates, rad or m.
         home: for every body of the scene the moving body that carries it, and its placement there.
         joint: for every joint the moving body that carries its joint frame, and its placement there; and the last
             body of its chain (the carrier itself for a fixed joint), and the placement of its moved joint frame there.
@@ -190,9 +190,9 @@ class Tree(Topology):
 
     def motion(self, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
         """Return the motion of every frame, the ground first: its acceleration -g puts gravity into every body."""
-        still = zero_vector(self.graph)
+        zeros = zero_vector(self.graph)
         rate, acceleration = self.rates(qd), self.accelerations(qd, qdd)
-        motion = [TreeMotion(still, still, ground)]
+        motion = [TreeMotion(zeros, zeros, ground)]
         for i in self.outward():
             (z, s), E, r = self.S[i], self.T[i].R, self.T[i].p
             parent = motion[self.parent[i]]
@@ -220,12 +220,12 @@ class TreeMotion:
 
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
-    still = Transform.unit(graph)
-    moves: list[tuple[object, ...]] = [(-1, still, still, Wrench.none(graph), graph.zero, (), (), graph.zero)]
+    identity, zeros = Transform.unit(graph), zero_vector(graph)
+    rows: list[tuple[object, ...]] = [(-1, identity, identity, Wrench.none(graph), graph.zero, (), (), graph.zero)]
     block: list[tuple[int, ...]] = [()]
     inertia, balls = [Inertia.none(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
-    home: dict[str, tuple[int, Transform]] = {Scene.GROUND: (0, still)}
+    home: dict[str, tuple[int, Transform]] = {Scene.GROUND: (0, identity)}
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
         carrier, place = home[joint.parent]
@@ -239,21 +239,21 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         balls += [] if ball is None else [ball]
         rotor = joint.armature.express(graph) if ball is None else graph.zero
         block += motion.blocks(len(block))
-        for move in motion.moves:
-            here = place @ move.before
-            T, S = here @ move.placement, (still.p, move.axis) if move.slides else (move.axis, still.p)
-            A = tuple((velocities[names[k]], factor * x) for k, x in move.rate)
-            b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias)
-            moves.append((carrier, here, T, S, move.amount, A, b, rotor))
+        for part in motion.joints:
+            here = place @ part.before
+            T, S = here @ part.placement, (zeros, part.axis) if part.slides else (part.axis, zeros)
+            A = tuple((velocities[names[k]], factor * x) for k, x in part.rate)
+            b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in part.bias)
+            rows.append((carrier, here, T, S, part.amount, A, b, rotor))
             rotor = graph.zero
             inertia.append(Inertia.none(graph))
-            carrier, place = len(moves) - 1, still
+            carrier, place = len(rows) - 1, identity
         place = place @ motion.tail
         ends[joint.name] = (start, (carrier, place))
         place = place @ joint.tip.transform(graph)
         home[body.name] = (carrier, place)
         inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
-    columns = zip(("parent", "base", "T", "S", "position", "A", "b", "armature"), zip(*moves, strict=True), strict=True)
+    columns = zip(("parent", "base", "T", "S", "position", "A", "b", "armature"), zip(*rows, strict=True), strict=True)
     return Tree(
         graph=graph,
         gravity=vector(scene.gravity, graph),
@@ -320,12 +320,12 @@ def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRot
     if inertia.is_zero or not JOINTS[joint.type].ball(joint):
         return None
     place, S = Transform.unit(graph), []
-    for k, move in enumerate(joint_motion(joint, graph).moves):
+    for k, part in enumerate(joint_motion(joint, graph).joints):
         if k:  # what stands in front of the first turn, or of the axes of a quaternion, turns all of S alike
-            place = place @ move.before
-        S.append(place.R @ move.axis)
+            place = place @ part.before
+        S.append(place.R @ part.axis)
         if k:
-            place = place @ move.placement
+            place = place @ part.placement
     pairs = [] if joint.velocities else [(0, 1), (0, 2), (1, 2)]
     return BallRotor(inertia, tuple(velocities), tuple(S), tuple((m, k, cross(S[m], S[k])) for m, k in pairs))
 

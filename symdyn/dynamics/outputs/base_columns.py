@@ -168,7 +168,7 @@ def base(w: Workspace) -> Base:
     for k in reduced.outward():
         own = dict(zip(ALL, _ten(grouped[k]), strict=True))
         felt: tuple[str, ...] = ALONG if k in along else SLIDING if reduced.slides[k] else TURNING
-        if k in together:  # moves that act as one: only behind the last of them is there a frame that is a body's
+        if k in together:  # joints that act as one: only behind the last of them is there a frame that is a body's
             felt = ALL if k == together[k] else ()
         here = {word: graph.symbol(f"{word} of link frame {k}") for word in felt}
         names += [f"{word}R{k}" for word in felt]
@@ -190,7 +190,7 @@ def _given_on(reduced: ReducedTree, along: tuple[int, ...]) -> list[Moments]:
         if k in along:
             x, y, _ = bodies[k].h
             given = replace(given, h=(x, y, zero))
-        bodies[p] = bodies[p] + reduced.link[k].at_rest(reduced.slides[k]).moments_back(given)
+        bodies[p] = bodies[p] + reduced.X[k].fixed_part(reduced.slides[k]).moments_back(given)
     return bodies
 
 
@@ -289,7 +289,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
     K, P = w.graph.zero, w.graph.zero
     placed = [Transform.unit(w.graph)]
     for k in found.tree.outward():
-        placed.append(placed[found.tree.parent[k]] @ found.tree.link[k].transform)
+        placed.append(placed[found.tree.parent[k]] @ found.tree.X[k].transform)
         body, T = found.tree.body[k], placed[k]
         columns = [*T.R.T, T.p]
         rates = [tangents(column, w.state.velocity) for column in columns]

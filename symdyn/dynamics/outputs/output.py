@@ -88,7 +88,7 @@ class Formulation:
 
     Attributes:
         derive: takes the workspace, and the body or point of an output of one; returns the entries, row by row.
-        trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
+        trees_only: knows no prescribed motion and no velocity of several elementary joints, as of screws and cams.
         up_to: coordinates up to which it pays to measure it beside others; beyond, its formulas are longer.
         loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
             a loop; None otherwise. Only scenes that a table holds have it.

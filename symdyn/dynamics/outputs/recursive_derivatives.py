@@ -1,6 +1,6 @@
-"""Derivatives of inverse and forward dynamics of trees by recursion, gathered from the moves on the velocities.
+"""Derivatives of inverse and forward dynamics of trees by recursion, gathered from the elementary joints.
 
-    φ_i      force on move i that the bodies need, a function of the moves' positions, rates and accelerations θ, r, a
+    φ_i      force of elementary joint i that bodies need, a function of joint positions, rates, accelerations θ, r, a
     τ_k      Σ_i A_ik φ_i + what is left: loads, springs, dampers, friction, declared forces, rotors
     X_l      derivative along velocity l, u and u̇ held
 
@@ -8,7 +8,7 @@
     ∂τ_k/∂u_l = Σ_ij A_ik (∂φ_i/∂r_j A_jl + ∂φ_i/∂a_j ∂a_j/∂u_l) + …
     ∂τ_k/∂u̇_l = Σ_ij A_ik ∂φ_i/∂a_j A_jl + …
 
-A block of moves (a ball, a free body) has rates u and accelerations u̇ whatever the bias of its moves is. What is left
+A block of joints (a ball, a free body) has rates u and accelerations u̇ whatever the bias of its joints is. What is left
 is differentiated on the graph.
 
 Forward dynamics solves M u̇ + h = τ; at its u̇, with M = Lᵀ D L factored once for u̇ and all columns,
@@ -33,7 +33,7 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, halves_by_rate, rnea_derivatives
+from symdyn.dynamics.recursive.rnea_derivatives import JointForceDerivatives, halves_by_rate, rnea_derivatives
 from symdyn.graph import Expr, gradient, substitute, tangents
 
 Slopes = dict[str, Matrix]
@@ -85,11 +85,11 @@ def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
 def coriolis_matrix(w: Workspace) -> list[Expr]:
     """Return C(q, u), row by row."""
     tree, u, n = w.whole, w.state.qd, range(w.state.n)
-    moves = halves_by_rate(tree, u)
+    of_joints = halves_by_rate(tree, u)
     half = w.graph.one / 2
-    bent, _ = _curved(w, moves)
+    bent, _ = _curved(w, of_joints)
     rotors = _rotors(w, w.still)
-    C = tree.gather_matrix(moves.by_rate)
+    C = tree.gather_matrix(of_joints.by_rate)
     for j in n:
         own = tangents(rotors, {u[j]: w.graph.one})
         for i in n:
@@ -110,10 +110,10 @@ def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
 def _inverse(w: Workspace) -> Slopes:
     """Return the derivatives of inverse dynamics."""
     tree, state = w.whole, w.state
-    moves = rnea_derivatives(tree, state.qd, state.qdd)
-    kinds = {"q": moves.by_position, "qd": moves.by_rate, "qdd": moves.by_acceleration}
-    found = {name: tree.gather_matrix(by_move) for name, by_move in kinds.items()}
-    by_rate, by_position = _curved(w, moves)
+    of_joints = rnea_derivatives(tree, state.qd, state.qdd)
+    kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}
+    found = {name: tree.gather_matrix(by_joint) for name, by_joint in kinds.items()}
+    by_rate, by_position = _curved(w, of_joints)
     rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
     for k in range(state.n):
         for m in range(state.n):
@@ -136,26 +136,26 @@ def _zeros(w: Workspace) -> Matrix:
     return [[w.graph.zero] * w.state.n for _ in w.state.qd]
 
 
-def _curved(w: Workspace, moves: MoveDerivatives) -> tuple[Matrix, Matrix]:
-    """Return what moves by formulas add by rates and by positions, for their A depends on q and their a on u."""
+def _curved(w: Workspace, of_joints: JointForceDerivatives) -> tuple[Matrix, Matrix]:
+    """Return what joints by formulas add by rates and by positions, for their A depends on q and their a on u."""
     tree, (u, du) = w.whole, (w.state.qd, w.state.qdd)
     by_rate, by_position = _zeros(w), _zeros(w)
     for j in tree.outward():
         if not tree.b[j] or len(tree.block[j]) > 1 or not tree.block[j]:
             continue
         rate, acceleration = tree.rates(u)[j], tree.accelerations(u, du)[j]
-        carried = [i for i in tree.outward() if (i, j) in moves.by_acceleration]
+        carried = [i for i in tree.outward() if (i, j) in of_joints.by_acceleration]
         for m in range(w.state.n):
             r, a = w.directions.derivative([rate, acceleration], m)
             (a_by_rate,) = tangents([acceleration], {u[m]: w.graph.one})
             for i in carried:
-                M, D = moves.by_acceleration[i, j], moves.by_rate[i, j]
+                M, D = of_joints.by_acceleration[i, j], of_joints.by_rate[i, j]
                 for k, x in tree.A[i]:
                     by_rate[k][m] = by_rate[k][m] + x * (M * a_by_rate)
                     by_position[k][m] = by_position[k][m] + x * (D * r + M * a)
-            for k, x in tree.A[j] if j in moves.forces else ():
+            for k, x in tree.A[j] if j in of_joints.forces else ():
                 (turned,) = w.directions.derivative([x], m)
-                by_position[k][m] = by_position[k][m] + turned * moves.forces[j]
+                by_position[k][m] = by_position[k][m] + turned * of_joints.forces[j]
     return by_rate, by_position
 
 

@@ -17,12 +17,12 @@ from symdyn.dynamics.recursive.crba import crba, crba_in_runs
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
 from symdyn.dynamics.recursive.reduced_tree import (
     ReducedTree,
-    held_tips,
-    in_held_axes,
+    in_unrotated_axes,
     potential_energy,
     reframe,
     regroup,
     resting,
+    unrotated_tips,
 )
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.table_loops import TableLoop
@@ -134,8 +134,8 @@ class Workspace:
 
     @cached_property
     def tips_unrotated(self) -> ReducedTree:
-        """The reduced tree with last bodies in axes that do not turn: forces and accelerations are found along it."""
-        return held_tips(self.reduced)
+        """The reduced tree with last bodies in unrotated axes: forces and accelerations are found along it."""
+        return unrotated_tips(self.reduced)
 
     @cached_property
     def joint_table(self) -> JointTable:
@@ -177,8 +177,8 @@ class Workspace:
 
     @cached_property
     def unrotated_loads(self) -> list[Wrench]:
-        """The same in the axes of that tree."""
-        return in_held_axes(self.reduced, self.loads)
+        """The same in the axes of the unrotated tree."""
+        return in_unrotated_axes(self.reduced, self.loads)
 
     @cached_property
     def composite_mass(self) -> Matrix:

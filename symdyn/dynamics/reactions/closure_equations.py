@@ -26,7 +26,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.partition import Partition, blocks
 from symdyn.dynamics.mechanism.tree import has_symbols
-from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames
+from symdyn.dynamics.reactions.joint_frames import PLACES, JointFrames, Twist
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -138,7 +138,7 @@ def sizes(hanging: FreeBodies, unknown: Sequence[ClosureEquation], forces: Seque
 # Planes
 
 
-def taken_wrenches(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> tuple[Wrench, ...]:
+def taken_wrenches(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Twist]) -> tuple[Wrench, ...]:
     """Return what a closing joint's wrenches are taken to be: without what goes across the plane, where they can."""
     normal = plane(hanging, loop, twists)
     if normal is None or not loop.wrenches:
@@ -161,7 +161,7 @@ def flattened(wrenches: Sequence[Wrench], normal: Vec) -> list[Wrench]:
     return [Wrench(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
 
 
-def plane(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> Vec | None:
+def plane(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Twist]) -> Vec | None:
     """Return the normal of the plane that a loop moves in, axes of J; None in space."""
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in PLACES]
@@ -172,7 +172,7 @@ def plane(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> 
     return None
 
 
-def _normals(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Wrench]) -> Iterator[Vec]:
+def _normals(hanging: FreeBodies, loop: JointFrames, twists: dict[int, Twist]) -> Iterator[Vec]:
     """Yield what is tried: the joint's own axis, those of J, and axes of other joints that stand still in J."""
     kind = JOINTS.get(loop.joint.type)  # a contact has none
     if kind and kind.has_axis:

@@ -9,7 +9,7 @@ The equilibrium of what hangs on a joint gives its wrench:
 
     f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
     W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
-    τ_k      Σ over the moves of velocity k of S·f, and the rotors: what drives and the joint's own elements do
+    τ_k      Σ over the elementary joints of velocity k of S·f, and the rotors: what drives and joint elements do
     λ        sizes of W, and of the wrenches of contacts: the multipliers of forward dynamics, or from `ties` where a
              motion is given
 
@@ -39,6 +39,7 @@ from symdyn.dynamics.reactions.joint_frames import (
     PLACES,
     TINY,
     JointFrames,
+    Twist,
     acting,
     drives,
     hinges,
@@ -234,7 +235,7 @@ class FreeBodies:
         """Return D of a joint, axes of J, about P; one for every velocity of the joint."""
         return drives(hinge, self.samples)
 
-    def relative_twists(self, loop: JointFrames) -> dict[int, Wrench]:
+    def relative_twists(self, loop: JointFrames) -> dict[int, Twist]:
         """Return the twist of the child relative to J at P, axes of J, for every velocity, of what closes a loop."""
         return relative_twists(loop, self.joints)
 

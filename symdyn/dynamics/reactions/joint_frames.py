@@ -52,6 +52,8 @@ if TYPE_CHECKING:
 CONTACT = "contact"
 """Type of the joint that stands for a wheel, a ball or a blade on its plane."""
 
+Twist = Wrench  # velocity and angular velocity, in the order of the force and the moment that do work on them
+
 TINY = 1e-9
 
 PLACES = (2, 3)
@@ -82,7 +84,7 @@ class JointFrames:
     ratio: Expr
     wrenches: tuple[Wrench, ...]
     velocities: tuple[int, ...] = ()
-    S: tuple[Wrench, ...] = ()
+    S: tuple[Twist, ...] = ()
     rates: tuple[Expr, ...] = ()
     paths: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
 
@@ -133,15 +135,15 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     X, still = motion.placement, zero_vector(graph)
     names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
     ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
-    S = [Wrench(still, still)] * len(names)
+    S = [Twist(still, still)] * len(names)
     place = Transform.unit(graph)
-    for move in motion.moves:
-        here = place @ move.before
-        axis = here.R @ move.axis
-        twist = Wrench(axis, still) if move.slides else Wrench(cross(axis, sub(X.p, here.p)), axis)
-        for k, x in move.rate:
+    for part in motion.joints:
+        here = place @ part.before
+        axis = here.R @ part.axis
+        twist = Twist(axis, still) if part.slides else Twist(cross(axis, sub(X.p, here.p)), axis)
+        for k, x in part.rate:
             S[k] = S[k] + twist.scaled(x)
-        place = here @ move.placement
+        place = here @ part.placement
     rates = tuple(ratio * graph.symbol(name) for name in names)
     numbers = tuple(velocities[name] for name in names)
     origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
@@ -163,12 +165,12 @@ def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[Joint
     return JointFrames(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
 
 
-def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int, Wrench]:
+def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int, Twist]:
     """Return the twist of the child relative to J at P, axes of J, for every velocity that moves it, at unit size."""
     graph = loop.graph
     near, far = loop.paths
     back = (_walked(near, tree, graph) @ loop.origin).inverse()
-    total: dict[int, Wrench] = {}
+    total: dict[int, Twist] = {}
     for path, sign in ((near, -graph.one), (far, graph.one)):
         here = back
         for body in reversed(path):
@@ -178,7 +180,7 @@ def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int,
             for k, (v, omega) in zip(hinge.velocities, hinge.S, strict=True):
                 spin = J.R @ omega
                 rate = sign * hinge.ratio
-                twist = Wrench(add(J.R @ v, cross(spin, way)), spin).scaled(rate)
+                twist = Twist(add(J.R @ v, cross(spin, way)), spin).scaled(rate)
                 total[k] = total[k] + twist if k in total else twist
             here = here @ hinge.placement
     return dict(sorted(total.items()))
@@ -313,7 +315,7 @@ def way_apart(scene: Scene, strut: Strut, placed: Sequence[Transform], graph: Gr
 def own_forces(scene: Scene, hinge: JointFrames, state: State) -> list[Expr]:
     """Return what a joint's own elements do along each of its velocities, N m or N, shape as `hinge.S`.
 
-    Declared forces, struts, friction, and the rotor, which takes armature · (acceleration of its move).
+    Declared forces, struts, friction, and the rotor, which takes armature · (acceleration of its elementary joint).
     """
     joint, graph = hinge.joint, hinge.graph
     forces = [force.express(graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
@@ -328,7 +330,7 @@ def own_forces(scene: Scene, hinge: JointFrames, state: State) -> list[Expr]:
         turning = ball.forces(state.qd, state.qdd)
         forces = [force - moment for force, moment in zip(forces, turning, strict=True)]
     elif joint.moves and not armature.is_zero:
-        first = joint_motion(joint, graph).moves[0]
+        first = joint_motion(joint, graph).joints[0]
         bent = graph.total(x * hinge.rates[j] * hinge.rates[k] for j, k, x in first.bias)
         pulled = graph.total(x * hinge.ratio * state.qdd[hinge.velocities[k]] for k, x in first.rate)
         for k, x in first.rate:

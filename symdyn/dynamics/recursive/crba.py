@@ -1,30 +1,32 @@
 """Composite-rigid-body algorithm: the mass matrix of a kinematic tree, and a faster form for runs of parallel axes.
 
-    i, j, p     body 1..n, one that carries it, and its parent, p < i
-    X[i]        transform across joint i, from frame i to frame p (`links`)
+    i, j, p     body 1..n, one that carries it, and its parent, p < i; body 0 is the base
+    X[i]        transform across joint i, from frame i to frame p (`links`); Featherstone's iXλ leads the other way
     S_i         axis of joint i: z of frame i, which it turns about or slides along
     C[i]        composite body: everything beyond joint i as one rigid body, in frame i (`links`)
-    F           C[i] S_i, its momentum for unit velocity of joint i: (angular, linear), walked down to the base
-    H           H_ij = F·S_j, the mass matrix of the moves
+    F           C[i] S_i, its momentum for unit velocity of joint i, (angular, linear), transformed down to the base
+    H           H_ij = F·S_j, the mass matrix of the elementary joints
+    M           M_kl = Σ_ij A_ik H_ij A_jl, A_ik being the rate of elementary joint i per unit of velocity k
 
-`crba` is table 6.2. `crba_in_runs` takes a *run* of parallel axes in one turn, by the sum of their angles, which is
-formed by the addition formulas, so that no further sine is evaluated:
+`crba` is table 6.2. In `crba_in_runs` a wrench crosses a *run* of parallel axes in one rotation, by the sum of their
+angles, which is formed by the addition formulas, so that no further sine is evaluated:
 
-    k         the joint at the far end of the run, in whose frame n and f stay
+    ground ── joint b ──┤ first ├── j ∥ … ∥ k ──┤ … ├── i          joint axes j to k are parallel, and across that of b
+
+    k         outermost joint of the run, in whose frame n and f stay
     P         from the origin of frame j to that of frame k, axes of frame k
-    Q         the same, in the axes in which link j turns
+    Q         the same, in the axes that X[j] rotates, which joint j has at zero
     turn      from frame k to those axes
 
-Joint j of the run feels n_z + (P × f)_z (or f_z) without any turn; behind the run the wrench is where it would be after
-all single turns. What a run needs is computed once for all wrenches that pass it, which pays from three on. A wrench
-that starts inside a run takes single turns there, since these are the turns of the composite body. Turns about parallel
-axes keep the polar moment J_xx + J_yy, so it is added up separately.
+The force of joint j in the run is n_z + (P × f)_z (or f_z), without any rotation. What a run needs is computed once for
+all wrenches that cross it, which pays from three on. In a run of its own F is transformed joint by joint, as C is.
+Rotations about parallel axes keep the polar moment J_xx + J_yy, so it is added up separately.
 
-A run on a joint of the ground is seen in axes that do not turn with the run (`held_runs`). The joint on the ground
-feels one component of what comes from the run. To have it alone, wrenches and second moments J leave the run in one
-turn; shifts across the run are seen where the body next to them is:
+Of a run across the axis of the ground's joint b (`UnrotatedRun`), b needs one component of each wrench. To have it
+alone, wrenches and second moments J go by one rotation R, the sum of the angles, to unrotated axes: those at the start
+of the run, which are fixed in body b. Shifts across the run are added in the frame of the body next to them:
 
-    J in frame p = R J Rᵀ + p uᵀ + u pᵀ        R J Rᵀ by the sum of angles, the rest with the J of body p
+    J in frame p = R J Rᵀ + p uᵀ + u pᵀ        R J Rᵀ in unrotated axes, the rest with the J of body p
 
 Gain (operations; ns one state a call, a state of a batch), where there are such runs; other robots keep `crba`:
 
@@ -32,8 +34,7 @@ Gain (operations; ns one state a call, a state of a batch), where there are such
     M(q)                   -17 %; -8 %, -3 %      0
     forward dynamics      -4.8 %; -1 %, -3 %      0
 
-Of the operations of M of the PUMA, single turns for whole runs save 7 %, leaving in one turn 10 % more, polar moments 5
-% more.
+Of the operations of M of the PUMA, rotations across runs save 7 %, unrotated axes 10 % more, polar moments 5 % more.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
 """
@@ -43,7 +44,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from symdyn.dynamics.recursive.links import Link, Moments, PlanarTurn
+from symdyn.dynamics.recursive.links import JointTransform, Moments, PlanarTurn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, zero_vector
@@ -54,7 +55,7 @@ def crba(tree: ReducedTree) -> list[list[Expr]]:
 
     It is positive definite unless a massless body ends a branch; entries of joints on different branches are zero.
     """
-    X, C, H = tree.link, list(tree.body), dict[tuple[int, int], Expr]()
+    X, C, H = tree.X, list(tree.body), dict[tuple[int, int], Expr]()
     for i in tree.inward():
         F = momentum(C[i], tree.slides[i])
         H[i, i] = tree.along_axis(i, F) + tree.armature[i]
@@ -76,7 +77,7 @@ def momentum(body: Moments, slides: bool, polar: Expr | None = None) -> tuple[Ve
 
 
 def with_balls(tree: ReducedTree, H: dict[tuple[int, int], Expr]) -> list[list[Expr]]:
-    """Return the mass matrix of the velocities for that of the moves, rotors of balls included."""
+    """Return the mass matrix of the velocities for that of the elementary joints, rotors of balls included."""
     M = tree.gather_matrix(H)
     for ball in tree.balls:
         for k, m, value in ball.entries():
@@ -85,135 +86,128 @@ def with_balls(tree: ReducedTree, H: dict[tuple[int, int], Expr]) -> list[list[E
 
 
 @dataclass(frozen=True)
-class Held:
-    """A joint of a run on a joint of the ground; see the module's legend.
+class UnrotatedRun:
+    """A joint of a run across a joint of the ground, and the run's unrotated axes; see the module's legend.
 
     Attributes:
-        below: the joint on the ground.
-        foot: the first link of the run without its joint and its rise.
-        turn: from the frame of the joint to the axes at the end of `foot`.
-        way: from there to the origin of the joint's frame, in these axes, m.
+        first: the transform across the run's first joint, without its turn and its rise.
+        turn: from the frame of the joint to the unrotated axes at the end of `first`.
+        offset: from there to the origin of the joint's frame, in unrotated axes, m.
     """
 
-    below: int
-    foot: Link
+    first: JointTransform
     turn: PlanarTurn
-    way: Vec
+    offset: Vec
 
-    def felt(self, n: Vec, f: Vec, at: Vec) -> Expr:
-        """Return what the joint on the ground feels of a wrench in the joint's axes, whose n_z it need not know.
+    def base_force(self, n: Vec, f: Vec) -> Expr:
+        """Return the force along the joint on the ground of a wrench about the joint's origin in unrotated axes."""
+        x, y, z = self.offset
+        n = (n[0] + y * f[2] - z * f[1], n[1] + z * f[0] - x * f[2], n[2] + x * f[1] - y * f[0])
+        return self.first.wrench_back(n, f)[0][2]
 
-        The moment n counts from the point `at`, m, seen from the joint's origin.
-        """
-        x, y, z = add(self.way, self.turn.back(at))
+    def base_force_rotated(self, n: Vec, f: Vec, at: Vec) -> Expr:
+        """Return the same of a wrench about a point `at`, m, of the joint's frame, in its axes; n_z does not matter."""
+        x, y, z = add(self.offset, self.turn.back(at))
         n, f = self.turn.back((n[0] - z * f[1], n[1] + z * f[0], n[2])), self.turn.back(f)
         n = (n[0] + y * f[2], n[1] - x * f[2], n[2] + x * f[1] - y * f[0])
-        return self.foot.wrench_back(n, f)[0][2]
-
-    def felt_here(self, n: Vec, f: Vec) -> Expr:
-        """Return what the joint on the ground feels of a wrench about the joint's origin, in axes of `foot`."""
-        x, y, z = self.way
-        n = (n[0] + y * f[2] - z * f[1], n[1] + z * f[0] - x * f[2], n[2] + x * f[1] - y * f[0])
-        return self.foot.wrench_back(n, f)[0][2]
+        return self.first.wrench_back(n, f)[0][2]
 
     def moments_back(self, body: Moments) -> Moments:
-        """Return moments about the joint's origin in axes of `foot` in the frame of the joint on the ground."""
-        return self.foot.moments_back(body.shifted(self.way))
+        """Return moments about the joint's origin in unrotated axes in the frame of the joint on the ground."""
+        return self.first.moments_back(body.shifted(self.offset))
 
 
-def held_runs(tree: ReducedTree) -> dict[int, Held]:
+def unrotated_runs(tree: ReducedTree) -> dict[int, UnrotatedRun]:
     """Return the joints of runs of two and more parallel axes at a right angle to a joint of the ground."""
-    held = _held_joints(tree)
-    return held if any(tree.parent[i] in held for i in held) else {}
+    runs = _joints_of_runs(tree)
+    return runs if any(tree.parent[i] in runs for i in runs) else {}
 
 
-def _held_joints(tree: ReducedTree) -> dict[int, Held]:
+def _joints_of_runs(tree: ReducedTree) -> dict[int, UnrotatedRun]:
     """Return the joints at a right angle to a joint of the ground, and runs of joints parallel to them."""
-    held: dict[int, Held] = {}
+    runs: dict[int, UnrotatedRun] = {}
     zero, one = tree.graph.zero, tree.graph.one
     for i in tree.outward():
-        p, link = tree.parent[i], tree.link[i]
+        p, X = tree.parent[i], tree.X[i]
         if tree.slides[i] or not p:
             continue
-        if p in held and not link.fixed:
-            x, y, z = held[p].turn.back(link.shift)
-            way = add(held[p].way, (x, y, z + link.rise))
-            held[i] = Held(held[p].below, held[p].foot, held[p].turn.after(link.turn), way)
-        elif not tree.parent[p] and not tree.slides[p] and link.is_right and link.axis[2].is_zero:  # not turned by π
-            foot = Link(link.shift, link.fixed, PlanarTurn(2, one, zero), zero)
-            held[i] = Held(p, foot, link.turn, (zero, zero, link.rise))
-    return held
+        if p in runs and not X.fixed:
+            x, y, z = runs[p].turn.back(X.shift)
+            offset = add(runs[p].offset, (x, y, z + X.rise))
+            runs[i] = UnrotatedRun(runs[p].first, runs[p].turn.after(X.turn), offset)
+        elif not tree.parent[p] and not tree.slides[p] and X.is_right and X.axis[2].is_zero:  # not turned by π
+            first = JointTransform(X.shift, X.fixed, PlanarTurn(2, one, zero), zero)
+            runs[i] = UnrotatedRun(first, X.turn, (zero, zero, X.rise))
+    return runs
 
 
-def inward(link: Link, body: Moments, held: Moments) -> tuple[Moments, Moments]:
-    """Return what lies beyond a link of a run for the body that carries it: what keeps the run's axes, and the rest.
+def moments_across(X: JointTransform, body: Moments, unrotated: Moments) -> tuple[Moments, Moments]:
+    """Return what lies beyond a joint of a run for the body that carries it: in unrotated axes, and in its own frame.
 
     Args:
-        link: a link between parallel axes.
-        body: what lies beyond, in the frame at the link's end.
-        held: the same in the run's axes.
+        X: a transform between parallel axes.
+        body: what lies beyond, in the joint's frame.
+        unrotated: the same in unrotated axes.
     """
-    zero = link.rise.graph.zero
-    lifted = held.shifted((zero, zero, link.rise + link.shift[2]))
-    (x, y, _), (a, b, _), m = link.shift, link.back(body.h), body.m
+    zero = X.rise.graph.zero
+    lifted = unrotated.shifted((zero, zero, X.rise + X.shift[2]))
+    (x, y, _), (a, b, _), m = X.shift, X.back(body.h), body.m
     u = (a + m / 2 * x, b + m / 2 * y, lifted.h[2])
     J = Mat.symmetric(x * u[0] * 2, y * u[1] * 2, zero, x * u[1] + y * u[0], x * u[2], y * u[2])
-    still = zero_vector(link.rise.graph)
-    return Moments(zero, still, lifted.J), Moments(m, (a + m * x, b + m * y, u[2]), J)
+    zeros = zero_vector(X.rise.graph)
+    return Moments(zero, zeros, lifted.J), Moments(m, (a + m * x, b + m * y, u[2]), J)
 
 
 def crba_in_runs(tree: ReducedTree) -> list[list[Expr]]:
     """Return what `crba` does."""
-    C, alone = list(tree.body), list(tree.body)  # all beyond a joint; that less what the joint's run carries
-    held, still = held_runs(tree), zero_vector(tree.graph)
-    own = [Moments(tree.graph.zero, still, Mat((still, still, still)))] * len(C)  # of a held run, in the run's axes
+    C, rotating = list(tree.body), list(tree.body)  # all beyond a joint; of that what is not in `unrotated`
+    runs, zeros = unrotated_runs(tree), zero_vector(tree.graph)
+    unrotated = [Moments(tree.graph.zero, zeros, Mat((zeros, zeros, zeros)))] * len(C)  # of runs, in their axes
     polar: list[Expr | None] = [body.polar for body in C]
     H = dict[tuple[int, int], Expr]()
     for i in tree.inward():
         n, f = momentum(C[i], tree.slides[i], polar[i])
         H[i, i] = tree.along_axis(i, (n, f)) + tree.armature[i]
-        if i in held:
-            own[i] = own[i] + held[i].turn.moments_back(alone[i])
-        for j, felt in _walk(tree, i, n, f, held):
-            leaves = i in held and j not in held
-            H[i, j] = H[j, i] = held[i].felt_here(*momentum(own[i], False, polar[i])) if leaves else felt
+        if i in runs:
+            unrotated[i] = unrotated[i] + runs[i].turn.moments_back(rotating[i])
+        for j, force in _forces(tree, i, n, f, runs):
+            on_base = i in runs and j not in runs
+            H[i, j] = H[j, i] = runs[i].base_force(*momentum(unrotated[i], False, polar[i])) if on_base else force
         if p := tree.parent[i]:
-            here = i in held and p not in held
-            beyond = held[i].moments_back(own[i]) if here else tree.link[i].moments_back(C[i])
-            if i in held and p in held:
-                kept, rest = inward(tree.link[i], C[i], own[i])
-                own[p], alone[p] = own[p] + kept, alone[p] + rest
+            run_ends = i in runs and p not in runs
+            beyond = runs[i].moments_back(unrotated[i]) if run_ends else tree.X[i].moments_back(C[i])
+            if i in runs and p in runs:
+                kept, rest = moments_across(tree.X[i], C[i], unrotated[i])
+                unrotated[p], rotating[p] = unrotated[p] + kept, rotating[p] + rest
             else:
-                alone[p] = alone[p] + beyond
-            if tree.parent[p] or not tree.link[i].fixed:
-                polar[p] = _sum_of_polar_moments(polar[p], polar[i], tree.link[i], C[i], i in held)
+                rotating[p] = rotating[p] + beyond
+            if tree.parent[p] or not tree.X[i].fixed:
+                polar[p] = _polar_sum(polar[p], polar[i], tree.X[i], C[i], i in runs)
             elif (ours := polar[p]) is not None:  # nobody needs J by its entries
                 polar[p] = ours + beyond.polar
             C[p] = C[p] + beyond
     return with_balls(tree, H)
 
 
-def _sum_of_polar_moments(
-    own: Expr | None, beyond: Expr | None, link: Link, body: Moments, shared: bool
-) -> Expr | None:
-    """Return the polar moment of two bodies, the second one beyond a link; None if axes are not parallel.
+def _polar_sum(polar: Expr | None, beyond: Expr | None, X: JointTransform, body: Moments, shared: bool) -> Expr | None:
+    """Return the polar moment of two bodies, the second one beyond a joint; None if axes are not parallel.
 
     Where products of shifts and h are `shared`, those are added twice; else the shifts are doubled.
     """
-    if own is None or link.fixed:
+    if polar is None or X.fixed:
         return None
-    turned, (x, y, _) = link.back(body.h), link.shift
+    turned, (x, y, _) = X.back(body.h), X.shift
     beyond = body.polar if beyond is None else beyond
     a, b = turned[0] + body.m / 2 * x, turned[1] + body.m / 2 * y
     if shared:
         a, b = x * a, y * b
-        return own + (beyond + a + b + a + b)
-    return own + (beyond + x * 2 * a + y * 2 * b)
+        return polar + (beyond + a + b + a + b)
+    return polar + (beyond + x * 2 * a + y * 2 * b)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """A stretch of parallel axes from frame k down to link j; see the module's legend. `rise` is along z in all."""
+    """A run of parallel axes from frame k down to joint j; see the module's legend. `rise` is along z in all."""
 
     P: Vec
     Q: Vec
@@ -221,51 +215,51 @@ class _Run:
     rise: Expr
 
 
-def _walk(tree: ReducedTree, j: int, n: Vec, f: Vec, held: Mapping[int, Held]) -> Iterator[tuple[int, Expr]]:
-    """Yield every ancestor of joint j with the part of a wrench in frame j that its joint feels."""
-    while tree.parent[j] and not tree.link[j].fixed:
-        n, f = tree.link[j].wrench_back(n, f)
+def _forces(tree: ReducedTree, j: int, n: Vec, f: Vec, runs: Mapping[int, UnrotatedRun]) -> Iterator[tuple[int, Expr]]:
+    """Yield every ancestor of joint j with the part along its axis of a wrench in frame j."""
+    while tree.parent[j] and not tree.X[j].fixed:
+        n, f = tree.X[j].wrench_back(n, f)
         j = tree.parent[j]
         yield j, f[2] if tree.slides[j] else n[2]
-    run, k, at = _start(tree, j), 0, zero_vector(tree.graph)  # k, at: where a wrench has come into a held run
+    run, k, at = _run_from(tree, j), 0, zero_vector(tree.graph)  # k, at: where a wrench enters an unrotated run
     while tree.parent[j]:
-        link, p = tree.link[j], tree.parent[j]
-        if not link.fixed:
-            run = _extend(run, link, tree.link[p])
+        X, p = tree.X[j], tree.parent[j]
+        if not X.fixed:
+            run = _extended(run, X, tree.X[p])
         elif k:
-            yield p, held[k].felt(n, f, at)
+            yield p, runs[k].base_force_rotated(n, f, at)
             return
-        elif p in held:
-            k, at = p, link.shift
-            n, f = _leave(run, replace(link, shift=zero_vector(tree.graph)), n, f)
+        elif p in runs:
+            k, at = p, X.shift
+            n, f = _wrench_across(run, replace(X, shift=zero_vector(tree.graph)), n, f)
             n = (n[0], n[1], n[2] + at[0] * f[1] - at[1] * f[0])
-            run = _start(tree, p)
+            run = _run_from(tree, p)
         else:
-            n, f = _leave(run, link, n, f)
-            run = _start(tree, p)
+            n, f = _wrench_across(run, X, n, f)
+            run = _run_from(tree, p)
         j = p
         yield j, f[2] if tree.slides[j] else n[2] + run.P[0] * f[1] - run.P[1] * f[0]
 
 
-def _start(tree: ReducedTree, k: int) -> _Run:
-    nowhere = zero_vector(tree.graph)
-    return _Run(nowhere, nowhere, tree.link[k].turn, tree.link[k].rise)
+def _run_from(tree: ReducedTree, k: int) -> _Run:
+    zeros = zero_vector(tree.graph)
+    return _Run(zeros, zeros, tree.X[k].turn, tree.X[k].rise)
 
 
-def _extend(run: _Run, link: Link, below: Link) -> _Run:
-    """Return the run with one more link, which turns before the run's; a branch may have lifted the frame below."""
-    graph = link.rise.graph
-    shift = (link.shift[0], link.shift[1], graph.zero)
-    both = below.turn.after(run.turn)  # before the rest: programs are written in the order of birth
-    rise = run.rise + link.shift[2] + below.rise
-    return _Run(add(run.P, run.turn.out(shift)), below.turn.back(add(run.Q, shift)), both, rise)
+def _extended(run: _Run, X: JointTransform, parent: JointTransform) -> _Run:
+    """Return the run with its parent joint, which turns before it; a branch may have lifted the parent's frame."""
+    graph = X.rise.graph
+    shift = (X.shift[0], X.shift[1], graph.zero)
+    both = parent.turn.after(run.turn)  # before the rest: programs are written in the order of birth
+    rise = run.rise + X.shift[2] + parent.rise
+    return _Run(add(run.P, run.turn.out(shift)), parent.turn.back(add(run.Q, shift)), both, rise)
 
 
-def _leave(run: _Run, link: Link, n: Vec, f: Vec) -> tuple[Vec, Vec]:
-    """Return the wrench in the frame below the run, whose first link this is."""
+def _wrench_across(run: _Run, X: JointTransform, n: Vec, f: Vec) -> tuple[Vec, Vec]:
+    """Return the wrench in the frame that carries the run, whose first transform this is."""
     n = run.turn.back((n[0] - run.rise * f[1], n[1] + run.rise * f[0], n[2]))
     f = run.turn.back(f)
     x, y, _ = run.Q
     n = (n[0] + y * f[2], n[1] - x * f[2], n[2] + x * f[1] - y * f[0])
     zero = run.rise.graph.zero
-    return Link(link.shift, link.fixed, PlanarTurn(2, run.rise.graph.one, zero), zero).wrench_back(n, f)
+    return JointTransform(X.shift, X.fixed, PlanarTurn(2, run.rise.graph.one, zero), zero).wrench_back(n, f)

@@ -4,7 +4,7 @@ A row holds the placement of frame i in frame p and the base parameters of body 
 
     T_pi = T(shift) · fixed · Rz(θ0 + q) Tz(rise)      a turn;   a slide has Rz(θ0) Tz(rise + q)
 
-No row holds what a turn does not feel (m, h_z and J_zz) or what a slide does not feel (J), see `reduced_tree`.
+No row holds what exerts no force on a turn (m, h_z and J_zz) or on a slide (J), see `reduced_tree`.
 
 Rows are of kinds. What all rows of a kind have in common (a right angle, no shift, no rotor) is written out and costs
 the loop nothing; what differs is a symbol:
@@ -24,7 +24,7 @@ from typing import ClassVar
 
 from symdyn.algebra import constants
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.recursive.links import GeneralTurn, Link, LinkMotion, Moments, PlanarTurn, Turn
+from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, LinkMotion, Moments, PlanarTurn, Turn
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
@@ -134,30 +134,28 @@ def _resists(joint: Joint) -> bool:
 def joint_table(tree: ReducedTree, position: Sequence[Expr]) -> JointTable:
     """Return the table of a reduced tree that lacks nothing; `position` are the coordinates, shape (n,)."""
     graph = tree.graph
-    still = dict.fromkeys(position, graph.zero)
-    moving = [(link.turn.cos, link.turn.sin, link.rise) for link in tree.link]
-    at_zero = substitute([x for one in moving for x in one], still)
+    zero_position = dict.fromkeys(position, graph.zero)
+    moving = [(X.turn.cos, X.turn.sin, X.rise) for X in tree.X]
+    at_zero = substitute([x for one in moving for x in one], zero_position)
     rows = []
     for i in tree.outward():
         body, (xx, xy, xz), (_, yy, yz) = tree.body[i], *tree.body[i].J[:2]
         c, s, rise = at_zero[3 * i : 3 * i + 3]
         kept = (body.m, *body.h) if tree.slides[i] else (*body.h[:2], xx, yy, xy, xz, yz)
-        link, slides = tree.link[i], tree.slides[i]
-        rows.append(
-            JointRow(tree.parent[i], slides, _fixed(link), link.shift, (c, s), rise, tree.armature[i], tuple(kept))
-        )
+        X, slides = tree.X[i], tree.slides[i]
+        rows.append(JointRow(tree.parent[i], slides, _fixed(X), X.shift, (c, s), rise, tree.armature[i], tuple(kept)))
     return JointTable(neg(tree.gravity), tuple(rows))
 
 
-def _fixed(link: Link) -> tuple[Expr, ...]:
-    """Return the fixed turns of a link as one, about x where that is all there is."""
-    graph = link.rise.graph
-    if not link.fixed:
+def _fixed(X: JointTransform) -> tuple[Expr, ...]:
+    """Return the fixed turns of a transform as one, about x where that is all there is."""
+    graph = X.rise.graph
+    if not X.fixed:
         return graph.one, graph.zero
-    (first, *more) = link.fixed
+    (first, *more) = X.fixed
     if isinstance(first, PlanarTurn) and first.k == 0 and not more:
         return first.cos, first.sin
-    R = Link(zero_vector(graph), link.fixed, PlanarTurn(2, graph.one, graph.zero), graph.zero).transform.R
+    R = JointTransform(zero_vector(graph), X.fixed, PlanarTurn(2, graph.one, graph.zero), graph.zero).transform.R
     return (*R[0], *R[1], *R[2])
 
 
@@ -217,8 +215,8 @@ def names_of(row: JointRow) -> list[str]:
     return [*turn, "x", "y", "z", "c0", "s0", "rise", "rotor", *(f"b{k}" for k in range(len(row.moments)))]
 
 
-def link_of(kind: RowKind, graph: Graph) -> Link:
-    """Return the link of a row of a kind, in symbols."""
+def transform_of(kind: RowKind, graph: Graph) -> JointTransform:
+    """Return the transform of a row of a kind, in symbols."""
     zero, one = graph.zero, graph.one
     matrix = vectors(symbols(graph, "matrix", 9))
     turns: dict[str, tuple[Turn, ...]] = {
@@ -231,11 +229,11 @@ def link_of(kind: RowKind, graph: Graph) -> Link:
     x, y, z = (graph.symbol(name) if k < kind.shift else zero for k, name in enumerate("xyz"))
     turn = PlanarTurn(2, graph.symbol("cosine"), graph.symbol("sine"))
     rise = graph.symbol("rise") if kind.rises else zero
-    return Link((x, y, z), turns[kind.fixed], turn, rise + graph.symbol("q") if kind.slides else rise)
+    return JointTransform((x, y, z), turns[kind.fixed], turn, rise + graph.symbol("q") if kind.slides else rise)
 
 
 def body_of(kind: RowKind, graph: Graph) -> Moments:
-    """Return the body of a row: what its joint does not feel stands with its parent."""
+    """Return the body of a row: what exerts no force on its joint stands with its parent."""
     b, zero = symbols(graph, "b", 7), graph.zero
     if kind.slides:
         return Moments(b[0], (b[1], b[2], b[3]), Mat((zero_vector(graph),) * 3))

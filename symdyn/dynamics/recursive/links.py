@@ -1,13 +1,13 @@
-"""Links, inertias and motions as the recursions take them, factored so that nothing is multiplied out.
+"""Joint transforms, inertias and motions as the recursions take them, factored so that nothing is multiplied out.
 
-A link is the placement of a joint's frame in its parent's:
+A joint transform is the placement of the joint's frame in its parent's, motion included:
 
     T = shift · fixed turns · turn of the joint · rise along z
 
     shift     origin of the joint in the parent's frame; along x alone where the frames allow it, m
     fixed     constant turns, none or one about x on a chain
     turn      about z, by the joint's angle (revolute) or a constant one (prismatic)
-    rise      along z afterwards, by a constant (revolute) or the joint's way (prismatic), m
+    rise      along z afterwards, by a constant (revolute) or the joint's position (prismatic), m
 
 A turn about a coordinate axis takes a vector for 4 multiplications and 2 additions, and by ±90° for none; a general one
 takes 9 and 6. J = Σ m r rᵀ turns about an axis for 8 multiplications, with w = c (J_ii - J_jj) - 2 s J_ij:
@@ -17,8 +17,8 @@ takes 9 and 6. J = Σ m r rᵀ turns about an axis for 8 multiplications, with w
 H that is not symmetric turns for 12 in place of 24, with w = c (H_ii - H_jj) - s (H_ij + H_ji) and H'_ji = H_ji + s w.
 
 Inertias are second moments: mass m, first moment h = m r and J = Σ m r rᵀ, about the origin of a frame. The inertia
-matrix is I = tr(J) 1 - J, and J = ½ tr(I) 1 - I. J moves with fewer operations than I. What a revolute joint cannot
-feel stands in it separately: everything on the joint's axis is m, h_z and J_zz.
+matrix is I = tr(J) 1 - J, and J = ½ tr(I) 1 - I. J moves with fewer operations than I. What exerts no force on a
+revolute joint stands in it separately: everything on the joint's axis is m, h_z and J_zz.
 
     shift by p    h' = h + m p,    J' = J + p (h + ½ m p)ᵀ + (h + ½ m p) pᵀ
     turn by R     h' = R h,        J' = R J Rᵀ
@@ -34,7 +34,7 @@ of frame i, whose z axis is the joint's:
     a        acceleration of the frame's origin, in place of Featherstone's spatial one: no linear velocity is needed
     U        [ω̇]× + [ω]× [ω]×: point r of the body has the acceleration a + U r
 
-Across link i, whose origin lies at r in frame p,
+Across joint i, whose origin lies at r in frame p,
 
     ω = R ω_p + z q̇    ω̇ = R ω̇_p + R ω_p × z q̇ + z q̈    a = R (a_p + U_p r)            a turn
     ω = R ω_p           ω̇ = R ω̇_p                          a = R (a_p + U_p r) + 2 ω × z q̇ + z q̈    a slide
@@ -59,7 +59,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from symdyn.graph import Expr, Op
-from symdyn.spatial import Inertia, Mat, Transform, Vec, add, cross, scale, zero_vector
+from symdyn.spatial import Inertia, Mat, Transform, Vec, add, cross, dot, scale, zero_vector
+
+Twist = tuple[Vec, Vec]  # angular and linear part of a velocity or an acceleration
+SpatialForce = tuple[Vec, Vec]  # moment about the origin and force; or angular and linear momentum
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ class Moments:
         x, y, z = scale(self.m, p)
         return Moments(self.m, (_plus(self.h[0], x), _plus(self.h[1], y), _plus(self.h[2], z)), J)
 
-    def wrench(self, a: Vec, U: Mat) -> tuple[Vec, Vec]:
+    def wrench(self, a: Vec, U: Mat) -> SpatialForce:
         """Return the moment and force (n, f) that give the body its motion; N m and N."""
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
         plane = U[0][1] is -U[1][0]  # it turns about z alone
@@ -232,8 +235,8 @@ class GeneralTurn:
 
 
 @dataclass(frozen=True)
-class Link:
-    """A factored placement; see the module's legend."""
+class JointTransform:
+    """A factored placement of frame i in frame p; see the module's legend."""
 
     shift: Vec
     fixed: tuple[Turn, ...]
@@ -247,7 +250,7 @@ class Link:
 
     @property
     def axis(self) -> Vec:
-        """The link's z axis in the parent's frame."""
+        """The joint's axis z in the parent's frame."""
         zero = self.rise.graph.zero
         axis: Vec = (zero, zero, self.rise.graph.one)
         for turn in reversed(self.fixed):
@@ -256,23 +259,23 @@ class Link:
 
     @property
     def is_right(self) -> bool:
-        """Whether the link's z axis is an axis of the parent's frame."""
+        """Whether the joint's axis is an axis of the parent's frame."""
         return sum(x.is_zero for x in self.axis) == 2
 
     def out(self, x: Vec) -> Vec:
-        """Return a direction of the parent's frame in the link's own."""
+        """Return a direction of the parent's frame in the joint's own."""
         for turn in self.turns:
             x = turn.out(x)
         return x
 
     def back(self, x: Vec) -> Vec:
-        """Return a direction of the link's frame in the parent's."""
+        """Return a direction of the joint's frame in the parent's."""
         for turn in reversed(self.turns):
             x = turn.back(x)
         return x
 
-    def wrench_back(self, n: Vec, f: Vec) -> tuple[Vec, Vec]:
-        """Return a wrench (moment about the link's origin, force) about the parent's origin, in its frame."""
+    def wrench_back(self, n: Vec, f: Vec) -> SpatialForce:
+        """Return a wrench (moment about the joint's origin, force) about the parent's origin, in its frame."""
         n = self.back((n[0] - self.rise * f[1], n[1] + self.rise * f[0], n[2]))
         f = self.back(f)
         x, y, z = self.shift
@@ -280,7 +283,7 @@ class Link:
         return n, f
 
     def moments_back(self, body: Moments) -> Moments:
-        """Return the moments of a body of the link's frame in the parent's."""
+        """Return the moments of a body of the joint's frame in the parent's."""
         zero = self.rise.graph.zero
         body = body.shifted((zero, zero, self.rise))
         h, J = body.h, body.J
@@ -288,12 +291,12 @@ class Link:
             h, J = turn.back(h), turn.tensor_back(J)
         return Moments(body.m, h, J).shifted(self.shift)
 
-    def at_rest(self, slides: bool) -> Link:
-        """Return the link without the motion of its joint, for what the motion leaves as it is."""
+    def fixed_part(self, slides: bool) -> JointTransform:
+        """Return the transform without the motion of its joint, for what that motion leaves as it is."""
         graph = self.rise.graph
         if slides:
-            return Link(self.shift, self.fixed, self.turn, graph.zero)
-        return Link(self.shift, self.fixed, PlanarTurn(2, graph.one, graph.zero), self.rise)
+            return JointTransform(self.shift, self.fixed, self.turn, graph.zero)
+        return JointTransform(self.shift, self.fixed, PlanarTurn(2, graph.one, graph.zero), self.rise)
 
     @property
     def transform(self) -> Transform:
@@ -317,10 +320,10 @@ class LinkMotion:
     U: Mat
 
 
-def at_rest(acceleration: Vec) -> LinkMotion:
+def base_motion(acceleration: Vec) -> LinkMotion:
     """Return the motion of a base that only accelerates, m/s^2."""
-    still = zero_vector(acceleration[0].graph)
-    return moving(still, still, acceleration)
+    zeros = zero_vector(acceleration[0].graph)
+    return moving(zeros, zeros, acceleration)
 
 
 def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
@@ -361,10 +364,10 @@ def with_column(w: Vec, squares: Sequence[Expr], dz: Expr, a: Vec, column: Vec) 
     return LinkMotion(w, (dx, dy, dz), a, U)
 
 
-def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr) -> LinkMotion:
-    """Return the motion of the frame at the end of a link, whose joint moves at q̇ and q̈ along its z axis."""
-    w, dw = link.out(parent.w), link.out(parent.dw)
-    a = link.out(add(parent.a, parent.U @ link.shift))
+def propagate(parent: LinkMotion, X: JointTransform, slides: bool, qd: Expr, qdd: Expr) -> LinkMotion:
+    """Return the motion of a joint's frame, the joint moving at q̇ and q̈ along its z axis."""
+    w, dw = X.out(parent.w), X.out(parent.dw)
+    a = X.out(add(parent.a, parent.U @ X.shift))
     if slides:
         twice = qd * 2
         a = (a[0] + w[1] * twice, a[1] - w[0] * twice, a[2] + qdd)
@@ -372,17 +375,27 @@ def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr) -
     else:
         dw = (dw[0] + w[1] * qd, dw[1] - w[0] * qd, dw[2] + qdd)
         w = (w[0], w[1], w[2] + qd)
-        column = z_column(parent, link)
+        column = z_column(parent, X)
         moved = with_column(w, products(w), dw[2], a, column) if column else moving(w, dw, a)
-    return raised(moved, link)
+    return at_rise_end(moved, X)
 
 
-def z_column(parent: LinkMotion, link: Link) -> Vec | None:
+def z_column(parent: LinkMotion, X: JointTransform) -> Vec | None:
     """Return U z of a frame that a joint turns, from the parent's U; None where z is no axis of the parent's frame."""
-    return link.out(parent.U @ link.axis) if link.is_right else None
+    return X.out(parent.U @ X.axis) if X.is_right else None
 
 
-def raised(motion: LinkMotion, link: Link) -> LinkMotion:
-    """Return the motion as seen from the end of the link's rise along z."""
+def at_rise_end(motion: LinkMotion, X: JointTransform) -> LinkMotion:
+    """Return the motion of the origin at the end of the rise along z."""
     column = (motion.U[0][2], motion.U[1][2], motion.U[2][2])
-    return replace(motion, a=add(motion.a, scale(link.rise, column)))
+    return replace(motion, a=add(motion.a, scale(X.rise, column)))
+
+
+def plus(a: Twist, b: Twist) -> Twist:
+    """Return the sum of two twists, or of two spatial forces."""
+    return add(a[0], b[0]), add(a[1], b[1])
+
+
+def power(wrench: SpatialForce, twist: Twist) -> Expr:
+    """Return the power of a wrench on a twist."""
+    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])

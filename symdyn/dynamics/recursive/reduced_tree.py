@@ -21,7 +21,7 @@ declared rotation and shift; so does a shift by a formula that does not divide.
 
 Reference: Khalil and Kleinfinger, A new geometric notation for open and closed-loop robots (ICRA 1986).
 
-Inertia that a joint cannot feel goes to the body that carries it: fewer parameters, the same motion.
+Inertia that exerts no force on a joint goes to the body that carries it: fewer parameters, the same motion.
 
     revolute    what lies on the axis: m, h_z and J_zz
     prismatic   everything that turns only: J
@@ -39,10 +39,10 @@ Gain of regrouping (operations; ns one state a call, a state of a batch):
     inverse dynamics       -12 %; -5 %, -11 %      -12 %; -7 %, -5 %      -13 %; -9 %, -8 %
     forward dynamics      -7.1 %; -2 %,  -5 %     -6.7 %; -4 %, -5 %     -7.3 %; -6 %, -7 %
 
-Frames whose axis passes through a point that no joint moves have their origins there. Factored links put the origin of
-a frame where the next axis comes nearest, at the link's rise r along its own axis. If the axis meets all axes below in
-one point, as in a shoulder of two or three joints, the origin waits in that point and the next link is shifted along z
-as well:
+Frames whose axis passes through a point that no joint moves have their origins there. A factored transform puts the
+origin of a frame where the next axis comes nearest, at the rise r along its own axis. If the axis meets all axes below
+in one point, as in a shoulder of two or three joints, the origin stays in that point and the next transform shifts
+along z as well:
 
     Rz(θ) Tz(r) | Tx(d) Rx(α)        Rz(θ) | Tz(r) Tx(d) Rx(α)
 
@@ -54,11 +54,11 @@ Gain (operations; ns one state a call, a state of a batch), where first axes mee
     inverse dynamics      -1.5 %; -2 %, -1 %      -1.2 %; -1 %,  0     0
     forward dynamics      -1.0 %; -3 %, -1 %      -0.7 %; +1 %, +1 %   0
 
-The last body of a branch may keep axes that do not turn with its joint. The recursions turn ω, U z and the acceleration
-into a body's axes and its wrench out of them again, for 20 multiplications, and five products of ω are new there. In
-axes that stay with the parent's, h and J of the last body turn in their place, for 12, and three products are new.
-Where a turn would fill more than one pair of zeros among both, as with diagonal inertias and a mass centre on an axis,
-it costs more: such a body is left as it is.
+The last body of a branch may have unrotated axes, which are fixed in its parent. The recursions turn ω, U z and the
+acceleration into a body's axes and its wrench out of them again, for 20 multiplications, and five products of ω are new
+there. In unrotated axes, h and J of the last body turn in their place, for 12, and three products are new. Where a turn
+would fill more than one pair of zeros among both, as with diagonal inertias and a mass centre on an axis, it costs
+more: such a body is left as it is.
 
 Gain (operations; ns one state a call, a state of a batch):
 
@@ -74,7 +74,7 @@ from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 
 from symdyn.dynamics.mechanism.tree import Topology, Tree, has_symbols, rational, settle, values_of
-from symdyn.dynamics.recursive.links import GeneralTurn, Link, Moments, PlanarTurn, Turn, moments_of
+from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, Moments, PlanarTurn, Turn, moments_of
 from symdyn.graph import Expr, Graph, Op
 from symdyn.spatial import Mat, Transform, Vec, Wrench, add, dot, zero_vector
 
@@ -88,13 +88,13 @@ class ReducedTree(Topology):
     """A tree whose frames have z along their joints' axes.
 
     Attributes:
-        link: link[i] places frame i in frame p, the joint's motion included; entry 0 is the identity.
+        X: X[i] is the transform from frame i to frame p, the joint's motion included; entry 0 is the identity.
         slides: whether joint i is prismatic.
         body: moments of body i about the origin of frame i, everything welded to it included.
         moved: moved[i] is the placement of frame i in the frame that the scene declares.
     """
 
-    link: tuple[Link, ...]
+    X: tuple[JointTransform, ...]
     slides: tuple[bool, ...]
     body: tuple[Moments, ...]
     moved: tuple[Transform, ...]
@@ -105,7 +105,7 @@ class ReducedTree(Topology):
         return replace(self, gravity=zero_vector(self.graph))
 
     def along_axis(self, i: int, wrench: tuple[Vec, Vec]) -> Expr:
-        """Return Sᵀ f, what joint i feels of a wrench (moment, force) in frame i."""
+        """Return Sᵀ f, the force along joint i of a wrench (moment, force) in frame i."""
         n, f = wrench
         return f[2] if self.slides[i] else n[2]
 
@@ -124,10 +124,10 @@ class _Placement:
 def reframe(tree: Tree) -> ReducedTree:
     """Return the tree with frames of the generator's choice."""
     graph = tree.graph
-    still = Transform.unit(graph)
-    upright = [still] + [Transform(_towards(tree, i), zero_vector(graph)) for i in tree.outward()]
+    identity = Transform.unit(graph)
+    upright = [identity] + [Transform(_towards(tree, i), zero_vector(graph)) for i in tree.outward()]
     moved = list(upright)
-    B = [still] + [settled(upright[tree.parent[i]].inverse() @ tree.base[i] @ upright[i]) for i in tree.outward()]
+    B = [identity] + [settled(upright[tree.parent[i]].inverse() @ tree.base[i] @ upright[i]) for i in tree.outward()]
     free = [True]  # whether a frame may slide down to the ground: all axes below are parallel to its own
     for i in tree.outward():
         free.append(tree.parent[i] == 0 or (free[tree.parent[i]] and B[i].R[0][2].is_zero and B[i].R[1][2].is_zero))
@@ -138,22 +138,22 @@ def reframe(tree: Tree) -> ReducedTree:
         own = upright[i].inverse() @ moved[i]
         place = _placement(B[i] @ own, free[i], graph)
         if not slid[i]:
-            move = Transform(_about_z((place.theta[0], -place.theta[1])), (graph.zero, graph.zero, -place.rise))
-            moved[i] = upright[i] @ move
+            unturned = Transform(_about_z((place.theta[0], -place.theta[1])), (graph.zero, graph.zero, -place.rise))
+            moved[i] = upright[i] @ unturned
             place = _Placement(place.gamma, place.shift, place.fixed, _zero(graph), graph.zero)
         if p and not slid[p]:
             slid[p] = True
             along = (graph.zero, graph.zero, place.shift[2])
             moved[p] = upright[p] @ Transform(_about_z(place.gamma), along)
         placed[i] = place
-    links = [Link(zero_vector(graph), (), _turn(_zero(graph)), graph.zero)]
+    transforms = [JointTransform(zero_vector(graph), (), _turn(_zero(graph)), graph.zero)]
     for i in tree.outward():
         found = placed[i]
         assert found is not None, "every joint has been placed"
-        links.append(_link(tree, i, found, upright, moved))
+        transforms.append(_across(tree, i, found, upright, moved))
     return ReducedTree(
         **{one.name: getattr(tree, one.name) for one in fields(Topology)},
-        link=tuple(links),
+        X=tuple(transforms),
         slides=(False, *(_slides(tree, i) for i in tree.outward())),
         body=tuple(
             moments_of(inertia.seen_from(settled(T.inverse()))) for inertia, T in zip(tree.inertia, moved, strict=True)
@@ -172,8 +172,8 @@ def _slides(tree: Tree, i: int) -> bool:
     return all(entry.is_zero for entry in tree.S[i][0])
 
 
-def _link(tree: Tree, i: int, place: _Placement, upright: list[Transform], moved: list[Transform]) -> Link:
-    """Return the link in the parent's final frame, with the joint's motion in it."""
+def _across(tree: Tree, i: int, place: _Placement, upright: list[Transform], moved: list[Transform]) -> JointTransform:
+    """Return the transform to the parent's final frame, with the joint's motion in it."""
     graph, p, q = tree.graph, tree.parent[i], tree.position[i]
     slid = upright[p].inverse() @ moved[p]
     c, s = settle([slid.R[0][0], slid.R[1][0]])
@@ -183,9 +183,9 @@ def _link(tree: Tree, i: int, place: _Placement, upright: list[Transform], moved
     shift = (*settle(shift[:2]), place.shift[2] - slid.p[2])  # type: ignore[assignment]
     turns = place.fixed if gamma[0] is graph.one else (rest, *place.fixed)
     if _slides(tree, i):
-        return Link(shift, turns, _turn(place.theta), place.rise + q)
+        return JointTransform(shift, turns, _turn(place.theta), place.rise + q)
     (c0, s0), c, s = place.theta, graph.cos(q), graph.sin(q)
-    return Link(shift, turns, PlanarTurn(2, c * c0 - s * s0, s * c0 + c * s0), place.rise)
+    return JointTransform(shift, turns, PlanarTurn(2, c * c0 - s * s0, s * c0 + c * s0), place.rise)
 
 
 # Turns
@@ -221,7 +221,7 @@ def _towards(tree: Tree, i: int) -> Mat:
 
 
 def _placement(B: Transform, free: bool, graph: Graph) -> _Placement:
-    """Return B in parts; see the module's legend. Along a parallel axis that is not `free` the rise is the link's."""
+    """Return B in parts; see the module's legend. Along a parallel axis not `free` the rise is the joint's own."""
     B = settled(B)
     normal = _normal(B, graph)
     if normal is None:  # the declared rotation and shift
@@ -295,7 +295,7 @@ def potential_energy(tree: ReducedTree) -> Expr:
     body = list(tree.body)
     for i in tree.inward():
         p = tree.parent[i]
-        body[p] = body[p] + tree.link[i].moments_back(body[i])
+        body[p] = body[p] + tree.X[i].moments_back(body[i])
     return -dot(tree.gravity, body[0].h)
 
 
@@ -308,23 +308,23 @@ def regroup(tree: ReducedTree, blocks: bool = True) -> ReducedTree:
             continue
         p = tree.parent[i]
         kept, given = split(body[i], tree.slides[i])
-        body[i], body[p] = kept, body[p] + tree.link[i].at_rest(tree.slides[i]).moments_back(given)
+        body[i], body[p] = kept, body[p] + tree.X[i].fixed_part(tree.slides[i]).moments_back(given)
     return replace(tree, body=tuple(body))
 
 
 def slides_along_all_turns(tree: ReducedTree, k: int) -> bool:
     """Return whether every joint that turns body k has its axis along z of k, which slides."""
-    axis, p = tree.link[k].axis, tree.parent[k]
+    axis, p = tree.X[k].axis, tree.parent[k]
     while p:
         x, y, z = settle(axis)
         if not tree.slides[p] and not (x.is_zero and y.is_zero):
             return False
-        axis, p = tree.link[p].back((x, y, z)), tree.parent[p]
+        axis, p = tree.X[p].back((x, y, z)), tree.parent[p]
     return True
 
 
 def split(body: Moments, slides: bool) -> tuple[Moments, Moments]:
-    """Return what a joint along z feels of a body, and what it does not."""
+    """Return what of a body exerts forces on a joint along z, and what does not."""
     zero = body.m.graph.zero
     none = zero_vector(body.m.graph)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
@@ -336,38 +336,38 @@ def split(body: Moments, slides: bool) -> tuple[Moments, Moments]:
 
 def resting(tree: ReducedTree) -> ReducedTree:
     """Return the tree with origins at rest wherever an axis has such a point."""
-    link, body, moved, zero = list(tree.link), list(tree.body), list(tree.moved), tree.graph.zero
+    X, body, moved, zero = list(tree.X), list(tree.body), list(tree.moved), tree.graph.zero
     rests = [True]
     for i in tree.outward():
-        p, (x, y, z) = tree.parent[i], link[i].shift
+        p, (x, y, z) = tree.parent[i], X[i].shift
         on_axis = not tree.parent[p]  # the ground, and the axis of its joint, on which all points rest
         rests.append(
             not tree.slides[i] and (not p or (rests[p] and x.is_zero and y.is_zero and (on_axis or z.is_zero)))
         )
-        rise = (zero, zero, link[i].rise)
+        rise = (zero, zero, X[i].rise)
         if not p or not rests[i] or rise[2].is_zero:
             continue
-        link[i], body[i] = replace(link[i], rise=zero), body[i].shifted(rise)
+        X[i], body[i] = replace(X[i], rise=zero), body[i].shifted(rise)
         moved[i] = moved[i] @ Transform(Mat.identity(tree.graph), (zero, zero, -rise[2]))
         for k in tree.outward():
             if tree.parent[k] == i:
-                link[k] = replace(link[k], shift=add(link[k].shift, rise))
-    return replace(tree, link=tuple(link), body=tuple(body), moved=tuple(moved))
+                X[k] = replace(X[k], shift=add(X[k].shift, rise))
+    return replace(tree, X=tuple(X), body=tuple(body), moved=tuple(moved))
 
 
-def held_tips(tree: ReducedTree) -> ReducedTree:
-    """Return the tree with last bodies in axes that do not turn with their joints, where that pays."""
-    body, link = list(tree.body), list(tree.link)
+def unrotated_tips(tree: ReducedTree) -> ReducedTree:
+    """Return the tree with last bodies in unrotated axes, fixed in their parents, where that pays."""
+    body, X = list(tree.body), list(tree.X)
     for i in _tips(tree):
-        body[i], link[i] = link[i].turn.moments_back(body[i]), link[i].at_rest(False)
-    return replace(tree, body=tuple(body), link=tuple(link))
+        body[i], X[i] = X[i].turn.moments_back(body[i]), X[i].fixed_part(False)
+    return replace(tree, body=tuple(body), X=tuple(X))
 
 
-def in_held_axes(tree: ReducedTree, acting: Sequence[Wrench]) -> list[Wrench]:
-    """Return what acts on the bodies of a tree in the axes of `held_tips`."""
+def in_unrotated_axes(tree: ReducedTree, acting: Sequence[Wrench]) -> list[Wrench]:
+    """Return what acts on the bodies of a tree in the axes of `unrotated_tips`."""
     found = list(acting)
     for i in _tips(tree):
-        (force, moment), turn = found[i], tree.link[i].turn
+        (force, moment), turn = found[i], tree.X[i].turn
         found[i] = Wrench(turn.back(force), turn.back(moment))
     return found
 

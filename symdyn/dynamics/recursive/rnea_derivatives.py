@@ -1,39 +1,36 @@
-"""Derivatives of the recursive Newton-Euler algorithm with respect to every move: closed forms, one recursion.
+"""Derivatives of the recursive Newton-Euler algorithm by every elementary joint: closed forms, one recursion.
 
 Reference: Singh, Russell and Wensing, Efficient analytical derivatives of rigid body dynamics using spatial vector
 algebra, IEEE Robotics and Automation Letters 7 (2022); here in link frames, by second moments, and with velocities
 measured from the origin at hand.
 
-    i, j     a move, and i itself or one that carries it
-    S        what the bodies beyond do per unit of the move, (angular, linear): (z, 0) for a turn, (0, z) for a slide
-    S', S"   what becomes of S by the motion below its joint: (ω × z, 0) and (U z, a × z) for a turn, (0, ω × z) and
-             (0, U z) for a slide
+    i, j     an elementary joint, and i itself or one that carries it
+    S        motion subspace, twist of the bodies beyond per unit of its rate: (z, 0) for a turn, (0, z) for a slide
+    S', S"   its first and second rate by the motion of the parent: (ω × z, 0) and (U z, a × z) for a turn, (0, ω × z)
+             and (0, U z) for a slide
     I        moments of all bodies beyond joint i as one: m, h, J
     B        their Coriolis forces: B d = Σ m (r × (δω × v(r)), δω × v(r)) for a variation d = (δω, δv) of the velocity,
              which P = Σ m r v(r)ᵀ and l = Σ m v(r) hold: B d = (tr(P) δω - Pᵀ δω, δω × l)
 
     A = I S,    G = 2 Bᵀ S, a couple,    F₁ = 2 (B S + I S'),    F₀ = 2 B S' + I S" + S ×* f
 
-and with all of them walked into frame j
+and with all of them transformed to frame j
 
     ∂f_j/∂r̈_i = A·S_j    ∂f_j/∂ṙ_i = F₁·S_j              ∂f_j/∂r_i = F₀·S_j
                           ∂f_i/∂ṙ_j = G·S_j + 2 A·S'_j    ∂f_i/∂r_j = G·S'_j + A·S"_j
 
-f_i is the force of move i, r_i, ṙ_i, r̈_i are its position, rate and acceleration. Since laws of motion are the same in
-all frames that glide, v(r) may count from any point's velocity: here from that of the origin, so that the origin's own
-appears nowhere. An origin that moves back by p, and is slower by u, has
+f_i is the force of elementary joint i, r_i, ṙ_i, r̈_i are its position, rate and acceleration. Since laws of motion are
+the same in all inertial frames, v(r) may count from any point's velocity: here from that of the origin, so that the
+origin's own appears nowhere. An origin that moves back by p, and is slower by u, has
 
     l + m u,    P + p (l + m u)ᵀ + h uᵀ,    G + 2 u × (linear part of A)
 
-P, l and u stand for twice of what they are, so that hardly anything is doubled. A joint is seen from the end of its
-rise that is nearer to the ground, where all that it brings goes next.
+P, l and u stand for twice of what they are, so that hardly anything is doubled. A joint is seen from the inner end of
+its rise, the one nearer to the ground, to which its contributions go next.
 
-Where several moves share one joint that is described by velocities of its own (a ball, a free body), they are one
-block: S is constant in the frame of its last move, what is below is the parent's motion, and the sum of S' and of the
-rate of S stands for 2 S' in F₁ and beside A.
-
-What a move does to the bodies beyond it, and what that brings to those that carry it, are nouns: told in one frame,
-about its origin, by velocities as seen from that origin.
+Where several elementary joints make up one joint that has velocities of its own (a ball, a free body), they are one
+block: S is constant in the frame of its last, S' and S" are by the motion of the block's parent, and the sum of S' and
+of the rate of S stands for 2 S' in F₁ and beside A. Forces are (moment, force), twists (angular, linear).
 """
 
 from __future__ import annotations
@@ -41,17 +38,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from symdyn.dynamics.recursive.links import Link, LinkMotion, Moments, PlanarTurn, Turn, at_rest, carried
+from symdyn.dynamics.recursive.links import (
+    JointTransform,
+    LinkMotion,
+    Moments,
+    PlanarTurn,
+    SpatialForce,
+    Turn,
+    Twist,
+    base_motion,
+    plus,
+    power,
+    propagate,
+)
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
-Twist = tuple[Vec, Vec]
-"""Angular and linear part; of a wrench moment and force."""
-
 
 @dataclass(frozen=True)
-class VariationWay:
+class OriginShift:
     """How an origin moves back: by p, and twice the velocity u of the old one as seen from the new one."""
 
     p: Vec
@@ -60,32 +66,32 @@ class VariationWay:
 
 @dataclass(frozen=True)
 class Subspace:
-    """S, S', S" of one move, and 2 S' or what stands for it in a block."""
+    """S, S', S" of one elementary joint, and 2 S' or what stands for it in a block."""
 
-    own: Twist
+    twist: Twist
     first: Twist
     second: Twist
     twice: Twist
 
 
 @dataclass(frozen=True)
-class Brought:
-    """What a move brings to those that carry it: wrenches A, F₁ and F₀, and the couple G."""
+class Contribution:
+    """What an elementary joint contributes to the forces of its ancestors: A, F₁ and F₀, and the couple G."""
 
-    A: Twist
+    A: SpatialForce
     G: Vec
-    F1: Twist
-    F0: Twist
+    F1: SpatialForce
+    F0: SpatialForce
 
-    def moved(self, way: VariationWay) -> Brought:
+    def moved(self, by: OriginShift) -> Contribution:
         """Return it about an origin that has moved back."""
-        A, F1, F0 = ((add(n, cross(way.p, f)), f) for n, f in (self.A, self.F1, self.F0))
-        return Brought(A, add(self.G, cross(way.u, self.A[1])), F1, F0)
+        A, F1, F0 = ((add(n, cross(by.p, f)), f) for n, f in (self.A, self.F1, self.F0))
+        return Contribution(A, add(self.G, cross(by.u, self.A[1])), F1, F0)
 
-    def turned(self, turn: Turn) -> Brought:
+    def turned(self, turn: Turn) -> Contribution:
         """Return it in axes from which `turn` leads here."""
         A, F1, F0 = ((turn.back(n), turn.back(f)) for n, f in (self.A, self.F1, self.F0))
-        return Brought(A, turn.back(self.G), F1, F0)
+        return Contribution(A, turn.back(self.G), F1, F0)
 
 
 @dataclass(frozen=True)
@@ -101,50 +107,40 @@ class Composite:
         P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
-    def moved(self, way: VariationWay) -> Composite:
+    def moved(self, by: OriginShift) -> Composite:
         """Return it about an origin that has moved back."""
-        h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, way.u))  # noqa: E741
-        rows = ([P[r][c] + way.p[r] * l[c] + h[r] * way.u[c] for c in range(3)] for r in range(3))
-        return Composite(self.body.shifted(way.p), Mat((x, y, z) for x, y, z in rows), l)
+        h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, by.u))  # noqa: E741
+        rows = ([P[r][c] + by.p[r] * l[c] + h[r] * by.u[c] for c in range(3)] for r in range(3))
+        return Composite(self.body.shifted(by.p), Mat((x, y, z) for x, y, z in rows), l)
 
     def turned(self, turn: Turn) -> Composite:
         """Return it in axes from which `turn` leads here."""
         body = Moments(self.body.m, turn.back(self.body.h), turn.tensor_back(self.body.J))
         return Composite(body, _turned(turn, self.P), turn.back(self.momentum))
 
-    def inertia(self, d: Twist) -> Twist:
+    def inertia(self, d: Twist) -> SpatialForce:
         """Return I d: angular momentum about the origin, momentum."""
         (w, v), (m, h, J) = d, (self.body.m, self.body.h, self.body.J)
         return add(_less_trace(J, w), cross(h, v)), add(scale(m, v), cross(w, h))
 
-    def coriolis(self, w: Vec) -> Twist:
+    def coriolis(self, w: Vec) -> SpatialForce:
         """Return 2 B d for the angular part of d; the linear one takes no part."""
         return _less_trace(self.P.T, w), cross(w, self.momentum)
 
-    def brought(self, S: Subspace, wrench: Twist) -> Brought:
-        """Return what a move brings, for the wrench that moves the bodies."""
-        (w, v), (n, f) = S.own, wrench
+    def contribution(self, S: Subspace, wrench: SpatialForce) -> Contribution:
+        """Return the contribution of an elementary joint, for the wrench that moves the bodies."""
+        (w, v), (n, f) = S.twist, wrench
         G = add(_less_trace(self.P, w), cross(self.momentum, v))
         F1 = plus(self.coriolis(w), self.inertia(S.twice))
         F0 = plus(self.coriolis(S.first[0]), self.inertia(S.second))
         acting = (add(cross(w, n), cross(v, f)), cross(w, f))
-        return Brought(self.inertia(S.own), G, F1, plus(F0, acting))
+        return Contribution(self.inertia(S.twist), G, F1, plus(F0, acting))
 
 
-def body_alone(body: Moments, twice: Vec) -> Composite:
+def single_body(body: Moments, twice: Vec) -> Composite:
     """Return one body, for twice its angular velocity: P = -J ω×, l = ω × h."""
     P = Mat(cross(twice, row) for row in body.J)
     return Composite(body, P, cross(twice, body.h))
-
-
-def plus(a: Twist, b: Twist) -> Twist:
-    """Return the sum."""
-    return add(a[0], b[0]), add(a[1], b[1])
-
-
-def work(wrench: Twist, twist: Twist) -> Expr:
-    """Return the power of a wrench on a twist."""
-    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
 
 
 def bracket(a: Twist, b: Twist) -> Twist:
@@ -188,14 +184,14 @@ Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class MoveDerivatives:
-    """Forces of the moves, and their derivatives by pairs (force, move); where there is no entry they are zero.
+class JointForceDerivatives:
+    """Forces of elementary joints, and their derivatives by pairs (force, joint); zero where there is no entry.
 
     Attributes:
-        forces: N m or N, by moves; rotors at the joints are left to others.
+        forces: N m or N, by joint; rotors at the joints are left to others.
         by_position: N m/rad and the like.
         by_rate: N m s/rad and the like.
-        by_acceleration: the mass matrix of the moves, kg m^2, kg m or kg.
+        by_acceleration: the mass matrix of the elementary joints, kg m^2, kg m or kg.
     """
 
     forces: dict[int, Expr] = field(default_factory=dict)
@@ -204,21 +200,21 @@ class MoveDerivatives:
     by_acceleration: dict[Pair, Expr] = field(default_factory=dict)
 
 
-def rnea_derivatives(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
+def rnea_derivatives(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> JointForceDerivatives:
     """Return the derivatives of the forces that bodies need, before they are gathered on the velocities.
 
     Args:
-        tree: the mechanism; the moves of a block but the last carry no body.
+        tree: the mechanism; the joints of a block but the last carry no body.
         qd: velocities, shape (n,).
         qdd: their rates, shape (n,).
     """
     return _Recursion(tree, 2).run(qd, qdd)
 
 
-def halves_by_rate(tree: ReducedTree, qd: Sequence[Expr]) -> MoveDerivatives:
-    """Return half of the derivatives by rates, and the mass matrix of the moves: nothing is doubled for them."""
+def halves_by_rate(tree: ReducedTree, qd: Sequence[Expr]) -> JointForceDerivatives:
+    """Return half of the derivatives by rates, and the mass matrix of the elementary joints; nothing is doubled."""
     found = _Recursion(tree.weightless, 1).run(qd, [tree.graph.zero] * len(qd))
-    return MoveDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
+    return JointForceDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
 
 
 @dataclass(frozen=True)
@@ -229,123 +225,123 @@ class _Recursion:
         tree: the mechanism.
         times: 2, or 1 where what stands for twice of a velocity is to stand for itself.
         motion: of every frame, as `rnea` has it.
-        rise, shift: the ways of every frame's origin: back along its rise, and on along its shift to the parent's.
-        S: of every move, at the foot of its rise or, in a block of several, in the frame at its end.
+        rise, shift: of every frame's origin: back along its rise, and on along its shift to the parent's.
+        S: of every elementary joint, at the inner end of its rise or, in a block of several, in the frame at its end.
     """
 
     tree: ReducedTree
     times: int
     motion: list[LinkMotion] = field(default_factory=list)
-    rise: list[VariationWay] = field(default_factory=list)
-    shift: list[VariationWay] = field(default_factory=list)
+    rise: list[OriginShift] = field(default_factory=list)
+    shift: list[OriginShift] = field(default_factory=list)
     S: dict[int, Subspace] = field(default_factory=dict)
 
-    def run(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
-        """Return the derivatives: motion outwards, then what each move brings inwards."""
-        tree, found = self.tree, MoveDerivatives()
-        self._move(qd, qdd)
+    def run(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> JointForceDerivatives:
+        """Return the derivatives: motion outwards, then what each joint contributes inwards."""
+        tree, found = self.tree, JointForceDerivatives()
+        self._propagate(qd, qdd)
         for block in filter(None, tree.block):
-            self.S.update(self._alone(block[0]) if len(block) == 1 else self._together(block))
+            self.S.update(self._single(block[0]) if len(block) == 1 else self._block(block))
         wrench = [body.wrench(moved.a, moved.U) for body, moved in zip(tree.body, self.motion, strict=True)]
-        beyond = [body_alone(body, self._spin(i)) for i, body in enumerate(tree.body)]
+        beyond = [single_body(body, self._spin(i)) for i, body in enumerate(tree.body)]
         for i in tree.inward():
-            p, (n, f), foot = tree.parent[i], wrench[i], beyond[i].moved(self.rise[i])
-            acting, bodies = ((add(n, cross(self.rise[i].p, f)), f), foot) if self._plain(i) else (wrench[i], beyond[i])
+            p, (n, f), near = tree.parent[i], wrench[i], beyond[i].moved(self.rise[i])
+            acting, bodies = ((add(n, cross(self.rise[i].p, f)), f), near) if self._plain(i) else (wrench[i], beyond[i])
             for k in tree.block[i]:
-                found.forces[k] = work(acting, self.S[k].own)
-                self._enter(found, k, i, bodies.brought(self.S[k], acting))
-            wrench[p] = plus(wrench[p], tree.link[i].wrench_back(n, f))
+                found.forces[k] = power(acting, self.S[k].twist)
+                self._enter(found, k, i, bodies.contribution(self.S[k], acting))
+            wrench[p] = plus(wrench[p], tree.X[i].wrench_back(n, f))
             if p:
-                for turn in reversed(tree.link[i].turns):
-                    foot = foot.turned(turn)
-                beyond[p] = beyond[p] + foot.moved(self.shift[i])
+                for turn in reversed(tree.X[i].turns):
+                    near = near.turned(turn)
+                beyond[p] = beyond[p] + near.moved(self.shift[i])
         return found
 
     def _plain(self, i: int) -> bool:
-        """Tell whether move i is no part of a block of several."""
+        """Tell whether elementary joint i is no part of a block of several."""
         return len(self.tree.block[i]) == 1
 
     def _spin(self, i: int) -> Vec:
         """Return twice the angular velocity of frame i."""
         return scale(self.times, self.motion[i].w)
 
-    def _move(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> None:
-        """Find the motion of every frame, and the ways."""
-        tree, still, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
+    def _propagate(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> None:
+        """Find the motion of every frame, and the shifts of its origin."""
+        tree, zeros, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
         rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
-        self.motion.append(at_rest(neg(tree.gravity)))
-        self.rise.append(VariationWay(still, still))
-        self.shift.append(VariationWay(still, still))
+        self.motion.append(base_motion(neg(tree.gravity)))
+        self.rise.append(OriginShift(zeros, zeros))
+        self.shift.append(OriginShift(zeros, zeros))
         for i in tree.outward():
-            p, link, slides = tree.parent[i], tree.link[i], tree.slides[i]
-            self.motion.append(carried(self.motion[p], link, slides, rate[i], acceleration[i]))
-            up = (zero, zero, link.rise)
+            p, X, slides = tree.parent[i], tree.X[i], tree.slides[i]
+            self.motion.append(propagate(self.motion[p], X, slides, rate[i], acceleration[i]))
+            up = (zero, zero, X.rise)
             sliding = (zero, zero, rate[i] * self.times if slides else zero)
-            self.rise.append(VariationWay(up, add(cross(self._spin(i), up), sliding)))
-            self.shift.append(VariationWay(link.shift, cross(self._spin(p), link.shift)))
+            self.rise.append(OriginShift(up, add(cross(self._spin(i), up), sliding)))
+            self.shift.append(OriginShift(X.shift, cross(self._spin(p), X.shift)))
 
-    def _alone(self, i: int) -> dict[int, Subspace]:
-        """Return S of a turn or slide, and what becomes of it, at the foot of its rise."""
-        zero, one, still = self.tree.graph.zero, self.tree.graph.one, zero_vector(self.tree.graph)
-        moved, below, link, z = self.motion[i], self.motion[self.tree.parent[i]], self.tree.link[i], (zero, zero, one)
+    def _single(self, i: int) -> dict[int, Subspace]:
+        """Return S of a turn or slide, and its rates, at the inner end of its rise."""
+        zero, one, zeros = self.tree.graph.zero, self.tree.graph.one, zero_vector(self.tree.graph)
+        moved, parent, X, z = self.motion[i], self.motion[self.tree.parent[i]], self.tree.X[i], (zero, zero, one)
         across, twice = cross_z(moved.w), cross_z(self._spin(i))
         column = (moved.U[0][2], moved.U[1][2], moved.U[2][2])
         if self.tree.slides[i]:
-            return {i: Subspace((still, z), (still, across), (still, column), (still, twice))}
-        foot = link.out(add(below.a, below.U @ link.shift))
-        return {i: Subspace((z, still), (across, still), (column, cross_z(foot)), (twice, still))}
+            return {i: Subspace((zeros, z), (zeros, across), (zeros, column), (zeros, twice))}
+        near = X.out(add(parent.a, parent.U @ X.shift))
+        return {i: Subspace((z, zeros), (across, zeros), (column, cross_z(near)), (twice, zeros))}
 
-    def _together(self, block: Sequence[int]) -> dict[int, Subspace]:
-        """Return S of every move of a block, and what becomes of it, in the frame of its last."""
-        tree, still = self.tree, zero_vector(self.tree.graph)
+    def _block(self, block: Sequence[int]) -> dict[int, Subspace]:
+        """Return S of every joint of a block, and its rates, in the frame of its last."""
+        tree, zeros = self.tree, zero_vector(self.tree.graph)
         zero, one = tree.graph.zero, tree.graph.one
         part, z = one / self.times, (zero, zero, one)
-        below, v = self.motion[tree.parent[block[0]]], still  # as if the joint were locked; v as seen from the origin
+        parent, v = self.motion[tree.parent[block[0]]], zeros  # as if the joint were locked; v as seen from the origin
         S: dict[int, Twist] = {}
         for i in block:
-            link, up = tree.link[i], self.rise[i]
-            v = link.out(add(v, sub(cross(below.w, link.shift), scale(part, self.shift[i].u))))
-            below = carried(below, link, tree.slides[i], zero, zero)
-            v = add(v, sub(cross(below.w, up.p), scale(part, up.u)))
-            S = {k: _out(link, twist) for k, twist in S.items()}
-            S[i] = (still, z) if tree.slides[i] else (z, still)
-        locked, rate = (below.w, v), (self.motion[block[-1]].w, still)
-        spatial = (below.dw, sub(below.a, cross(below.w, v)))
+            X, up = tree.X[i], self.rise[i]
+            v = X.out(add(v, sub(cross(parent.w, X.shift), scale(part, self.shift[i].u))))
+            parent = propagate(parent, X, tree.slides[i], zero, zero)
+            v = add(v, sub(cross(parent.w, up.p), scale(part, up.u)))
+            S = {k: _out(X, twist) for k, twist in S.items()}
+            S[i] = (zeros, z) if tree.slides[i] else (z, zeros)
+        locked, rate = (parent.w, v), (self.motion[block[-1]].w, zeros)
+        spatial = (parent.dw, sub(parent.a, cross(parent.w, v)))
         found = {}
-        for k, own in S.items():
-            first = bracket(locked, own)
-            second = plus(bracket(spatial, own), bracket(locked, first))
-            turned, slid = plus(first, bracket(rate, own))
+        for k, twist in S.items():
+            first = bracket(locked, twist)
+            second = plus(bracket(spatial, twist), bracket(locked, first))
+            turned, slid = plus(first, bracket(rate, twist))
             half = one * self.times / 2
-            found[k] = Subspace(own, first, second, (scale(half, turned), scale(half, slid)))
+            found[k] = Subspace(twist, first, second, (scale(half, turned), scale(half, slid)))
         return found
 
-    def _enter(self, move_derivatives: MoveDerivatives, k: int, last: int, brought: Brought) -> None:
-        """Read what move k brings, where its block ends, to itself and to all that carry it."""
+    def _enter(self, found: JointForceDerivatives, k: int, last: int, contribution: Contribution) -> None:
+        """Enter what joint k contributes, where its block ends, to its own force and to those of its ancestors."""
         tree, j, plain = self.tree, last, self._plain(last)
         while j:
             if self._plain(j) and j != last:
-                brought = brought.moved(self.rise[j])
+                contribution = contribution.moved(self.rise[j])
             for m in tree.block[j]:
                 S = self.S[m]
-                move_derivatives.by_acceleration[k, m] = move_derivatives.by_acceleration[m, k] = work(brought.A, S.own)
+                found.by_acceleration[k, m] = found.by_acceleration[m, k] = power(contribution.A, S.twist)
                 if m != k or not plain:
-                    move_derivatives.by_rate[k, m] = dot(brought.G, S.own[0]) + work(brought.A, S.twice)
-                    move_derivatives.by_position[k, m] = dot(brought.G, S.first[0]) + work(brought.A, S.second)
+                    found.by_rate[k, m] = dot(contribution.G, S.twist[0]) + power(contribution.A, S.twice)
+                    found.by_position[k, m] = dot(contribution.G, S.first[0]) + power(contribution.A, S.second)
                 if m not in tree.block[last] or plain:
-                    move_derivatives.by_rate[m, k] = work(brought.F1, S.own)
-                    move_derivatives.by_position[m, k] = work(brought.F0, S.own)
+                    found.by_rate[m, k] = power(contribution.F1, S.twist)
+                    found.by_position[m, k] = power(contribution.F0, S.twist)
             if not tree.parent[j]:
                 return
             if not self._plain(j):
-                brought = brought.moved(self.rise[j])
-            for turn in reversed(tree.link[j].turns):
-                brought = brought.turned(turn)
-            brought, j = brought.moved(self.shift[j]), tree.parent[j]
+                contribution = contribution.moved(self.rise[j])
+            for turn in reversed(tree.X[j].turns):
+                contribution = contribution.turned(turn)
+            contribution, j = contribution.moved(self.shift[j]), tree.parent[j]
 
 
-def _out(link: Link, twist: Twist) -> Twist:
-    """Return a twist of the parent's frame in the link's own."""
+def _out(X: JointTransform, twist: Twist) -> Twist:
+    """Return a twist of the parent's frame in the joint's own."""
     w, v = twist
-    turned = link.out(w)
-    return turned, add(link.out(add(v, cross(w, link.shift))), scale(link.rise, cross_z(turned)))
+    turned = X.out(w)
+    return turned, add(X.out(add(v, cross(w, X.shift))), scale(X.rise, cross_z(turned)))

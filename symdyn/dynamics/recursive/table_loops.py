@@ -33,7 +33,7 @@ from functools import cache
 from operator import add, attrgetter
 from typing import TypeVar
 
-from symdyn.dynamics.recursive.aba import Articulated, across, along_z, articulated, given_way
+from symdyn.dynamics.recursive.aba import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.dynamics.recursive.joint_table import (
     ORIGIN,
     JointTable,
@@ -41,15 +41,14 @@ from symdyn.dynamics.recursive.joint_table import (
     body_of,
     flat,
     kinds_of,
-    link_of,
     motion_of,
     names_of,
     rotor_of,
     symbols,
+    transform_of,
     vectors,
 )
-from symdyn.dynamics.recursive.links import Link, at_rest, carried
-from symdyn.dynamics.recursive.rnea_derivatives import Twist, plus
+from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate
 from symdyn.errors import NoValueError
 from symdyn.graph import Algebra, Expr, Graph, Op, evaluate, reachable, repeated, substitute
 from symdyn.scene import Scene
@@ -194,7 +193,7 @@ def _named(name: str, entries: Sequence[T]) -> dict[str, T]:
 
 
 INERTIA, BESIDES = 27, 6
-"""Numbers of an articulated inertia (J, H, M, bias: 6, 9, 6, 6), and of accelerations."""
+"""Numbers of an articulated inertia (I, H, M, bias: 6, 9, 6, 6), and of accelerations."""
 
 
 def aba_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
@@ -207,37 +206,37 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     """Return the sweeps at a joint of a kind, on a graph of their own."""
     graph = Graph()
     zero = graph.zero
-    still = zero_vector(graph)
-    link, body = link_of(kind, graph), body_of(kind, graph)
-    moved = carried(motion_of(graph, "motion"), link, kind.slides, graph.symbol("qd"), zero)
-    own = articulated(body, moved)
-    A = _inertia(symbols(graph, "inertia", INERTIA)) + articulated(body, at_rest(still))
-    A = replace(A, bias=plus(A.bias, _pair(symbols(graph, "bias", BESIDES))))
-    along, rest = _apart(link)
-    A = A.seen_from(along)
-    D = A.along_z(kind.slides)[kind.slides][2] + rotor_of(kind, graph)
-    share, alone, left = given_way(A, kind.slides, D, graph.symbol("tau"))
-    felt = rest.wrench_back(*share)  # by the parent
-    (n, f), before = (_pair(symbols(graph, name, BESIDES)) for name in ("share", "besides"))
-    w, v = before
+    zeros = zero_vector(graph)
+    X, body = transform_of(kind, graph), body_of(kind, graph)
+    moved = propagate(motion_of(graph, "motion"), X, kind.slides, graph.symbol("qd"), zero)
+    own = articulated_inertia(body, moved)
+    IA = _inertia(symbols(graph, "inertia", INERTIA)) + articulated_inertia(body, base_motion(zeros))
+    IA = replace(IA, bias=plus(IA.bias, _pair(symbols(graph, "bias", BESIDES))))
+    along, rest = _apart(X)
+    IA = IA.seen_from(along)
+    D = IA.along_z(kind.slides)[kind.slides][2] + rotor_of(kind, graph)
+    U_D, u_D, Ia = IA.through_joint(kind.slides, D, graph.symbol("tau"))
+    share = rest.wrench_back(*U_D)  # U / D in the parent's frame
+    (n, f), parent = (_pair(symbols(graph, name, BESIDES)) for name in ("share", "besides"))
+    w, v = parent
     late = f[2] * v[2], n[2] * w[2]  # what the parent's own acceleration is in
     early = n[0] * w[0] + n[1] * w[1] + (f[0] * v[0] + f[1] * v[1])
     qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
-    beyond = plus(across(before, link), along_z(qdd, kind.slides))
+    beyond = plus(across_locked(parent, X), along_z(qdd, kind.slides))
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
-    inertia = _flat_inertia(left.seen_from(rest))
+    inertia = _flat_inertia(Ia.seen_from(rest))
     return (
         Sweep("outward", "motion", motion, keeps="bias", kept=flat(*own.bias)),
-        Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*felt), alone)),
+        Sweep("inward", "inertia", inertia, inward=True, keeps="share", kept=(*flat(*share), u_D)),
         Sweep("besides", "besides", flat(*beyond), ground=3, result=qdd),
     )
 
 
-def _apart(link: Link) -> tuple[Link, Link]:
-    """Return what of a link goes about and along the axis of its joint, and the rest."""
-    graph = link.rise.graph
-    still = link.at_rest(False)
-    return Link(zero_vector(graph), (), link.turn, link.rise), replace(still, rise=graph.zero)
+def _apart(X: JointTransform) -> tuple[JointTransform, JointTransform]:
+    """Return what of a transform goes about and along the axis of its joint, and the rest."""
+    graph = X.rise.graph
+    along = JointTransform(zero_vector(graph), (), X.turn, X.rise)
+    return along, replace(X.fixed_part(False), rise=graph.zero)
 
 
 def _pair(entries: Sequence[Expr]) -> Twist:
@@ -245,13 +244,13 @@ def _pair(entries: Sequence[Expr]) -> Twist:
     return first, last
 
 
-def _inertia(entries: Sequence[Expr]) -> Articulated:
+def _inertia(entries: Sequence[Expr]) -> ArticulatedInertia:
     H = vectors(entries[6:15])
-    return Articulated(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
+    return ArticulatedInertia(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
 
 
-def _flat_inertia(A: Articulated) -> tuple[Expr, ...]:
-    return *_six(A.J), *flat(*A.H), *_six(A.M), *flat(*A.bias)
+def _flat_inertia(A: ArticulatedInertia) -> tuple[Expr, ...]:
+    return *_six(A.I), *flat(*A.H), *_six(A.M), *flat(*A.bias)
 
 
 def _six(matrix: Mat) -> tuple[Expr, ...]:
@@ -273,9 +272,9 @@ def rnea_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], qdd: Seq
 def inverse_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     """Return the sweeps at a joint of a kind, on a graph of their own."""
     graph = Graph()
-    link, slides = link_of(kind, graph), kind.slides
+    X, slides = transform_of(kind, graph), kind.slides
     qdd = graph.symbol("qdd")
-    moved = carried(motion_of(graph, "motion"), link, slides, graph.symbol("qd"), qdd)
+    moved = propagate(motion_of(graph, "motion"), X, slides, graph.symbol("qd"), qdd)
     takes = body_of(kind, graph).wrench(moved.a, moved.U)
     own, beyond = (vectors(symbols(graph, name, WRENCH)) for name in ("own", "beyond"))
     n, f = plus((own[0], own[1]), (beyond[0], beyond[1]))
@@ -283,7 +282,7 @@ def inverse_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
     return (
         Sweep("outward", "motion", motion, ground=ORIGIN, keeps="own", kept=flat(*takes)),
-        Sweep("inward", "beyond", flat(*link.wrench_back(n, f)), inward=True, result=tau),
+        Sweep("inward", "beyond", flat(*X.wrench_back(n, f)), inward=True, result=tau),
     )
 
 

@@ -1,11 +1,11 @@
 """What acts beside gravity and drives, along the tree: the recursive formulation of the forces of `loads`.
 
 A load is a wrench on one body, which the recursions take with them. What pulls two points A and B together acts on the
-joints between their bodies alone. Seen in the frame of move k, which carries B and not A,
+joints between their bodies alone. Seen in the frame of elementary joint k, which carries B and not A,
 
-    h_k     ∂(s²/2)/∂(move k) = (a × b)_z for a turn, (b - a)_z for a slide     s: distance, a and b: the two points
+    h_k     ∂(s²/2)/∂(joint k) = (a × b)_z for a turn, (b - a)_z for a slide    s: distance, a and b: the two points
 
-so that the points walk along the chain, and no force does. The move feels -F h_k / s, and ṡ = Σ h_k (rate of k) / s.
+so that points are transformed along the chain, and no force is. Its force is -F h_k / s, and ṡ = Σ h_k (rate of k) / s.
 Joint axes are z axes.
 """
 
@@ -27,7 +27,7 @@ from symdyn.dynamics.mechanism.state import (
     vector,
 )
 from symdyn.dynamics.mechanism.tree import Tree, settle
-from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.links import JointTransform
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -46,7 +46,7 @@ class Elastic:
 
 @dataclass(frozen=True)
 class Distance:
-    """The squared distance s² of two points and h_k of the moves between them; see the module's legend."""
+    """The squared distance s² of two points and h_k of the elementary joints between them; see the module's legend."""
 
     square: Expr
     slopes: list[tuple[int, Expr]]
@@ -113,38 +113,38 @@ def _driven(scene: Scene, joint: Joint, graph: Graph) -> list[tuple[int, Expr]]:
 
 def _gathered(reduced: ReducedTree, apart: Distance, share: Expr) -> list[Expr]:
     """Return share · h on the velocities."""
-    moves = [reduced.graph.zero] * len(reduced.parent)
+    forces = [reduced.graph.zero] * len(reduced.parent)
     for i, h in apart.slopes:
-        moves[i] = share * h
-    return reduced.gather(moves)
+        forces[i] = share * h
+    return reduced.gather(forces)
 
 
 def distance(strut: Strut, tree: Tree, reduced: ReducedTree) -> Distance:
-    """Return the distance of the two ends, and how the moves between them change it."""
+    """Return the distance of the two ends, and how the elementary joints between them change it."""
     (i, a), (j, b) = (_seated(end, tree, reduced) for end in strut.ends)
     near, outwards = reduced.paths(i, j)
     far = outwards[::-1]
     if not far:  # the end that moves against the common body comes second
         (a, b), (near, far) = (b, a), (far, near)
-    trail_a, trail_b = _walked_in(reduced, near, a), _walked_in(reduced, far, b)
+    trail_a, trail_b = _points_inward(reduced, near, a), _points_inward(reduced, far, b)
     slopes = []
     seen = trail_a[-1]  # A from the common body, then outwards
     for k, point in zip(reversed(far), trail_b[-2::-1], strict=True):
-        seen = _out(reduced.link[k], seen)
+        seen = _out(reduced.X[k], seen)
         slopes.append((k, _slope(reduced.slides[k], seen, point)))
     outermost = sub(trail_b[0], seen)
     seen = trail_b[-1]
     for k, point in zip(reversed(near), trail_a[-2::-1], strict=True):
-        seen = _out(reduced.link[k], seen)
+        seen = _out(reduced.X[k], seen)
         slopes.append((k, _slope(reduced.slides[k], seen, point)))
     return Distance(dot(outermost, outermost), slopes)
 
 
-def _slope(slides: bool, still: Vec, carried: Vec) -> Expr:
-    """Return ∂(s²/2)/∂(move) in the frame of a move that carries one of the points."""
+def _slope(slides: bool, a: Vec, b: Vec) -> Expr:
+    """Return ∂(s²/2)/∂(joint) in the frame of an elementary joint that carries point b and not a."""
     if slides:
-        return carried[2] - still[2]
-    return still[0] * carried[1] - still[1] * carried[0]
+        return b[2] - a[2]
+    return a[0] * b[1] - a[1] * b[0]
 
 
 def _seated(place: Place, tree: Tree, reduced: ReducedTree) -> tuple[int, Vec]:
@@ -160,19 +160,19 @@ def _home(body: str, tree: Tree, reduced: ReducedTree) -> tuple[int, Transform]:
     return i, settled(reduced.moved[i].inverse() @ home)
 
 
-def _walked_in(reduced: ReducedTree, path: Sequence[int], point: Vec) -> list[Vec]:
+def _points_inward(reduced: ReducedTree, path: Sequence[int], point: Vec) -> list[Vec]:
     """Return a point in the frames of a path, from the first body to the one that carries the last."""
     trail = [point]
     for k in path:
-        link, (x, y, z) = reduced.link[k], trail[-1]
-        trail.append(add(link.back((x, y, z + link.rise)), link.shift))
+        X, (x, y, z) = reduced.X[k], trail[-1]
+        trail.append(add(X.back((x, y, z + X.rise)), X.shift))
     return trail
 
 
-def _out(link: Link, point: Vec) -> Vec:
-    """Return a point of the parent's frame in the link's own."""
-    x, y, z = link.out(sub(point, link.shift))
-    return (x, y, z - link.rise)
+def _out(X: JointTransform, point: Vec) -> Vec:
+    """Return a point of the parent's frame in the joint's own."""
+    x, y, z = X.out(sub(point, X.shift))
+    return (x, y, z - X.rise)
 
 
 def _on_body(load: Load, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:
@@ -185,5 +185,5 @@ def _on_body(load: Load, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]
     else:
         wrench = wrench.rotated(reduced.moved[0].R.T)
         for k in reduced.paths(0, i)[1]:
-            wrench = Wrench(reduced.link[k].out(wrench[0]), reduced.link[k].out(wrench[1]))
+            wrench = Wrench(reduced.X[k].out(wrench[0]), reduced.X[k].out(wrench[1]))
     return i, wrench.about(point)

@@ -22,7 +22,7 @@ from fractions import Fraction
 from itertools import product
 
 from symdyn.graph import Expr, Graph, Op, gradient
-from symdyn.scene.joints.joint_kind import Forbids, Gimbal, JointBlock, JointMotion, Move
+from symdyn.scene.joints.joint_kind import ElementaryJoint, Forbids, Gimbal, JointBlock, JointMotion
 from symdyn.scene.values.body import Pose, Step, inverse_steps, towards
 from symdyn.scene.values.entry import EntryReader, show
 from symdyn.scene.values.folding import neg
@@ -168,7 +168,7 @@ def turn(axis: Vector) -> JointBlock:
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = Transform.unit(graph)
-        return JointMotion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+        return JointMotion((ElementaryJoint(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return JointBlock(("rad",), ("rad",), motion, axis=axis)
 
@@ -178,7 +178,7 @@ def slide(axis: Vector) -> JointBlock:
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = Transform.unit(graph)
-        return JointMotion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+        return JointMotion((ElementaryJoint(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return JointBlock(("m",), ("m",), motion, axis=axis)
 
@@ -189,8 +189,8 @@ def screw(axis: Vector, pitch: Quantity) -> JointBlock:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still, z = Transform.unit(graph), unit(axis, graph)
         rise = pitch.express(graph) / (2 * Quantity.PI.express(graph))
-        moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
-        return JointMotion(moves, still, u)
+        turned = ElementaryJoint(False, z, q[0], still, ((0, graph.one),))
+        return JointMotion((turned, ElementaryJoint(True, z, rise * q[0], still, ((0, rise),))), still, u)
 
     return JointBlock(("rad",), ("rad",), motion)
 
@@ -246,7 +246,7 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> JointBl
     """Return elementary motions whose amounts are formulas in the coordinates called `names`."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        place, moves = Transform.unit(graph), []
+        place, joints = Transform.unit(graph), []
         for kind, amount in steps.steps:
             node = amount.express(graph)
             slopes = gradient(node, q)
@@ -256,9 +256,9 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> JointBl
             rate = tuple((k, slope) for k, slope in enumerate(slopes) if not slope.is_zero)
             curved = [(k, m, x) for k, slope in enumerate(slopes) for m, x in enumerate(gradient(slope, q))]
             bias = tuple(entry for entry in curved if not entry[2].is_zero)
-            moves.append(Move(kind[0] == "T", unit(AXES[kind[1]], graph), node, place, rate, bias))
+            joints.append(ElementaryJoint(kind[0] == "T", unit(AXES[kind[1]], graph), node, place, rate, bias))
             place = Transform.unit(graph)
-        return JointMotion(tuple(moves), place, u)
+        return JointMotion(tuple(joints), place, u)
 
     return JointBlock(units, units, motion)
 
@@ -277,14 +277,14 @@ def _quaternion_rates(e: tuple[Expr, ...], omega: Vec) -> tuple[Expr, ...]:
     )
 
 
-def _spin(graph: Graph, before: Transform, first: int) -> tuple[Move, ...]:
+def _spin(graph: Graph, before: Transform, first: int) -> tuple[ElementaryJoint, ...]:
     """Return three turns at zero whose rates are ω in the turned frame, velocities beginning with `first`."""
     still, (a, b, c) = Transform.unit(graph), (first, first + 1, first + 2)
-    one, minus = graph.one, graph.constant(-1)
+    zero, one, minus = graph.zero, graph.one, graph.constant(-1)
     bias = ((b, c, minus), (a, c, one), (a, b, minus))
-    axes = [unit(AXES[letter], graph) for letter in "xyz"]
     return tuple(
-        Move(False, axes[k], graph.zero, before if k == 0 else still, ((first + k, one),), (bias[k],)) for k in range(3)
+        ElementaryJoint(False, unit(AXES[letter], graph), zero, still if k else before, ((first + k, one),), (bias[k],))
+        for k, letter in enumerate("xyz")
     )
 
 
@@ -310,7 +310,7 @@ def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMoti
         i, j = (k + 1) % 3, (k + 2) % 3
         bias = ((3 + i, j, one), (3 + j, i, -one))
         axis, before = unit(AXES["xyz"[k]], graph), placed if k == 0 else still
-        slides.append(Move(True, axis, graph.zero, before, ((k, one),), bias))
+        slides.append(ElementaryJoint(True, axis, graph.zero, before, ((k, one),), bias))
     rates = (*(dot(row, v) for row in R), *_quaternion_rates(e, omega))
     brackets: list[tuple[int, int, int, int]] = []
     for k in range(3):  # [ω_k, ω_i] = ω_j and [ω_k, v_i] = v_j

@@ -1,9 +1,9 @@
 """What every joint type tells the algorithms.
 
-A joint's motion is a product of *moves*: turns about and slides along axes, with constant placements in between. Each
-move is one link of the chain that the recursions run over, so that they know nothing but turns and slides.
+A joint's motion is a product of *elementary joints*: turns about and slides along axes, constant placements in between.
+Each carries a body of the tree that the recursions run over, so that they know nothing but turns and slides.
 
-    amount     position of the move in terms of the joint's coordinates, rad or m
+    amount     its position in terms of the joint's coordinates, rad or m
     rate       its rate, Σ coefficient · velocity
     bias       its acceleration less Σ coefficient · (rate of velocity), quadratic in the velocities
 
@@ -80,8 +80,8 @@ class JointMark:
 
 
 @dataclass(frozen=True)
-class Move:
-    """One turn or slide.
+class ElementaryJoint:
+    """One turn or slide: a joint of one degree of freedom.
 
     Attributes:
         slides: whether it is a slide.
@@ -113,13 +113,13 @@ class JointMotion:
     """Motion of a joint, from the joint frame to the moved joint frame.
 
     Attributes:
-        moves: in order, from the parent's side.
+        joints: elementary joints in order, from the parent's side.
         tail: constant placement behind the last of them.
         rates: rate of every coordinate in terms of coordinates and velocities, shape (nq,).
         brackets: (j, i, l, value) for [X_j, X_i] = Σ value X_l, of velocities that are no rates of coordinates.
     """
 
-    moves: tuple[Move, ...]
+    joints: tuple[ElementaryJoint, ...]
     tail: Transform
     rates: tuple[Expr, ...]
     brackets: tuple[tuple[int, int, int, int], ...] = ()
@@ -128,17 +128,17 @@ class JointMotion:
     def placement(self) -> Transform:
         """Placement of the moved joint frame in the joint frame."""
         result: Transform | None = None
-        for move in self.moves:
-            step = move.before @ move.placement
+        for part in self.joints:
+            step = part.before @ part.placement
             result = step if result is None else result @ step
         return self.tail if result is None else result @ self.tail
 
     def blocks(self, first: int) -> list[tuple[int, ...]]:
-        """Return the numbers of moves that belong together, in order; those of the joint's moves begin with `first`."""
+        """Return the numbers of elementary joints that belong together, in order; the first one's is `first`."""
         together = [{j, i, m} for j, i, m, _ in self.brackets]
         found: list[tuple[int, ...]] = []
-        for i in range(len(self.moves)):
-            pair = {k for one in self.moves[max(0, i - 1) : i + 1] for k, _ in one.rate}
+        for i in range(len(self.joints)):
+            pair = {k for one in self.joints[max(0, i - 1) : i + 1] for k, _ in one.rate}
             before = found.pop() if found and any(pair <= one for one in together) else ()
             found += [()] * bool(before) + [(*before, first + i)]
         return found
@@ -304,17 +304,17 @@ class JointKind:
 
 def _joined(parts: Sequence[tuple[int, JointMotion]], graph: Graph) -> JointMotion:
     """Return parts, each with the number of its first velocity, as one motion."""
-    moves: list[Move] = []
+    joints: list[ElementaryJoint] = []
     rates: list[Expr] = []
     brackets: list[tuple[int, int, int, int]] = []
     place = Transform.unit(graph)
     for k, part in parts:
-        for move in part.moves:
-            rate = tuple((k + i, x) for i, x in move.rate)
-            bias = tuple((k + i, k + j, x) for i, j, x in move.bias)
-            moves.append(replace(move, before=place @ move.before, rate=rate, bias=bias))
+        for one in part.joints:
+            rate = tuple((k + i, x) for i, x in one.rate)
+            bias = tuple((k + i, k + j, x) for i, j, x in one.bias)
+            joints.append(replace(one, before=place @ one.before, rate=rate, bias=bias))
             place = Transform.unit(graph)
         place = place @ part.tail
         rates += part.rates
         brackets += [(k + j, k + i, k + m, value) for j, i, m, value in part.brackets]
-    return JointMotion(tuple(moves), place, tuple(rates), tuple(brackets))
+    return JointMotion(tuple(joints), place, tuple(rates), tuple(brackets))
