@@ -211,4 +211,4 @@ components = ["along"]
 def test_a_motion_in_which_no_velocity_is_free_has_no_other_to_go_to(tmp_path: Path) -> None:
     path = tmp_path / "fork.toml"
     path.write_text(FORK)
-    assert main(["walkthrough", str(path), "--detail", "full"]) == 0
+    assert main(["walkthrough", str(path), "--detail", "full", "-o", str(tmp_path / "fork.md")]) == 0
