@@ -25,9 +25,14 @@ def turn(multiple: Fraction | int) -> Quantity:
     return folding.mul(Quantity.number(multiple), Quantity.PI)
 
 
+USUAL = Quantity.number(Fraction(3, 7))
+"""What a number of a joint type is where a test gives it no value: not 0, at which a law may hold by chance."""
+
+
 def shape(kind: str, **values: object) -> tuple[tuple[str, object], ...]:
-    """Return what the keys of a joint type say: values that it takes, defaults else."""
-    return tuple((key.name, values.get(key.name, key.default)) for key in JOINTS[kind].keys)
+    """Return what the keys of a joint type say: values that it takes; else 3/7 for numbers, defaults for the rest."""
+    usual = {key.name: USUAL if isinstance(key.default, Quantity) else key.default for key in JOINTS[kind].keys}
+    return tuple((name, values.get(name, default)) for name, default in usual.items())
 
 
 def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
@@ -149,16 +154,19 @@ def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scen
     joints, bodies, count = [], [], 0
     for i, kind in enumerate(types):
         p, r = Quantity.symbol(f"x{count}"), Quantity.symbol(f"x{count + 1}")
-        own = shape(
-            kind,
-            axis=tuple(Quantity.number(x) for x in rng.choice(AXES)),
-            second_axis=tuple(Quantity.number(x) for x in (2, 1, -2)),
-            pitch=Quantity.number(Fraction(1, 5)),
-            length=Quantity.symbol("L"),
-            orientation=orientation,
-            steps=Pose((("Tz", p * p * r), ("Rx", p + r * Quantity.number(2)), ("Ty", Quantity(Op.SIN, (r,))))),
-            units=("rad", "rad"),
-        )
+        values = {
+            "axis": tuple(Quantity.number(x) for x in rng.choice(AXES)),
+            "second_axis": tuple(Quantity.number(x) for x in (2, 1, -2)),
+            "pitch": Quantity.number(Fraction(1, 5)),
+            "length": Quantity.symbol("L"),
+            "orientation": orientation,
+            "steps": Pose((("Tz", p * p * r), ("Rx", p + r * Quantity.number(2)), ("Ty", Quantity(Op.SIN, (r,))))),
+            "units": ("rad", "rad"),
+        }
+        for key in JOINTS[kind].keys:
+            known = key.name in values or isinstance(key.default, Quantity)
+            assert known, f"`jointed` has no value for the key {key.name} of {kind}; add one in tests/mechanisms.py"
+        own = shape(kind, **values)
         joint = Joint(
             f"j{i}",
             kind,

@@ -7,10 +7,12 @@ import pytest
 from engine.balance import balance
 from engine.jets import Jet, angle, apply
 from engine.joints import MOTIONS, RESIDUALS, WRENCHES
-from engine.mechanism import Mechanism
+from engine.mechanism import KINDS, Mechanism
 from engine.states import residual, rows
 
 from symdyn.scene import read_text
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
 
 NAN = float("nan")
 
@@ -103,8 +105,24 @@ def test_a_joint_beside_its_twin_is_forbidden_nothing(kind: str) -> None:
 
 
 def test_every_type_is_told_both_ways() -> None:
-    assert set(WRENCHES) == set(RESIDUALS) == set(MOTIONS) - {"custom"}
-    assert set(MORE) == set(WRENCHES) - {"free", "fixed"}
+    custom = {name for name, kind in JOINTS.items() if kind.forbids is None}
+    assert set(MOTIONS) == set(JOINTS), "write its motion in MOTIONS of tests/engine/joints.py"
+    closing = set(JOINTS) - custom
+    assert set(WRENCHES) == closing, "write what it forbids in WRENCHES of tests/engine/joints.py"
+    assert set(RESIDUALS) == closing, "write what vanishes in RESIDUALS of tests/engine/joints.py"
+    assert set(MORE) == closing - {"free", "fixed"}, "write its keys in MORE of this file"
+
+
+def test_every_kind_of_element_is_told() -> None:
+    assert set(FORCES) == KINDS, "write its law in tests/engine/mechanism.py, its name in KINDS there"
+
+
+def test_an_element_that_the_reference_does_not_know_is_refused() -> None:
+    scene = read_text(PENDULUM + '[springs.coil]\njoint = "pin"\nstiffness = 1')
+    (coil,) = scene.elements
+    object.__setattr__(coil, "kind", "gas_spring")
+    with pytest.raises(LookupError, match="no law for gas_spring; write one"):
+        Mechanism(scene)
 
 
 def test_a_number_that_moves_obeys_the_chain_rule() -> None:

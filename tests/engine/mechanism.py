@@ -48,6 +48,9 @@ class Contact:
         return np.array([np.concatenate([F.x, N.x]) for F, N in self.wrenches]).reshape(-1, 6)
 
 
+KINDS = {"spring", "damper", "friction", "load", "formula", "knife_edge", "rolling"}
+"""Elements whose laws are written below."""
+
 MEET = 1e-9
 """m and N within which points meet and forces are none."""
 
@@ -62,6 +65,8 @@ class Mechanism:
     def __init__(self, scene: Any, values: Mapping[str, float] | None = None) -> None:
         """`values` are those of parameters, in place of what the scene gives."""
         self.scene, self.values = scene, dict(values or {})
+        if strange := sorted({one.kind for one in scene.elements} - KINDS):
+            raise LookupError(f"the reference has no law for {', '.join(strange)}; write one, and its name in KINDS")
         for one in scene.parameters:
             if one.name not in self.values:
                 self.values[one.name] = number(one.value, self.values)

@@ -142,6 +142,7 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
     body = scene.bodies[-1]
     if asked == "kinematics":
         found += [*of_place(body.name), *CENTROIDAL]
-        found += [f"com_acceleration:{body.name}"] * (body.com is not None and not body.particles)
+        if body.com is not None and not body.particles:  # what is about a body is taken by verify alone
+            found += [f"{name}:{body.name}" for name, row in OUTPUTS.items() if row.place == "body"]
     suffix = "" if axes == "body" else f":{axes}"
     return [*found, f"reactions{suffix}", f"forward_reactions{suffix}"]
