@@ -13,7 +13,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import read_text
 from symdyn.scene.declaration import coupling, declare, joint_table, scene_table
 from symdyn.scene.forces import FORCES
-from symdyn.scene.forces.force_table import sections
+from symdyn.scene.forces.force_table import kinds_of, sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.joint_table import LIMITS, own_keys
 from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
@@ -21,6 +21,7 @@ from symdyn.scene.values.key import keys_of, needed_of
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "words.md"
+PLACE = "in docs/words.md, "
 WORD = re.compile(r"`(\w+)`")
 
 
@@ -41,9 +42,15 @@ def tables() -> dict[str, set[str]]:
     return found
 
 
+def headed(section: str) -> str:
+    """Return the heading of a section of a file."""
+    return section.replace("_", " ").capitalize()
+
+
 def of_elements(section: str) -> set[str]:
-    """Return the keys of all kinds of element in one section of a file."""
-    return {key for kind in FORCES.values() if kind.section == section for key in keys_of(kind.parts)}
+    """Return the keys of all kinds of element in one section of a file, and what tells several apart."""
+    kinds = kinds_of(section).values()
+    return {key for kind in kinds for key in keys_of(kind.parts)} | ({"type"} if len(kinds) > 1 else set())
 
 
 WORDS = {
@@ -57,10 +64,7 @@ WORDS = {
     "Joints: word of `friction`": of_elements("friction"),
     "Joints: word of `limits`": set(keys_of(LIMITS)),
     "Points: word": set(keys_of(scene_table.POINT)),
-    "Springs: word": of_elements("springs"),
-    "Dampers: word": of_elements("dampers"),
-    "Loads: word": of_elements("loads"),
-    "Rows: word": of_elements("rows") | {"type"},
+    **{f"{headed(section)}: word": of_elements(section) for section in sections()},
     "Denavit-Hartenberg tables: word of `dh`": {*keys_of(declare.CHAIN), "links"},
     "Denavit-Hartenberg tables: word of a link": {"name", *keys_of(declare.LINK)},
     "Formulas: word": set(FORMULA_NAMES),
@@ -79,9 +83,11 @@ NEEDED = {
         *needed_of(FORCES["friction"].parts),
     ],
     "Points": needed_of(scene_table.POINT),
-    "Springs": needed_of(FORCES["spring"].parts),
-    "Dampers": needed_of(FORCES["damper"].parts),
-    "Loads": needed_of(FORCES["load"].parts),
+    **{
+        headed(section): [word for kind in kinds_of(section).values() for word in needed_of(kind.parts)]
+        for section in sections()
+        if section != "rows"  # each type of them needs other words
+    },
     "Denavit-Hartenberg tables": [*needed_of(declare.CHAIN), "links", *needed_of(declare.LINK)],
 }
 
@@ -90,29 +96,37 @@ NEEDED = {
 def test_the_page_says_which_words_must_be_given(section: str) -> None:
     page = PAGE.read_text(encoding="utf-8").partition(f"\n## {section}\n")[2].partition("\n## ")[0]
     rows = [line for line in page.splitlines() if line.endswith("| must be given |")]
-    assert {word for row in rows for word in WORD.findall(row.split("|")[1])} == set(NEEDED[section])
+    found = {word for row in rows for word in WORD.findall(row.split("|")[1])}
+    assert found == set(NEEDED[section]), f'write "must be given" there and nowhere else, {PLACE}{section}'
 
 
 @pytest.mark.parametrize("table", WORDS)
 def test_a_table_holds_all_words_and_no_others(table: str) -> None:
-    assert tables()[table] == WORDS[table]
+    assert tables().get(table) == WORDS[table], f"write a table of these words, a row each, {PLACE}{table}"
 
 
 def test_words_that_are_listed_in_sentences_are_all_of_them() -> None:
     text = PAGE.read_text(encoding="utf-8")
     loops = text.partition("## Loops")[2].partition("## Points")[0]
-    assert set(joint_table.loop_keys()) <= set(WORD.findall(loops))
+    untold = set(joint_table.loop_keys()) - set(WORD.findall(loops))
+    assert untold == set(), f"name them in the sentence {PLACE}Loops"
     links = text.partition("Every link takes")[2].partition("| convention")[0]
-    assert set(WORD.findall(links)) - {"revolute"} == set(declare.LINK_OF_JOINT)
+    named = set(WORD.findall(links)) - {"revolute"}
+    assert named == set(declare.LINK_OF_JOINT), f"name them in the sentence {PLACE}Denavit-Hartenberg tables"
     assert f"`{CLOCK}`, which is the time" in text
 
 
 @pytest.mark.parametrize("name", own_keys())
 def test_what_a_type_takes_is_told_beside_its_words(name: str) -> None:
     lines = PAGE.read_text(encoding="utf-8").partition("What a type takes:")[2].partition("Coordinates, drives")[0]
-    (row,) = (line.split("|") for line in lines.splitlines() if line.startswith(f"| `{name}` "))
+    told = {
+        word
+        for line in lines.splitlines()
+        if line.startswith(f"| `{name}` ")
+        for word in WORD.findall(line.split("|")[2])
+    }
     takers = {kind for kind, one in JOINTS.items() if any(key.name == name for key in one.keys)}
-    assert set(WORD.findall(row[2])) == takers
+    assert told == takers, f"write a row of `{name}`, and which types take it, {PLACE}Joints: What a type takes"
 
 
 def test_the_tip_of_a_loop_is_the_place_of_the_hinge_in_the_child_inverted() -> None:

@@ -46,7 +46,8 @@ ELSEWHERE = {*REGRESSORS, *PASSIVITY}
 
 
 def test_every_output_is_compared() -> None:
-    assert {name.partition(":")[0] for name in OUTPUTS} - FORMULAS - ELSEWHERE == set(COMPARED)
+    names = {name.partition(":")[0] for name in OUTPUTS} - FORMULAS - ELSEWHERE
+    assert names == set(COMPARED), "add a comparison to COMPARED in tests/engine/trials/compare.py"
 
 
 def test_the_reference_knows_no_derivation() -> None:

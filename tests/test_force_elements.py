@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from wide import everything
 
 import symdyn
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.state import resisting
+from symdyn.dynamics.mechanism.state import pull, resisting, stored, stored_between
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.forces.force_kind import Mark, Pull
@@ -18,6 +19,8 @@ from symdyn.scene.values.key import needed_of
 from symdyn.teach.languages import languages
 
 WIDE = everything()
+
+PULLS = {name: kind.law for name, kind in FORCES.items() if isinstance(kind.law, Pull)}
 
 PICTURE = Path(symdyn.__file__).parent.parent / "templates" / "teach" / "interactive_picture.js"
 
@@ -39,7 +42,7 @@ def test_every_kind_has_words_in_every_language_and_keys_that_it_needs(name: str
     assert any(key in kind.missing for key in kind.needs) or (needed_of(kind.parts) and not kind.missing)
 
 
-@pytest.mark.parametrize("name", [name for name, kind in FORCES.items() if isinstance(kind.law, Pull)])
+@pytest.mark.parametrize("name", PULLS)
 def test_every_strut_has_a_mark_that_pages_can_draw(name: str) -> None:
     mark = FORCES[name].mark
 
@@ -48,25 +51,31 @@ def test_every_strut_has_a_mark_that_pages_can_draw(name: str) -> None:
     assert all(f"  {mark.page}{place}: () =>" in text for place in ("", "_slide", "_zero", "_turn"))
 
 
-@pytest.mark.parametrize("strut", elastic(WIDE), ids=lambda one: one.name)
-def test_the_force_is_the_slope_of_the_energy_at_joints_and_between_points(strut: Strut) -> None:
-    law, graph = FORCES[strut.kind].pull, Graph()
-    x = graph.symbol("x")
-    assert law.energy
-    assert law.over
-    assert law.stored
-    energies = [law.energy(strut, x), law.stored(strut, x * x)]
-    slopes = [gradient(energy, [x])[0] for energy in energies]
-    for place in PLACES:
-        force, lever, *found = at([law.force(strut, x, graph.zero), law.over(strut, x * x) * x, *slopes], place)
-        assert [lever, *found] == pytest.approx([force] * 3, rel=1e-12)
+def declared(kind: str, some: Sequence[Strut]) -> list[Strut]:
+    """Return the struts of a kind, of which there is one at least."""
+    found = [one for one in some if one.kind == kind]
+    assert found, f"declare a {kind} in tests/wide.py"
+    return found
 
 
-@pytest.mark.parametrize("strut", resisting(WIDE), ids=lambda one: one.name)
-def test_what_stores_nothing_takes_power_and_is_without_force_at_rest(strut: Strut) -> None:
-    law, graph = FORCES[strut.kind].pull, Graph()
-    x = graph.symbol("x")
+@pytest.mark.parametrize("kind", [name for name, law in PULLS.items() if law.energy])
+def test_the_force_is_the_slope_of_the_energy_at_joints_and_between_points(kind: str) -> None:
+    for strut in declared(kind, elastic(WIDE)):
+        law, graph = PULLS[kind], Graph()
+        x = graph.symbol("x")
+        slopes = [gradient(energy, [x])[0] for energy in (stored(strut, x), stored_between(strut, x * x))]
+        forces = [law.force(strut, x, graph.zero), pull(strut, x * x, graph.zero) * x]
+        for place in PLACES:
+            force, *found = at([*forces, *slopes], place)
+            assert found == pytest.approx([force] * 3, rel=1e-12), strut.name
 
-    assert law.force(strut, x, graph.zero).is_zero
-    for place in PLACES:
-        assert at([law.force(strut, x, x) * x], place)[0] >= 0
+
+@pytest.mark.parametrize("kind", [name for name, law in PULLS.items() if not law.energy])
+def test_what_stores_nothing_takes_power_and_is_without_force_at_rest(kind: str) -> None:
+    for strut in declared(kind, resisting(WIDE)):
+        law, graph = PULLS[kind], Graph()
+        x = graph.symbol("x")
+
+        assert law.force(strut, x, graph.zero).is_zero
+        for place in PLACES:
+            assert at([law.force(strut, x, x) * x], place)[0] >= 0, strut.name

@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, dh_table, parameter, point, read, read_text, revolute, scene
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.body import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
@@ -84,12 +85,10 @@ EDITS = [
      '(elbow, shoulder); add one with child = "link1"'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
-    ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed, "
-     "helical, cylindrical, universal, spherical, planar, point_on_line, point_on_plane, rod, free, custom"),
+    ('type = "prismatic"\n', "", f"joints.elbow: type is missing; write one of {', '.join(JOINTS)}"),
     ('type = "prismatic"', 'type = "prismatik"',
      'joints.elbow: type = "prismatik" is not a joint; did you mean prismatic? '
-     "(there are revolute, prismatic, fixed, helical, cylindrical, universal, spherical, planar, point_on_line, "
-     "point_on_plane, rod, free, custom)"),
+     f"(there are {', '.join(JOINTS)})"),
     ('type = "prismatic"', "type = 3", 'joints.elbow: type = 3 is not text; put it in quotes, such as type = "m1"'),
     ('type = "prismatic"', 'type = "fixed"',
      'joints.elbow: force = "-3*m1*q2_dot" has no meaning for a fixed joint; leave it out'),

@@ -11,7 +11,7 @@ from typing import Any, get_args
 import pytest
 
 from symdyn.scene import read_text
-from symdyn.scene.build import Elements, FrictionKeys, JointKeys, JointType, LimitKeys, MimicKeys, RotorKeys
+from symdyn.scene.build import Elements, FrictionKeys, JointKeys, JointType, LimitKeys, MimicKeys, RotorKeys, joint
 from symdyn.scene.declaration.coupling import MIMIC
 from symdyn.scene.declaration.joint_table import ROTOR, joint_keys
 from symdyn.scene.forces.force_table import kinds_of, sections
@@ -71,13 +71,17 @@ def test_ten_lines_are_the_scene_of_a_file():
 
 
 def test_types_have_the_words_of_the_tables():
-    assert set(get_args(JointType)) == set(JOINTS)
-    assert set(JointKeys.__annotations__) == set(joint_keys()) - {"type", "parent", "child", "drives", "forces"}
+    where = "in symdyn/scene/build.py; it has what the tables of scenes have"
+    assert set(get_args(JointType)) == set(JOINTS), f"change JointType {where}"
+    keys = set(joint_keys()) - {"type", "parent", "child", "drives", "forces"}
+    assert set(JointKeys.__annotations__) == keys, f"change JointKeys, and the docstring of `joint`, {where}"
+    untold = [key for key in keys if f" {key}: " not in str(joint.__doc__)]
+    assert untold == [], f"say what they are in the docstring of `joint` {where}"
     assert set(LimitKeys.__annotations__) == set(keys_of(LIMITS))
     assert set(MimicKeys.__annotations__) == set(keys_of(MIMIC))
     assert set(RotorKeys.__annotations__) == set(keys_of(ROTOR))
     assert set(FrictionKeys.__annotations__) == set(keys_of(kinds_of("friction")["friction"].parts))
-    assert set(Elements.__annotations__) == set(sections())
+    assert set(Elements.__annotations__) == set(sections()), f"change Elements {where}"
 
 
 class Editor:

@@ -40,10 +40,11 @@ def named(kind, name, one=WIDE):
 
 
 def test_the_wide_scene_holds_every_joint_and_every_noun():
-    assert {joint.type for joint in WIDE.joints} == set(JOINTS) - {"fixed"}
+    joints = {joint.type for joint in WIDE.joints}
+    assert joints == set(JOINTS) - {"fixed"}, "declare one at the end of the joints of tests/wide.py"
     assert WIDE.loops
     rubbing = {joint.dry.kind for joint in WIDE.joints if joint.dry}
-    assert {one.kind for one in WIDE.elements} | rubbing == set(FORCES)
+    assert {one.kind for one in WIDE.elements} | rubbing == set(FORCES), "declare one in tests/wide.py"
 
 
 def test_every_word_reads_back():

@@ -71,9 +71,12 @@ def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
 
 def test_every_joint_type_has_a_symbol_words_and_a_function_that_declares_it():
     marks = [kind.mark for kind in JOINTS.values()]
-    assert {part.shape for mark in marks for part in (*mark.parts, *mark.flat)} == set(PARTS)
-    assert {frozenset(kind.words) for kind in JOINTS.values()} == {frozenset(languages())}
-    assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
+    parts = {part.shape for mark in marks for part in (*mark.parts, *mark.flat)}
+    assert parts == set(PARTS), "PARTS in symdyn/draw/ground.py has each shape of a mark, and no others"
+    wordless = [name for name, kind in JOINTS.items() if set(kind.words) != set(languages())]
+    assert wordless == [], f"give `words` of the row for each of {', '.join(languages())}"
+    undeclared = [kind for kind in JOINTS if not callable(getattr(scene, kind, None))]
+    assert undeclared == [], "write a maker in symdyn/scene/build.py, and its name in symdyn/scene/__init__.pyi"
 
 
 @pytest.mark.parametrize("kind", JOINTS)
