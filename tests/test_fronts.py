@@ -1,4 +1,4 @@
-"""Packages meet at their fronts: no import passes one, and the numbers of `packages.toml` fall, but for what new rows take."""
+"""Packages meet at their fronts: no import passes one; numbers of `packages.toml` fall, but for what new rows take."""
 
 from __future__ import annotations
 
