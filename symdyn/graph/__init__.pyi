@@ -3,7 +3,7 @@
 from .differentiate import (
     Algebra as Algebra,
     Arithmetic as Arithmetic,
-    Slopes as Slopes,
+    LocalPartials as LocalPartials,
     arithmetic as arithmetic,
     evaluate as evaluate,
     gradient as gradient,

@@ -210,7 +210,7 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
     Op.ATAN2: lambda z, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
 }
 
-Slopes = Callable[[Expr], Iterable[tuple[Expr, Expr]]]
+LocalPartials = Callable[[Expr], Iterable[tuple[Expr, Expr]]]
 """Gives pairs of a node that another one is made of, and the derivative by that."""
 
 
@@ -219,7 +219,7 @@ def operands(node: Expr) -> Iterable[tuple[Expr, Expr]]:
     return zip(node.args, PARTIALS[node.op](node, *node.args), strict=True)
 
 
-def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: Slopes = operands) -> list[Expr]:
+def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: LocalPartials = operands) -> list[Expr]:
     """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
     if not outputs:
         return []
@@ -238,7 +238,7 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: Slopes
     return [moving.get(node, zero) for node in outputs]
 
 
-def gradient(output: Expr, inputs: Sequence[Expr], slopes: Slopes = operands) -> list[Expr]:
+def gradient(output: Expr, inputs: Sequence[Expr], slopes: LocalPartials = operands) -> list[Expr]:
     """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),).
 
     >>> graph = Graph()

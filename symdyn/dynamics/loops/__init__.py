@@ -1,4 +1,7 @@
-"""Closed mechanisms: what loops demand, where they close, what is free; inverse dynamics: outputs/closed_outputs.py."""
+"""Closed mechanisms, with loops, contacts or other constraint rows: what these demand, where they close, what is free.
+
+Inverse dynamics of them: outputs/closed_outputs.py.
+"""
 
 import lazy_loader
 

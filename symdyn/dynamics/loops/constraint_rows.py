@@ -1,7 +1,9 @@
-"""Constraint rows of loops and contacts, G u = 0, and what each of them forbids; twice, like everything else.
+"""Constraint rows of loops and contacts, G u = 0, and what each of them forbids; by two formulations.
 
-    J        joint frame of the cut joint, on its parent
-    X        placement of the moved joint frame, on the child, in J; P is its origin
+A tree is cut at joints that close loops, and at contacts of blades, wheels and balls with a plane.
+
+    J        frame of the cut joint on its parent; of a contact in a point of the plane, in axes of the body that has it
+    X        placement of the joint frame on the child, in J; P is its origin: a blade's point, the centre of a wheel
     F, N     wrench k of the joint: force and moment, axes of J, acting at P
     G        G_k u = F·Ṗ + N·ω, velocity of P and angular velocity of the child relative to J, axes of J
     bias     Ġ u: the rate of G u at u̇ = 0
@@ -14,13 +16,6 @@ beyond it enters, so that a planar loop on a flying base stays planar. The formu
 differentiates X.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
-
-A tree is cut at joints that close loops, and at contacts of blades, wheels and balls with a plane:
-
-    J     joint frame on the parent; for a contact it stands in a point of the plane, axes of the body that carries it
-    X     placement of the frame at P, on the child, in J; P is the blade's point, or the centre of a wheel
-
-A wrench (force, moment) acts at P, axes of J.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import Matrix, Partition
 from symdyn.dynamics.mechanism.state import State
-from symdyn.graph import Expr, Graph, Slopes, gradient, operands, substitute, tangents
+from symdyn.graph import Expr, Graph, LocalPartials, gradient, operands, substitute, tangents
 from symdyn.unlocked import cached_property
 
 Seeds = dict[Expr, Expr]
@@ -51,14 +51,14 @@ class Manifold:
     solve: Solve
 
     @cached_property
-    def slopes(self) -> list[dict[int, Expr]]:
+    def position_tangents(self) -> list[dict[int, Expr]]:
         """T_h, a column for every independent position, by velocity; what is missing is zero."""
         return self._columns(self.position_rows, self.position_partition)
 
     @cached_property
     def spread(self) -> list[dict[int, Expr]]:
         """T, a column for every independent velocity, by velocity."""
-        return self.slopes if self.position_rows is self.G else self._columns(self.G, self.partition)
+        return self.position_tangents if self.position_rows is self.G else self._columns(self.G, self.partition)
 
     def _columns(self, rows: Matrix, partition: Partition) -> list[dict[int, Expr]]:
         return [
@@ -89,7 +89,7 @@ class Manifold:
     @cached_property
     def by_position(self) -> list[Seeds]:
         """How coordinates and velocities move with each independent position."""
-        return [self._moved(column, {}, {}) for column in self.slopes]
+        return [self._moved(column, {}, {}) for column in self.position_tangents]
 
     def by_parameter(self, symbol: Expr, residual: Sequence[Expr]) -> Seeds:
         """Return how all moves with a parameter, what is independent held: position-level residuals stay zero."""
@@ -146,7 +146,7 @@ class Manifold:
             return seeds | self._following(self.acceleration_residual, seeds, self.state.qdd, gaining)
         return seeds | dict(zip(self.state.tau, amounts["tau"], strict=True))
 
-    def pulled(self, phi: Expr, arguments: Sequence[str], partials: Slopes = operands) -> dict[str, list[Expr]]:
+    def pulled(self, phi: Expr, arguments: Sequence[str], partials: LocalPartials = operands) -> dict[str, list[Expr]]:
         """Return the slopes of one number along what is independent, by argument, by sweeps backwards.
 
         What follows is taken out of the sum by multipliers: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is taken off

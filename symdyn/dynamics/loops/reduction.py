@@ -1,6 +1,6 @@
 """Equations of closed mechanisms: M u̇ + h = τ + Gᵀ λ together with G u̇ + γ = 0.
 
-    M, h      of the spanning tree; h = c + g - Q; f = M u̇ + h are its forces
+    M, h      of the spanning tree; h = c + g - Q, forces of velocities, gravity and loads; f = M u̇ + h
     G, γ      independent constraint rows; γ = Ġ u, and Baumgarte's terms where they are asked for
     i, d      independent and dependent velocities of a partition
     T, s      u̇ = T u̇_i + s solves G u̇ + γ = 0:  T_i = 1, T_d = -G_d⁻¹ G_i,  s_i = 0, s_d = -G_d⁻¹ γ
@@ -10,16 +10,16 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other formulation: 
 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
-where A = M and no Gᵀ γ will do if M is regular, also at natural positions. The identity of both holds off the
-constraint manifold too. Where constraint rows without loops have no partition that will do at every position, the first
-formulation takes all rows at once as well.
+where A = M and no Gᵀ γ will do if M is regular, also at special positions. Both agree identically off the
+constraint manifold too. Where contacts and nonholonomic rows alone have no partition that will do at every position,
+the first formulation takes all rows at once as well.
 
 G_d is solved by its blocks (`partition.py`). Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
 Stabilization of constraints and integrals of motion in dynamical systems (1972).
 
-Many right sides are solved in rows by the same partition, column by column:
+Many right sides r, c are solved by steps of one column each, by the same partition:
 
     M x = r + Gᵀ λ    G x = -c
 

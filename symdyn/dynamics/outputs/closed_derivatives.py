@@ -197,7 +197,7 @@ def _positions(
     manifold: Callable[[Workspace], Manifold], _: TangentSpace, along: Sequence[str], w: Workspace
 ) -> list[Expr]:
     """Return T_h row by row."""
-    columns = manifold(w).slopes
+    columns = manifold(w).position_tangents
     return by_row([[column.get(k, w.graph.zero) for k in range(w.state.n)] for column in columns], w.state.n)
 
 

@@ -31,7 +31,7 @@ from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import FREE, SWEEPS, TangentSpace, cheaper, forward, reverse
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Slopes, tangents
+from symdyn.graph import Expr, LocalPartials, tangents
 
 Ways = Sequence[str]
 """Arguments along which an output is differentiated."""
@@ -111,7 +111,7 @@ def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *pla
     directions, slopes = FREE.seeds(w, "", along), first(w, row, along, *place)
     N = len(directions)
 
-    def entries(read: Slopes) -> list[Expr]:
+    def entries(read: LocalPartials) -> list[Expr]:
         H = [[w.graph.zero] * N for _ in range(N)]
         for k in range(N):
             H[k][k:] = SWEEPS[sweep]([slopes[k]], directions[k:], read)

@@ -1,16 +1,16 @@
 """Derivatives of what equations decide: one rule for trees and closed scenes, and for every way of asking.
 
-    y        what R(x, y) = 0 decides: u̇, and λ where loops or rows close the scene
-    R        M u̇ + h - Gᵀ λ - τ, then -(G u̇ + γ); a tree's without λ
+    y        what R(x, y) = 0 decides: u̇, and λ where loops, contacts or other constraints close it
+    R        M u̇ + h - Gᵀ λ - τ (`loops.reduction`), then -(G u̇ + γ); a tree's without λ
     K        ∂R/∂y, symmetric: what forward dynamics solves once already
 
     J        = -K⁻¹ ∂R/∂x       a right side for each column
     J d      = -K⁻¹ δR          δR is how R moves along d at fixed y
-    wᵀ J     = -μᵀ ∂R/∂x        K μ = w; one sweep backwards at fixed y and μ
+    wᵀ J     = -μᵀ ∂R/∂x        K μ = w, weights of the entries; one sweep backwards at fixed y and μ
 
-x moves along a `TangentSpace`. Where a motion is prescribed its row decides a drive, and K⁻¹ is zero there. Drives of
-closed scenes follow by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ decides at passive velocities, and then τ
-at the others, of which alone something is returned.
+x moves along a `TangentSpace`. Where a motion is prescribed its equation decides the driving force, and K⁻¹ is zero
+there. Drives of closed scenes follow by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ decides at passive
+velocities, and then τ at the others, of which alone something is returned.
 
 All other formulations differentiate what is solved, each its own. All of it is proved off the manifold too, where
 M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold as well.
@@ -33,7 +33,7 @@ from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multipli
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.aba import aba
-from symdyn.graph import Expr, Slopes, substitute, tangents
+from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ def jvp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w:
     known: Implicit = w.once(of, space)
     seeds, residual = space.direction(w, "", along), known.residual()
 
-    def changes(slopes: Slopes) -> list[Expr]:
+    def changes(slopes: LocalPartials) -> list[Expr]:
         return known.solve(known.at_solution(tangents(residual, seeds, slopes)))[part(w)]
 
     return cheaper(w, residual, changes)
@@ -212,7 +212,7 @@ def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Seque
 
 def _steps(w: Workspace, space: TangentSpace, along: Sequence[str]) -> list[dict[int, Expr]]:
     """Return how directions (from 0) and velocities (from nv) move, a column each."""
-    n, every = w.state.n, w.loops.recursive_manifold.slopes
+    n, every = w.state.n, w.loops.recursive_manifold.position_tangents
     slopes = [{k: w.graph.one} for k in range(n)] if space is FREE else every
     slopes = slopes if "q" in along else []
     return [

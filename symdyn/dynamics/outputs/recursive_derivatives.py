@@ -2,7 +2,8 @@
 
     φ_i      force of elementary joint i that bodies need, a function of joint positions, rates, accelerations θ, r, a
     τ_k      Σ_i A_ik φ_i + what is left: loads, springs, dampers, friction, declared forces, rotors
-    X_l      derivative along velocity l, u and u̇ held
+    X_l      derivative along velocity l, u and u̇ held; X without index: along any argument
+    A_ik     rate of elementary joint i per unit of velocity u_k
 
     X_l τ_k = Σ_ij A_ik (∂φ_i/∂θ_j A_jl + ∂φ_i/∂r_j X_l r_j + ∂φ_i/∂a_j X_l a_j) + Σ_i φ_i X_l A_ik + …
     ∂τ_k/∂u_l = Σ_ij A_ik (∂φ_i/∂r_j A_jl + ∂φ_i/∂a_j ∂a_j/∂u_l) + …
@@ -17,7 +18,7 @@ Forward dynamics solves M u̇ + h = τ; at its u̇, with M = Lᵀ D L factored o
 
 The Coriolis matrix is half of ∂c/∂u, c = C u, and what directions that do not commute add (`mechanism.kinematics`):
 
-    C_kl = ½ ∂c_k/∂u_l + ½ Σ_m γ^i_ml M_ik u_m
+    C_kl = ½ ∂c_k/∂u_l + ½ Σ_m γ^i_ml M_ik u_m    γ^i_ml: brackets of directions m and l
 
 Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
 """
@@ -36,7 +37,7 @@ from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.rnea_derivatives import JointForceDerivatives, halves_by_rate, rnea_derivatives
 from symdyn.graph import Expr, gradient, substitute, tangents
 
-Slopes = dict[str, Matrix]
+Jacobians = dict[str, Matrix]
 """Derivatives along each argument, shape (nv, nv)."""
 
 COUNTED = 16
@@ -50,7 +51,7 @@ def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
 
 def forward_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
-    return _beside(w.once(_forward).slopes, along)
+    return _beside(w.once(_forward).jacobians, along)
 
 
 def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
@@ -76,7 +77,7 @@ def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
             for step in found.factors.steps()
         ]
     beside = tuple(
-        tuple(None if i in free and name in solved else entry for name in along for entry in found.slopes[name][i])
+        tuple(None if i in free and name in solved else entry for name in along for entry in found.jacobians[name][i])
         for i in range(n)
     )
     return RowSolve(w.scene, tuple(at), n + len(free) if found.by_inverse else n, tuple(steps), beside)
@@ -87,7 +88,7 @@ def coriolis_matrix(w: Workspace) -> list[Expr]:
     tree, u, n = w.whole, w.state.qd, range(w.state.n)
     of_joints = halves_by_rate(tree, u)
     half = w.graph.one / 2
-    bent, _ = _curved(w, of_joints)
+    varying, _ = _of_varying_coefficients(w, of_joints)
     rotors = _rotors(w, w.still)
     C = tree.gather_matrix(of_joints.by_rate)
     for j in n:
@@ -96,24 +97,24 @@ def coriolis_matrix(w: Workspace) -> list[Expr]:
             turned = (
                 w.composite_mass[m][i] * value * u[k] for k in n for m, value in w.directions.brackets.get((k, j), ())
             )
-            C[i][j] = C[i][j] + (bent[i][j] + own[i] + w.graph.total(turned)) * half
+            C[i][j] = C[i][j] + (varying[i][j] + own[i] + w.graph.total(turned)) * half
     return list(chain(*C))
 
 
-def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
+def _beside(slopes: Jacobians, along: Sequence[str]) -> list[Expr]:
     return [entry for rows in zip(*(slopes[name] for name in along), strict=True) for entry in chain(*rows)]
 
 
 # Inverse dynamics
 
 
-def _inverse(w: Workspace) -> Slopes:
+def _inverse(w: Workspace) -> Jacobians:
     """Return the derivatives of inverse dynamics."""
     tree, state = w.whole, w.state
     of_joints = rnea_derivatives(tree, state.qd, state.qdd)
     kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}
     found = {name: tree.gather_matrix(by_joint) for name, by_joint in kinds.items()}
-    by_rate, by_position = _curved(w, of_joints)
+    by_rate, by_position = _of_varying_coefficients(w, of_joints)
     rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
     for k in range(state.n):
         for m in range(state.n):
@@ -136,8 +137,8 @@ def _zeros(w: Workspace) -> Matrix:
     return [[w.graph.zero] * w.state.n for _ in w.state.qd]
 
 
-def _curved(w: Workspace, of_joints: JointForceDerivatives) -> tuple[Matrix, Matrix]:
-    """Return what joints by formulas add by rates and by positions, for their A depends on q and their a on u."""
+def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> tuple[Matrix, Matrix]:
+    """Return what joints add whose coefficients A depend on q (cams, couplings by formulas): by rates, by positions."""
     tree, (u, du) = w.whole, (w.state.qd, w.state.qdd)
     by_rate, by_position = _zeros(w), _zeros(w)
     for j in tree.outward():
@@ -192,7 +193,7 @@ class Forward:
         by_inverse: whether rows are multiplied by it.
     """
 
-    slopes: Slopes
+    jacobians: Jacobians
     factors: Factored
     rows: Matrix
     inverse: Matrix
@@ -226,7 +227,7 @@ def _forward(w: Workspace) -> Forward:
     return Forward(found, factors, rows, inverse, by_inverse)
 
 
-def _factored(w: Workspace, slopes: Slopes) -> Factored:
+def _factored(w: Workspace, slopes: Jacobians) -> Factored:
     """Return the factors of M where no motion is prescribed; Singular where there are none."""
     free = w.prescribed.free
     try:
@@ -235,9 +236,9 @@ def _factored(w: Workspace, slopes: Slopes) -> Factored:
         raise Singular(free[fault.velocity]) from fault
 
 
-def _inverse_to_solve(w: Workspace) -> Slopes:
+def _inverse_to_solve(w: Workspace) -> Jacobians:
     """Return the derivatives of inverse dynamics by recursion or by reverse sweeps, whichever cost less."""
-    by_recursion: Slopes = w.once(_inverse)
+    by_recursion: Jacobians = w.once(_inverse)
     if w.state.n > COUNTED:
         return by_recursion
     forces, along = w.forces(list(w.state.qdd)), _directions(w)

@@ -131,7 +131,7 @@ def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], 
     """Return [A | B] row by row, from the derivatives of forward dynamics."""
     graph, u, manifold = w.graph, w.state.qd, manifold_of(w, formulation)
     places, speeds = manifold.position_partition.independent, manifold.partition.independent
-    slopes, following, moving = manifold.slopes, manifold.by_position, manifold.by_velocity
+    slopes, following, moving = manifold.position_tangents, manifold.by_position, manifold.by_velocity
     accelerations = w.once(derive)
     width = len(places) + len(speeds) + w.state.n
     found = []

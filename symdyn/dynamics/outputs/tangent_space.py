@@ -36,7 +36,7 @@ from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tree_formulations import turns
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Slopes, gradient, operands, tangents
+from symdyn.graph import Expr, LocalPartials, gradient, operands, tangents
 from symdyn.scene.values import acceleration_name
 
 # What the columns stand for
@@ -99,7 +99,7 @@ def directions_of(w: Workspace, argument: str) -> list[Seeds]:
 # Differentiation of a graph
 
 
-def forward(entries: Sequence[Expr], directions: Sequence[Seeds], slopes: Slopes = operands) -> list[Expr]:
+def forward(entries: Sequence[Expr], directions: Sequence[Seeds], slopes: LocalPartials = operands) -> list[Expr]:
     """Return the derivatives of entries along directions, row by row, a sweep for each column."""
     return by_row([tangents(entries, seeds, slopes) for seeds in directions], len(entries))
 
@@ -109,7 +109,7 @@ def by_row(columns: Sequence[Sequence[Expr]], rows: int) -> list[Expr]:
     return [column[i] for i in range(rows) for column in columns]
 
 
-def reverse(entries: Sequence[Expr], directions: Sequence[Seeds], slopes: Slopes = operands) -> list[Expr]:
+def reverse(entries: Sequence[Expr], directions: Sequence[Seeds], slopes: LocalPartials = operands) -> list[Expr]:
     """Return the derivatives of entries along directions, row by row, a sweep for each row."""
     inputs = list(dict.fromkeys(symbol for one in directions for symbol in one))
     found = []
@@ -122,7 +122,7 @@ def reverse(entries: Sequence[Expr], directions: Sequence[Seeds], slopes: Slopes
 SWEEPS = {"forward": forward, "reverse": reverse}
 
 
-def cheaper(w: Workspace, nodes: Sequence[Expr], sweep: Callable[[Slopes], list[Expr]]) -> list[Expr]:
+def cheaper(w: Workspace, nodes: Sequence[Expr], sweep: Callable[[LocalPartials], list[Expr]]) -> list[Expr]:
     """Return what a sweep over nodes finds, turns read as such or not: by the variant that costs least."""
     state = (*w.state.q, *w.state.qd, *w.state.qdd, *w.state.tau)
     return min((sweep(slopes) for slopes in (operands, turns(nodes))), key=lambda found: cost(found, state))
@@ -170,7 +170,7 @@ class TangentSpace:
         return found
 
     def pulled(
-        self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: Slopes = operands
+        self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: LocalPartials = operands
     ) -> list[Expr]:
         """Return the slopes of one number along the columns of J, by sweeps backwards."""
         return reverse([phi], self.seeds(w, formulation, along), slopes)
@@ -214,7 +214,7 @@ class AlongManifold(TangentSpace):
         return manifold_of(w, formulation).direction(self.amounts(w, along))
 
     def pulled(
-        self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: Slopes = operands
+        self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: LocalPartials = operands
     ) -> list[Expr]:
         """Return the slopes of one number along the columns of J, by sweeps backwards."""
         found = manifold_of(w, formulation).pulled(phi, along, slopes)

@@ -25,7 +25,7 @@ from symdyn.dynamics.outputs.workspace import Matrix, Workspace
 from symdyn.dynamics.recursive.aba import aba
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.table_loops import aba_loop
-from symdyn.graph import Expr, Op, Slopes, operands, reachable, substitute
+from symdyn.graph import Expr, LocalPartials, Op, operands, reachable, substitute
 
 
 def flat(matrix: Matrix) -> list[Expr]:
@@ -236,7 +236,7 @@ class _Term(NamedTuple):
         return circular if self.sign > 0 else -circular
 
 
-def turns(outputs: Sequence[Expr]) -> Slopes:
+def turns(outputs: Sequence[Expr]) -> LocalPartials:
     """Return how to differentiate what `outputs` are made of: what has turned by its angle and by what it was before.
 
     Only what has its derivative by the angle among them is read so; all else is differentiated by its operands. Inputs

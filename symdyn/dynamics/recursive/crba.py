@@ -13,7 +13,7 @@ angles, which is formed by the addition formulas, so that no further sine is eva
 
     ground ── joint b ──┤ first ├── j ∥ … ∥ k ──┤ … ├── i          joint axes j to k are parallel, and across that of b
 
-    k         outermost joint of the run, in whose frame n and f stay
+    k         outermost joint of the run, in whose frame the wrench (n, f) stays
     P         from the origin of frame j to that of frame k, axes of frame k
     Q         the same, in the axes that X[j] rotates, which joint j has at zero
     turn      from frame k to those axes
@@ -26,7 +26,7 @@ Of a run across the axis of the ground's joint b (`UnrotatedRun`), b needs one c
 alone, wrenches and second moments J go by one rotation R, the sum of the angles, to unrotated axes: those at the start
 of the run, which are fixed in body b. Shifts across the run are added in the frame of the body next to them:
 
-    J in frame p = R J Rᵀ + p uᵀ + u pᵀ        R J Rᵀ in unrotated axes, the rest with the J of body p
+    J in frame p = R J Rᵀ + r sᵀ + s rᵀ        R J Rᵀ in unrotated axes, r the shift, the rest with the J of body p
 
 Gain (operations; ns one state a call, a state of a batch), where there are such runs; other robots keep `crba`:
 

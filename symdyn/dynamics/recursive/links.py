@@ -25,7 +25,7 @@ revolute joint stands in it separately: everything on the joint's axis is m, h_z
 
 Where points r of the body accelerate by a + U r, Newton's and Euler's equations about the frame's origin are
 
-    f = m a + U h,    n = h × a + axis of (U J - J Uᵀ),    its x being U_y·J_z - U_z·J_y and so on
+    f = m a + U h,    n = h × a + axial vector of (U J - J Uᵀ),    its x being U_z·J_y - U_y·J_z
 
 Motions go from the base to the tips (pass 1 of the recursions): motion of body i from that of its parent p, all in axes
 of frame i, whose z axis is the joint's:
@@ -34,13 +34,13 @@ of frame i, whose z axis is the joint's:
     a        acceleration of the frame's origin, in place of Featherstone's spatial one: no linear velocity is needed
     U        [ω̇]× + [ω]× [ω]×: point r of the body has the acceleration a + U r
 
-Across joint i, whose origin lies at r in frame p,
+Across joint i, whose origin lies at r in frame p, Rᵀ leading from frame p to frame i,
 
-    ω = R ω_p + z q̇    ω̇ = R ω̇_p + R ω_p × z q̇ + z q̈    a = R (a_p + U_p r)            a turn
-    ω = R ω_p           ω̇ = R ω̇_p                          a = R (a_p + U_p r) + 2 ω × z q̇ + z q̈    a slide
+    ω = Rᵀ ω_p + z q̇    ω̇ = Rᵀ ω̇_p + Rᵀ ω_p × z q̇ + z q̈    a = Rᵀ (a_p + U_p r)                        a turn
+    ω = Rᵀ ω_p           ω̇ = Rᵀ ω̇_p                          a = Rᵀ (a_p + U_p r) + 2 ω × z q̇ + z q̈    a slide
 
-A turn about z does not move the point z of the body, so that U z = R U_p z_p. Where z is an axis of frame p, U_p z_p is
-a known column. It is turned for 4 multiplications, and gives ωy² and two entries of ω̇ for none.
+A turn about z does not move the point z of the body, so that U z = Rᵀ U_p z_p. Where z is an axis of frame p, U_p z_p
+is a known column. It is turned for 4 multiplications, and gives ωy² and two entries of ω̇ for none.
 
 What that saves, and U itself, of inverse dynamics (operations; ns one state a call, a state of a batch):
 

@@ -2,7 +2,7 @@
 
     i, p         body 1..n and its parent, p < i; body 0 is the base
     X[i]         transform across joint i, from frame i to frame p (`links`); Featherstone's iXλ leads the other way
-    S_i          axis of joint i: z of frame i, which it turns about or slides along
+    z            axis of joint i in frame i, which it turns about or slides along
     motion[i]    velocity and acceleration of body i: ω, ω̇, a of the origin, U = [ω̇]× + [ω]× [ω]× (`links`)
     body[i]      mass, m r and J = Σ m r rᵀ about the origin of frame i (`links`)
     f[i]         wrench on body i by its parent: moment about the origin of frame i, then force, in frame i
