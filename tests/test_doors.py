@@ -109,3 +109,9 @@ def test_a_door_is_a_door_at_the_second_call_too():
     code += "assert not names & {module.name for module in pkgutil.iter_modules(symdyn.__path__)}"
     ran = subprocess.run([sys.executable, "-c", code], cwd=EXAMPLES.parent, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
+
+
+@pytest.mark.parametrize("law", ["tan(pi/2)", "1/cos(pi/2)", "t/sin(pi)"])
+def test_a_force_that_divides_by_what_is_exactly_zero_is_refused(law: str) -> None:
+    with pytest.raises(symdyn.SymdynError, match="divides by zero; check the denominator"):
+        simulate(CART, forces=f"F={law}", until=0.1)

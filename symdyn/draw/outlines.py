@@ -28,6 +28,8 @@ from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+BEYOND = 1e150  # lengths, m, whose squares still are doubles
+
 ALIKE = 0.01  # share of the largest principal moment within which moments are equal, as of rounded ones
 LARGEST = 1.5  # half a size, or a radius, that is guessed: in extents of the mechanism
 
@@ -195,7 +197,7 @@ def _numbers(entries: Sequence[Expr], parameters: Mapping[str, float]) -> Array 
         found = np.array(evaluate(entries, Floats(), values), dtype=np.float64)
     except (ArithmeticError, ValueError, KeyError, SymdynError):
         return None
-    return found if np.isfinite(found).all() and np.abs(found).max(initial=0.0) < 1e150 else None
+    return found if np.isfinite(found).all() and np.abs(found).max(initial=0.0) < BEYOND else None
 
 
 def _constant(graph: Graph, way: Array) -> Vec:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Batches
-from symdyn.draw.outlines import Key, Outlined, drawn, outlines
+from symdyn.draw.outlines import BEYOND, Key, Outlined, drawn, outlines
 from symdyn.draw.style import FONT, Text
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
@@ -198,6 +198,8 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     if not np.isfinite(table).all():
         row = int(np.argmin(np.isfinite(table).all(axis=1)))
         raise DrawError(f"{scene.name}: a formula has no real value at q = {q[row].tolist()}; give another position")
+    if np.abs(table).max(initial=0.0) > BEYOND:
+        raise DrawError(f"{scene.name}: a place is beyond {BEYOND:g}; choose units that keep numbers smaller")
     arrays, first = {}, 0
     for key, group in wanted.items():
         arrays[key] = table[:, first : first + len(group)]

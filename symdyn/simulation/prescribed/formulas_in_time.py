@@ -22,6 +22,7 @@ from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
+from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
 from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion
 
@@ -45,8 +46,9 @@ def read_formula(
     try:
         formula = parse(text if isinstance(text, str) else str(text))
         fits(formula, Unit.read(unit) if unit else None, known)
+        bound(formula, {})
     except FormulaError as error:
-        faults.add(where, f"{text} {error}" if str(error).startswith("is in ") else str(error))
+        faults.add(where, f"{text} {error}" if str(error).startswith(("is in ", "divides ")) else str(error))
         return None
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
@@ -87,7 +89,12 @@ def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     Raises:
         FormulaError: it divides by what is now zero, or takes a root or logarithm that does not exist.
     """
-    return substituted(formula, values)
+    found = substituted(formula, values)
+    try:
+        found.express(Graph())  # sees that cos(pi/2) is zero, which a float does not
+    except ZeroDivisionError:
+        raise FormulaError("divides by zero; check the denominator") from None
+    return found
 
 
 def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
