@@ -21,7 +21,7 @@ from symdyn.draw import Wrench, acting_on, free_body, picture, pose
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import Label, crosses, places, put
 from symdyn.draw.stage import Stage
-from symdyn.draw.style import SCHEMES, Text
+from symdyn.draw.style import SCHEMES, LetterRun, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
@@ -449,3 +449,9 @@ def test_a_spring_and_a_damper_of_one_name_act_each_at_its_own_ends() -> None:
     found = places(one, q[None, :], values)
 
     assert [found.ends[element][0][0, 1] for element in one.elements] == [1.0, -1.0]
+
+
+def test_a_unit_stands_on_the_line() -> None:
+    words = Text((LetterRun("F", "i", 0), LetterRun("N", "", -1))).with_unit("kN")
+    assert words.plain == "FN, kN"
+    assert [run.level for run in words.runs] == [0, -1, 0]

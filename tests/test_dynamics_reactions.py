@@ -16,7 +16,7 @@ from running import call, solved_reactions
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.outputs.unique_reactions import reactions_at
+from symdyn.dynamics.outputs.unique_reactions import _closed, reactions_at
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
@@ -466,3 +466,12 @@ def test_too_many_drives_are_told():
     ):
         derive(driven, ["reactions"])
     assert derive(driven, ["forward_reactions"])["forward_reactions"].shape == (4, 6)
+
+
+def test_an_open_position_is_left_as_it_is_and_told() -> None:
+    scene = symdyn.example("four_bar")
+    q = np.array([1.0, 2.0, 3.0])
+    here, places, off = _closed(scene, q, {})
+    assert here is q
+    assert places == ()
+    assert off > 0.01

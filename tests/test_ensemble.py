@@ -19,6 +19,7 @@ from symdyn.extras import EXTRAS
 from symdyn.notebook import bundle
 from symdyn.scene import bind, read_text
 from symdyn.scene.values import velocity_name
+from symdyn.simulation.ensemble.measures import FOLDS, Sums
 from symdyn.study.runs import ENDED, STOPPED
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
@@ -370,3 +371,10 @@ def test_runs_of_31_digits_are_an_ensemble_of_doubles(asked: dict[str, Any]) -> 
 def test_a_method_that_applies_to_no_run_is_told_once(asked: dict[str, Any], words: str) -> None:
     with pytest.raises(MethodError, match=words):
         symdyn.ensemble(bound("double_pendulum"), forces="tau1=abs(q1)", until=1.0, start={"q1": [0.1, 0.2]}, **asked)
+
+
+def test_the_mean_over_half_a_second_is_the_area_by_the_time() -> None:
+    one, half, none = np.ones(1), np.array([0.5]), np.zeros(1)
+    sums = Sums(one, one, one, one, none, none, area=one, squares=one, span=half)
+    assert FOLDS["mean"].of(sums) == 2.0
+    assert FOLDS["mean"].of(replace(sums, span=none)) == 1.0

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from symdyn.scene import parse
+from symdyn.scene.formats.inertias import _rotated
 from symdyn.scene.formats.placing import DENOMINATORS, PI_50, is_rounding, snap_angle
 
 
@@ -100,3 +101,10 @@ def test_any_number_can_be_asked_for():
     assert is_rounding("0.7071", root, fewest_digits=4)
     assert not is_rounding("0.70710677", root)
     assert not is_rounding("half", root)
+
+
+def test_a_quarter_turn_of_principal_axes_leaves_no_products_of_inertia():
+    quarter = (0.7071067811865476, 0.0, 0.0, 0.7071067811865475)
+    tidy = _rotated([1.0, 2.0, 3.0], quarter, True)
+    assert tidy == {"xx": 2.0, "yy": 1.0, "zz": 3.0, "xy": 0.0, "xz": 0.0, "yz": 0.0}
+    assert _rotated([1.0, 2.0, 3.0], quarter, False)["xy"] != 0

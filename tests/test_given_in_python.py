@@ -11,6 +11,7 @@ import symdyn
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.scene import Scene, read
 from symdyn.simulation import inverse, read_forces, read_motion, simulate
+from symdyn.simulation.prescribed.formulas_in_time import read_file
 from symdyn.simulation.prescribed.motion_laws import function_law
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -232,3 +233,9 @@ def test_every_mistake_of_a_call_is_told_at_once(scene: Scene) -> None:
     with pytest.raises(SimulateError) as caught:
         simulate(scene, forces={"tau9": 1}, start={"q9": 1}, until=-1.0, method="dopri", stops="q7")
     assert len(caught.value.faults) == 5, caught.value
+
+
+def test_the_byte_that_is_no_text_is_told(tmp_path: Path) -> None:
+    (tmp_path / "latin.csv").write_bytes(b"t,\xfc\n0,1\n")
+    with pytest.raises(SimulateError, match=r"latin\.csv: byte 2 is not UTF-8; save the file as UTF-8 text"):
+        read_file(tmp_path / "latin.csv")

@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 import symdyn
 from symdyn.errors import IdentifyError
 from symdyn.identification import physical as subject
+from symdyn.identification.identified_scene import _physical_notes
 from symdyn.identification.linear_model import TEN, unknowns
 from symdyn.identification.physical import MARGIN, SPREAD, matrix, nearest_physical, pseudo_rows
 from symdyn.scene.symbolic import bind
@@ -224,3 +225,10 @@ def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
     assert found.identifiable == told.sum() < len(known.base)
     assert found.margins[[name not in found.kept for name in known.bodies]].min() > 0
     assert found.missed < 0.2
+
+
+def test_what_is_missed_is_told_in_percent():
+    found = subject.Physical(
+        unknowns(symdyn.example("pendulum")), np.zeros(0), 3.0, 0.99, 4, np.zeros(0), np.zeros(0), 1.0, (), (), True
+    )
+    assert any("3 standard errors away, all 4 together, and miss 99 % of them" in one for one in _physical_notes(found))

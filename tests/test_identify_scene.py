@@ -23,6 +23,7 @@ from symdyn.identification.identified_scene import (
 )
 from symdyn.identification.linear_model import TEN, ten_of_body, unknowns
 from symdyn.identification.report import report, written
+from symdyn.identification.report_sections import TOP, Frame
 from symdyn.scene.symbolic import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import Quantity
@@ -336,3 +337,11 @@ def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
     hardly = [note for note in made.notes if "hardly any noise" in note]
     assert not (hardly and noise)
     assert any(f"tell {made.physical.identifiable} combinations" in note for note in made.notes)
+
+
+def test_the_least_value_of_a_chart_is_at_its_bottom_and_the_largest_at_its_top():
+    frame = Frame(0.0, 1.0, 2.0, 5.0)
+    bottom, middle, top = (frame.up(y) for y in (2.0, 3.5, 5.0))
+    assert 0 < top < bottom < frame.height
+    assert middle == pytest.approx((bottom + top) / 2)
+    assert top == pytest.approx(TOP)

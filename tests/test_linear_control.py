@@ -10,21 +10,26 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from symdyn.cli import main
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
 from symdyn.linear.bode import bode
-from symdyn.linear.locus import read_values, root_locus
+from symdyn.linear.linearized import complete
+from symdyn.linear.locus import CROSSINGS, read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
 from symdyn.linear.regulator import kalman, lqr, read_weights
 from symdyn.linear.sampled import along_a_step, sampled
+from symdyn.linear.search import Search
 from symdyn.linear.transfer import controllability, observability, transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
@@ -594,3 +599,34 @@ def test_a_flag_that_became_a_word_is_told(word, capsys):
         main(["linearize", "cart_pole.toml", f"--{word}"])
 
     assert f"--{word} is no option of symdyn linearize; it is called --show {word} now" in capsys.readouterr().err
+
+
+def test_as_many_crossings_as_are_promised_are_found_between_two_values() -> None:
+    at = np.linspace(0.1, 0.9, CROSSINGS)
+
+    def system(x: float) -> Any:
+        growing = [SimpleNamespace(oscillates=False)] * int((x > at).sum())
+        return SimpleNamespace(eigenvalues=(x - at).astype(complex), spectrum=SimpleNamespace(growing=growing))
+
+    found = root_locus("k", [0.0, 1.0], system)
+    assert_allclose([one.value for one in found.critical], at, rtol=1e-9)
+    assert all(one.grows for one in found.critical)
+
+
+def test_with_inputs_nothing_is_proved_of_all_positions_of_rest() -> None:
+    functions = SimpleNamespace(multipliers=(), inputs=("u",))
+    given: Any = SimpleNamespace(
+        prepared=SimpleNamespace(scene=SimpleNamespace(is_closed=False), functions=functions), singular=0
+    )
+    assert not complete(given)
+
+
+def test_both_quaternions_of_an_attitude_are_one_position() -> None:
+    scene = example("free_body")
+    n = len(scene.coordinates)
+    search: Any = SimpleNamespace(scene=scene, turns=[False] * n, idle=[False] * n)
+    q = np.zeros(n)
+    first = list(scene.coordinates).index(quaternions(scene)[0][0])
+    q[first : first + 4] = [-0.5, 0.5, 0.5, -0.5]
+    assert_allclose(Search.wrapped(search, q)[first : first + 4], [0.5, -0.5, -0.5, 0.5])
+    assert_allclose(Search.wrapped(search, -q), Search.wrapped(search, q))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from patience import HANG
 from symdyn.cli import main
 from symdyn.scene import read
 from symdyn.simulation import read_forces, simulate
+from symdyn.simulation.integrate.method import IntegrationError
+from symdyn.simulation.integrate.steps import Pace
 
 pytestmark = pytest.mark.runs()
 
@@ -180,3 +184,17 @@ def test_series_are_the_choice_for_loops_and_keep_them_closed(capsys: pytest.Cap
     assert [last[name] for name in scene.coordinates] == pytest.approx(known, abs=1e-11)
     assert last["loop_error"] < 1e-12
     assert last["energy_error"] == pytest.approx(0, abs=1e-10)
+
+
+def test_thousands_of_steps_that_advance_are_no_fault() -> None:
+    def integrated(way: float) -> None:
+        problem: Any = SimpleNamespace(system=SimpleNamespace(once=lambda _: False), until=10.0)
+        pace = Pace(problem)
+        for k in range(Pace.STEPS):
+            step: Any = SimpleNamespace(t1=1.0 + way * (k + 1) / Pace.STEPS)
+            pace.begin = pace.begin or 1.0
+            pace.check(step)
+
+    integrated(0.01)
+    with pytest.raises(IntegrationError, match="beyond all bounds"):
+        integrated(1e-10)

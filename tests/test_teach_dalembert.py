@@ -20,6 +20,7 @@ from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
 from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
 from symdyn.teach.derivations.dalembert.solved_loops import less
+from symdyn.teach.derivations.lagrange.rotations import expanded_squares
 from symdyn.teach.document import Formula, Matrix
 
 ROOT = Path(__file__).parent
@@ -209,3 +210,13 @@ def test_the_whole_system_is_of_reactions_and_a_sine_ends_before_what_follows() 
     assert "All bodies together: one linear system for all unknowns" in text
     assert "for accelerations and multipliers" not in text
     assert r"\frac{r \cos \phi \, \dot{\phi}}{l \cos(\phi + \psi)}" in text
+
+
+def test_products_that_differ_in_the_order_of_their_factors_are_one() -> None:
+    """((s + c) (a + b))² has the outer factors a², a b and b², however its terms were met."""
+    a, b = Symbol("a"), Symbol("b")
+    sines = (Function(Op.SIN, Symbol("x")), Function(Op.COS, Symbol("x")))
+    form = Form.sum(Form.product((s, k)) for s in sines for k in (a, b))
+    groups = expanded_squares([form])
+    assert groups is not None
+    assert len(groups) == 3
