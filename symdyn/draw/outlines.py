@@ -28,7 +28,7 @@ from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-BEYOND = 1e150  # lengths, m, whose squares still are doubles
+BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
 
 ALIKE = 0.01  # share of the largest principal moment within which moments are equal, as of rounded ones
 LARGEST = 1.5  # half a size, or a radius, that is guessed: in extents of the mechanism

@@ -199,7 +199,8 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
         row = int(np.argmin(np.isfinite(table).all(axis=1)))
         raise DrawError(f"{scene.name}: a formula has no real value at q = {q[row].tolist()}; give another position")
     if np.abs(table).max(initial=0.0) > BEYOND:
-        raise DrawError(f"{scene.name}: a place is beyond {BEYOND:g}; choose units that keep numbers smaller")
+        far = f"a length or a force is beyond {BEYOND:g}, its square beyond the largest double"
+        raise DrawError(f"{scene.name}: {far}; choose units that keep numbers smaller")
     arrays, first = {}, 0
     for key, group in wanted.items():
         arrays[key] = table[:, first : first + len(group)]
