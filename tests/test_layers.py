@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 import symdyn
 from tests.packages_picture import FOLDERS, PACKAGES, picture
 
@@ -123,6 +125,7 @@ def at_once(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
     yield from (node for node in imports(tree) if node not in late)
 
 
+@pytest.mark.long(0)
 def test_what_does_without_an_extra_imports_nothing_that_needs_it() -> None:
     needs: dict[str, set[str]] = {}
     targets: dict[str, set[str]] = {}

@@ -75,6 +75,7 @@ def test_every_letter_of_every_lesson_is_defined_in_it(name: str) -> None:
 EMPTY = re.compile(r"[:,] ?\.(?: |$)", re.MULTILINE)
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", [*SEEN, "heavy_top", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
 def test_no_sentence_of_a_lesson_tells_of_an_empty_list(name: str) -> None:
     assert {

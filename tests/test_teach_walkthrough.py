@@ -305,6 +305,7 @@ def test_forms_are_worth_their_names(name: str) -> None:
         assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "spatial_3r"])
 def test_bars_add_up_to_the_torque(name: str) -> None:
     charts = [block for _, block in lesson(name).blocks() if isinstance(block, Shares)]
@@ -457,6 +458,7 @@ def test_languages_differ_in_prose_only() -> None:
     assert "kinetic energy" not in str(b)
 
 
+@pytest.mark.long(0)
 def test_textbook_mode_numbers_every_equation() -> None:
     document = lesson("two_link")
     (tex,) = rendered(document, "latex").values()
