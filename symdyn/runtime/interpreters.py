@@ -34,13 +34,16 @@ def find_node() -> str:
     Raises:
         MissingProgram: there is none.
     """
-    for name in NODE_COMMANDS:
+    return _find("Node.js", NODE_COMMANDS, "nodejs")
+
+
+def _find(program: str, commands: tuple[str, ...], package: str) -> str:
+    for name in commands:
         path = shutil.which(name)
         if path is not None:
             return path
-    raise MissingProgram(
-        f"no Node.js found (tried {', '.join(NODE_COMMANDS)}); install it, `apt-get install nodejs` for one"
-    )
+    tried = ", ".join(commands)
+    raise MissingProgram(f"no {program} found (tried {tried}); install it, `apt-get install {package}` for one")
 
 
 def run_js(sources: Sources) -> SimpleNamespace:
@@ -128,13 +131,7 @@ def find_octave() -> str:
     Raises:
         MissingProgram: there is none.
     """
-    for name in OCTAVE_COMMANDS:
-        path = shutil.which(name)
-        if path is not None:
-            return path
-    raise MissingProgram(
-        f"no Octave found (tried {', '.join(OCTAVE_COMMANDS)}); install it, `apt-get install octave` for one"
-    )
+    return _find("Octave", OCTAVE_COMMANDS, "octave")
 
 
 def run_matlab(sources: Sources) -> SimpleNamespace:

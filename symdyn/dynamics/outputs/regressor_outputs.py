@@ -8,7 +8,7 @@
     base_regressor     the fewest columns that span the same forces: base parameters of the moving bodies in the link
                        frames that the generator chose (`reduced_tree`), by second moments J; equal columns are one
 
-`linear_forces` says what is a column, `base_columns` which few do as well.
+`base_columns` says what is a column, and which few do as well.
 
 Adaptive control and observers want passive forces along a reference, and the regressor of those:
 
