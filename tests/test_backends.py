@@ -54,11 +54,11 @@ def test_the_words_of_a_scene_are_taken_where_velocities_are_rates(
     one = word(symdyn.example(name), request_.replace("tip", "link2"))
     way = one.stated
 
-    assert (way.moved if way else None) == stated
-    assert one.plain.moved == one.names
+    assert (way.varied_names if way else None) == stated
+    assert one.plain.varied_names == one.names
     if way:
-        assert one.way_for(way.moved[:1]) is way
-        assert one.way_for([*way.moved, "params"]) is one.plain
+        assert one.way_for(way.varied_names[:1]) is way
+        assert one.way_for([*way.varied_names, "params"]) is one.plain
 
 
 def test_what_is_prepared_is_differentiated_as_it_is_computed() -> None:

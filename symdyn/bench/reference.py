@@ -283,7 +283,7 @@ class Loops:
             if size <= 1e-15 * max(1.0, float(np.abs(q).max(initial=0.0))):
                 return q
             step = -np.linalg.lstsq(R, r, rcond=NEGLIGIBLE)[0]
-            q = self.numbers.moved(q, step * min(1.0, LONGEST / max(np.abs(step).max(initial=0.0), 1e-300)))
+            q = self.numbers.retract(q, step * min(1.0, LONGEST / max(np.abs(step).max(initial=0.0), 1e-300)))
         return q if size <= 1e-12 * max(1.0, float(np.abs(q).max(initial=0.0))) else None
 
     def allowed(self, q: Array, qd: Array) -> Array:

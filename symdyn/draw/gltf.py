@@ -53,9 +53,9 @@ class Solid:
         """Return the solid scaled along its axes, turned by R and moved by p."""
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = R * np.broadcast_to(np.asarray(scale, dtype=np.float64), (3,)), p
-        return self.moved(T)
+        return self.transformed(T)
 
-    def moved(self, T: Array, unit: float = 1.0) -> Solid:
+    def transformed(self, T: Array, unit: float = 1.0) -> Solid:
         """Return the solid where a matrix of shape (4, 4) takes it, which may stretch it; lengths times a unit."""
         A = T[:3, :3]
         with np.errstate(all="ignore"):

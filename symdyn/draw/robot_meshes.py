@@ -395,7 +395,7 @@ def _opened(data: bytes, kind: str, path: Path) -> Iterator[Solid]:
         if not parts:
             raise NoMeshError(f"{path.name} holds no triangles")
         for place, part in parts:
-            yield _part(part, kind == "dae").moved(np.asarray(place, dtype=np.float64), unit)
+            yield _part(part, kind == "dae").transformed(np.asarray(place, dtype=np.float64), unit)
     except (NoMeshError, SceneError):
         raise
     except Exception as fault:  # whatever trimesh and its readers make of a file that is broken

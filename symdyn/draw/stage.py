@@ -154,15 +154,15 @@ class Stage:
         """The view in which everything fits."""
         nudged = self.q[:1] + 0.1 * (1 + np.arange(self.q.shape[-1]) % 5)  # by which chance shows
         first = [self.places, places(self.scene, nudged, self.values)]
-        return look(first, spread(self.scene, self.places), self.direction)
+        return look(first, points_to_hold(self.scene, self.places), self.direction)
 
     @property
     def extent(self) -> float:
         """The largest extent of all that a picture must hold, m; 1 of what has none."""
-        return float(np.ptp(spread(self.scene, self.places), axis=0).max()) or 1.0
+        return float(np.ptp(points_to_hold(self.scene, self.places), axis=0).max()) or 1.0
 
 
-def spread(scene: Scene, result: Places) -> Array:
+def points_to_hold(scene: Scene, result: Places) -> Array:
     """Return all points that a picture must hold, shape (K, 3)."""
     spots = result.spots + [at for ends in result.ends.values() for at in ends]
     for centre, _, radius in result.wheels.values():

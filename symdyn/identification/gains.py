@@ -127,7 +127,7 @@ class Gains:
         own = [np.where(joint == j, slopes, 0.0) for j in self.drives]
         return np.column_stack([Y[:, :-1], *own])
 
-    def moved(self, estimate: Array) -> Gains:
+    def after_step(self, estimate: Array) -> Gains:
         """Return them after a step, which turns no sign."""
         values = self.values.copy()
         for j, new in zip(self.drives, estimate[len(self.forces) :], strict=True):
@@ -364,7 +364,7 @@ def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band:
     """
     for _ in range(STEPS):
         regression = solve(names, gains.linear(rows), prior, band, len(gains.values))
-        before, gains = gains, gains.moved(regression.estimate)
+        before, gains = gains, gains.after_step(regression.estimate)
         parts = np.abs(gains.values / before.values - 1)
         if parts.max() < SETTLED:
             return regression, gains

@@ -178,7 +178,7 @@ def with_families(requested: Prepared, system: Linearization) -> Linearization:
 def _leads_on(requested: Prepared, system: Linearization, way: Array) -> bool:
     """Tell whether equilibria go on along a direction of positions: Newton's method does not come back."""
     numbers = opened(system.scene).numbers()
-    there = _closed(numbers, numbers.moved(system.point.q, AWAY * (system.directions @ way)))
+    there = _closed(numbers, numbers.retract(system.point.q, AWAY * (system.directions @ way)))
     place = nearest(requested, there, system.point.t, whole=False)
     far = np.abs(there - system.point.q).max()
     return place is not None and bool(np.abs(place - there).max() < far / 4)
@@ -191,7 +191,7 @@ def _cyclic_at_rest(
     numbers, names = opened(full.scene).numbers(), []
     for k in untouched(steady.A, range(steady.positions)):
         way = full.directions[:, full.states.names.index(steady.states.names[k])]
-        q = _closed(numbers, numbers.moved(full.point.q, AWAY * way))
+        q = _closed(numbers, numbers.retract(full.point.q, AWAY * way))
         try:
             there = requested.at(q, _velocities(requested, full, q), full.point.t, like=full).without(dropped)
         except LinearizeError:
@@ -280,7 +280,7 @@ def _closed(numbers: Numbers, q: Array) -> Array:
     q = numbers.normalised(q)
     for _ in range(CLOSING if numbers.scene.is_closed else 0):
         back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
-        q = numbers.moved(q, np.asarray(back, dtype=np.float64))
+        q = numbers.retract(q, np.asarray(back, dtype=np.float64))
     return q
 
 

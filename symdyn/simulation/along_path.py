@@ -97,7 +97,7 @@ class Branch:
         size = float(np.abs(way[self.equations.loose] / self.equations.columns).max(initial=0.0))
         if not size <= FAR:
             return None
-        guess = self.equations.moved(here.q, way)
+        guess = self.equations.retract(here.q, way)
         q = self.equations.placed(t, guess)
         if (
             q is None

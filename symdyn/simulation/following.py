@@ -115,7 +115,7 @@ class Following:
                 break
             H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
             step = shortest(np.vstack([H[self.places], G]), np.concatenate([wanted - q[self.places], -r]))
-            tried = self.numbers.moved(q, step)
+            tried = self.numbers.retract(q, step)
             tried[self.places] = wanted
             if not self.missed(tried) < size and size < CLOSED:
                 break
@@ -333,7 +333,7 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
         def w(at: Array, k: int = k) -> float:
             return float(numbers.at([numbers.contact_gaps[k].sine], at)[0])
 
-        moves = [(w(numbers.moved(at, AHEAD * rate)) - w(at)) for at, rate in zip(q, u, strict=True)]
+        moves = [(w(numbers.retract(at, AHEAD * rate)) - w(at)) for at, rate in zip(q, u, strict=True)]
         for i in range(len(q) - 1):
             if not moves[i] < 0 < moves[i + 1]:
                 continue

@@ -182,7 +182,7 @@ class PathEquations:
         for seed in range(3):
             way = np.random.default_rng(seed).uniform(-0.4, 0.4, self.numbers.state.n)
             way[[k for k in range(len(way)) if k not in turns]] *= 0.1
-            moved = self.moved(q, way)
+            moved = self.retract(q, way)
             try:
                 if len(self.following.holding):
                     moved = self.numbers.newton(moved, ())
@@ -201,7 +201,7 @@ class PathEquations:
 
     # Places
 
-    def moved(self, q: Array, step: Array) -> Array:
+    def retract(self, q: Array, step: Array) -> Array:
         """Return q after a step along the velocities."""
         return self.numbers.normalised(q + self.functions("kinematics", q, self.following.still) @ step)
 
@@ -223,7 +223,7 @@ class PathEquations:
             )
             factor = min(1.0, WIDEST / float(np.abs(step[self.loose] / self.columns).max(initial=WIDEST)))
             for _ in range(HALVINGS):
-                tried = self.moved(q, factor * step)
+                tried = self.retract(q, factor * step)
                 tried[self.following.places] = q[self.following.places]
                 left = self.missed(t, tried)
                 if float(left @ left) < float(r @ r):
@@ -267,7 +267,7 @@ class PathEquations:
             step = np.zeros(self.numbers.state.n)
             damped = np.vstack([A, np.sqrt(damping) * np.eye(len(self.loose))])
             step[self.loose] = self.columns * shortest(damped, np.concatenate([-r, np.zeros(len(self.loose))]))
-            tried = self.moved(q, step)
+            tried = self.retract(q, step)
             tried[self.following.places] = q[self.following.places]
             left = weights * self.missed(t, tried)
             if float(left @ left) < float(r @ r):

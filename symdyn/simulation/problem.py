@@ -134,7 +134,7 @@ class Problem:
         """The same, from the whole state that its start is read as."""
         return replace(self, forces=self.driving, start=self.initial, start_rates=None)
 
-    def moved(
+    def with_values(
         self, values: Mapping[str, object], start: Mapping[str, object], start_rates: Mapping[str, object]
     ) -> Problem:
         """Return it at other values, and from another start, of what is named; SimulateError of a whole state."""

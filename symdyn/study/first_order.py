@@ -49,7 +49,7 @@ class Spread:
     means: Mapping[str, float]
     covariance: Array
 
-    def moved(self, scene: Scene) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    def means_by_kind(self, scene: Scene) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
         """Return the means of parameters, of coordinates and of velocities at the start."""
         parameters = [one.name for one in scene.parameters]
         kinds: tuple[dict[str, float], ...] = ({}, {}, {})
@@ -207,7 +207,7 @@ def uncertainty(
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
-    problem = problem.moved(*spread.moved(scene))
+    problem = problem.with_values(*spread.means_by_kind(scene))
     wanted = (columns,) if isinstance(columns, str) else tuple(columns)
     names, C = spread.names, spread.covariance
     if motion is not None:
@@ -259,7 +259,7 @@ def beside(
     named = [text.partition("=") for text in measures]
     names = [name.strip() for name, _, _ in named]
     formulas = [formula.strip() if equals else name for name, equals, formula in named]
-    slopes = measure_slopes(problem.moved(*spread.moved(scene)), run, formulas, spread.names)
+    slopes = measure_slopes(problem.with_values(*spread.means_by_kind(scene)), run, formulas, spread.names)
     lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
     if lacking:
         raise SimulateError(f"{scene.name}: to first order there is no value of {', '.join(lacking)}")

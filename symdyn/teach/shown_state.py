@@ -50,7 +50,7 @@ class Chosen:
     q: tuple[float, ...]
     parameters: Mapping[str, float]
 
-    def moved(self, values: Mapping[Expr, float]) -> Chosen:
+    def with_values(self, values: Mapping[Expr, float]) -> Chosen:
         """Return it with other values of some symbols."""
         return replace(self, values={**self.values, **values})
 
@@ -107,7 +107,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
     rest, M = found[: len(idle)], found[len(idle) :].reshape(len(idle), len(idle))
     solved = np.linalg.lstsq(M, -rest, rcond=1e-12)[0]
     given = dict(zip((str(qdd[i].value) for i in idle), solved, strict=True))
-    return chosen.moved({x: float(given[str(x.value)]) for x in chosen.values if str(x.value) in given})
+    return chosen.with_values({x: float(given[str(x.value)]) for x in chosen.values if str(x.value) in given})
 
 
 def idle_velocities(scene: Scene) -> list[int]:

@@ -93,7 +93,7 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
     if (len(w.scene.actuated_velocities) or free) != free:
         return None
     reduced = w.loops.motion
-    qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
+    qdd = reduced.expand([w.state.qdd[i] for i in reduced.independent])
     tau = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
     back = substitute(entries(w, "forward_dynamics"), dict(zip(w.state.tau, tau, strict=True)))
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))

@@ -273,7 +273,7 @@ def _stepped_to(numbers: Numbers, q: Array, leading: list[int], locked: list[int
         step = min(step, 1.0 - done)
         way = (begin + (done + step) * (goal - begin)) - q[leading]
         tangent = _tangent(numbers, q, locked, way)
-        guess = numbers.moved(q, tangent)
+        guess = numbers.retract(q, tangent)
         guess[leading] = begin + (done + step) * (goal - begin)
         tried = numbers.newton(guess, locked)
         if numbers.is_closed(tried) and float(np.abs(tried - guess).max()) < STRAIGHT:

@@ -4,8 +4,9 @@ A tree is cut at joints that close loops, and at contacts of blades, wheels and 
 
     J        frame of the cut joint on its parent; of a contact in a point of the plane, in axes of the body that has it
     X        placement of the joint frame on the child, in J; P is its origin: a blade's point, the centre of a wheel
+    u, ω     velocities of the mechanism, shape (nv,); angular velocity of the child relative to J
     F, N     wrench k of the joint: force and moment, axes of J, acting at P
-    G        G_k u = F·Ṗ + N·ω, velocity of P and angular velocity of the child relative to J, axes of J
+    G        G_k u = F·Ṗ + N·ω, where Ṗ is the velocity of P relative to J; axes of J
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the

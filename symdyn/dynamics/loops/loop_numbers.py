@@ -270,7 +270,7 @@ class Numbers:
         levers = self.at(self._rows.entries, q)[self._turning & self._forbids_velocity[self._rows.rows]]
         return np.abs(levers), np.abs(self.at(self._offsets, q))
 
-    def moved(self, q: Array, step: Array) -> Array:
+    def retract(self, q: Array, step: Array) -> Array:
         """Return q after a step along the velocities, shape (nv,)."""
         H = self._kinematic_map
         moves = np.bincount(H.rows, weights=self.at(H.entries, q) * step[H.columns], minlength=H.height)

@@ -292,7 +292,7 @@ class LoopWorkspace:
         whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))
         motion = whole.prescribed(place, accelerations)
         left = [one - w.graph.total(M[k][j] * motion.s[j] for j in n) for k, one in enumerate(rest)]
-        free = [row[0] for row in self._factored.solve([[one] for one in motion.gathered(left)])]
-        x = motion.spread(free)
+        free = [row[0] for row in self._factored.solve([[one] for one in motion.project(left)])]
+        x = motion.expand(free)
         excess = [w.graph.total(M[k][j] * x[j] for j in n) - one for k, one in enumerate(rest)]
         return x, partition.solve_transposed(G, excess)

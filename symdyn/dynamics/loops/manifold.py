@@ -1,5 +1,6 @@
 """Directions along the manifold of a closed mechanism's states, on which r(q) = 0, G u = 0 and G u̇ + Ġ u = 0.
 
+    r, G      residual of loops at position level; constraint rows of the velocities u, G u = 0
     ξ, v      independent positions, of the position-level rows; independent velocities, of all constraint rows
     i, d      independent and dependent, of either partition
     X_k       derivative along velocity k, all else held
@@ -56,7 +57,7 @@ class Manifold:
         return self._columns(self.position_rows, self.position_partition)
 
     @cached_property
-    def spread(self) -> list[dict[int, Expr]]:
+    def velocity_tangents(self) -> list[dict[int, Expr]]:
         """T, a column for every independent velocity, by velocity."""
         return self.position_tangents if self.position_rows is self.G else self._columns(self.G, self.partition)
 
@@ -108,7 +109,7 @@ class Manifold:
     @cached_property
     def by_velocity(self) -> list[Seeds]:
         """How velocities move with each independent velocity."""
-        return [{self.state.qd[k]: x for k, x in column.items()} for column in self.spread]
+        return [{self.state.qd[k]: x for k, x in column.items()} for column in self.velocity_tangents]
 
     @cached_property
     def by_force(self) -> list[Seeds]:
@@ -122,7 +123,7 @@ class Manifold:
     @cached_property
     def by_acceleration(self) -> list[Seeds]:
         """How accelerations move with each independent acceleration."""
-        return [{self.state.qdd[k]: x for k, x in column.items()} for column in self.spread]
+        return [{self.state.qdd[k]: x for k, x in column.items()} for column in self.velocity_tangents]
 
     def _following(
         self, vanishing: Sequence[Expr], seeds: Seeds, symbols: Sequence[Expr], free: dict[int, Expr]
@@ -146,7 +147,9 @@ class Manifold:
             return seeds | self._following(self.acceleration_residual, seeds, self.state.qdd, gaining)
         return seeds | dict(zip(self.state.tau, amounts["tau"], strict=True))
 
-    def pulled(self, phi: Expr, arguments: Sequence[str], partials: LocalPartials = operands) -> dict[str, list[Expr]]:
+    def pullback(
+        self, phi: Expr, arguments: Sequence[str], partials: LocalPartials = operands
+    ) -> dict[str, list[Expr]]:
         """Return the slopes of one number along what is independent, by argument, by sweeps backwards.
 
         What follows is taken out of the sum by multipliers: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is taken off

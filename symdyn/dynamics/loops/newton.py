@@ -121,7 +121,7 @@ def newton(numbers: Numbers, q: Array, locked: Sequence[int]) -> Array:
             break
         factor = min(1.0, WIDEST / largest) if largest else 1.0
         for _ in range(HALVINGS):
-            tried = numbers.moved(q, factor * step)
+            tried = numbers.retract(q, factor * step)
             left = numbers.residual(tried)
             if float(left @ left) < size:
                 break
@@ -263,7 +263,7 @@ def _stepped(numbers: Numbers, q: Array, way: Array) -> Array:
     step = WIDE
     for _ in range(SHORTER):
         try:
-            near = numbers.newton(numbers.moved(q, step * way), ())
+            near = numbers.newton(numbers.retract(q, step * way), ())
             if numbers.is_closed(near):
                 return near
         except DerivationError:  # a formula has no value there

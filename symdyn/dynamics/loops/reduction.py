@@ -67,12 +67,12 @@ class Reduction:
         T = tuple({i: t for i, t in row.items() if i not in known} for row in self.T)
         return Reduction(tuple(i for i in self.independent if i not in known), T, tuple(s))
 
-    def spread(self, reduced: Sequence[Expr]) -> list[Expr]:
+    def expand(self, reduced: Sequence[Expr]) -> list[Expr]:
         """Return T x + s for x of shape (independent,)."""
         x = dict(zip(self.independent, reduced, strict=True))
         return [s + s.graph.total(t * x[i] for i, t in row.items()) for row, s in zip(self.T, self.s, strict=True)]
 
-    def gathered(self, forces: Sequence[Expr]) -> list[Expr]:
+    def project(self, forces: Sequence[Expr]) -> list[Expr]:
         """Return Tᵀ f, shape (independent,)."""
         total = dict.fromkeys(self.independent, forces[0].graph.zero)
         for row, force in zip(self.T, forces, strict=True):
@@ -80,7 +80,7 @@ class Reduction:
                 total[i] = total[i] + t * force
         return list(total.values())
 
-    def moved(self, M: Matrix) -> dict[int, list[Expr]]:
+    def mass_times_T(self, M: Matrix) -> dict[int, list[Expr]]:
         """Return M T, a column of shape (nv,) for each independent velocity."""
         rows = [nonzero(row) for row in M]
         return {
@@ -90,7 +90,7 @@ class Reduction:
 
     def mass(self, M: Matrix) -> list[list[Expr]]:
         """Return Tᵀ M T, shape (independent, independent)."""
-        graph, columns = M[0][0].graph, self.moved(M).values()
+        graph, columns = M[0][0].graph, self.mass_times_T(M).values()
         entries = [
             [graph.total(t[i] * x for t, x in zip(self.T, column, strict=True) if i in t) for column in columns]
             for i in self.independent
@@ -118,7 +118,7 @@ def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[E
     if not reduced.independent:
         return list(reduced.s)
     chain = range(-1, len(reduced.independent))
-    return reduced.spread(solve(chain, reduced.mass(M), reduced.gathered(rest)))
+    return reduced.expand(solve(chain, reduced.mass(M), reduced.project(rest)))
 
 
 def nonzero(row: Sequence[Expr]) -> list[tuple[int, Expr]]:
@@ -302,7 +302,7 @@ def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], mul
         rows.sides[rows.r(k)] = rest[k]
     rows.sides |= {rows.c(i): side for i, side in enumerate(gamma) if not all(one.is_zero for one in side)}
     _dependent_alone(rows)
-    moved = given.motion.moved(M)
+    moved = given.motion.mass_times_T(M)
     for i in given.motion.independent:
         pulled = [(-T[k][i], rows.r(k)) for k in partition.dependent if i in T[k]]
         rows.take(rows.x(i), [*pulled, *((moved[i][k], rows.x(k)) for k in partition.dependent)])

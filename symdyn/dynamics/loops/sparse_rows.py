@@ -111,7 +111,7 @@ class Triangular:
     width: int
     reflections: tuple[tuple[Array, Array, int], ...]
 
-    def spread(self, y: Array) -> Array:
+    def expand(self, y: Array) -> Array:
         """Return Q y, shape (width,)."""
         x = np.zeros(self.width)
         x[[column for _, _, column in self.reflections]] = y
@@ -119,7 +119,7 @@ class Triangular:
             x[columns] -= (w @ x[columns]) * w
         return x
 
-    def gathered(self, x: Array) -> Array:
+    def project(self, x: Array) -> Array:
         """Return Qᵀ x, shape (independent,)."""
         x = x.copy()
         for columns, w, _ in self.reflections:
@@ -141,11 +141,11 @@ class Triangular:
     def shortest(self, b: Array) -> Array:
         """Return the shortest x for which A x misses b least."""
         if not self.dependent:
-            return self.spread(self.square.solve(b[list(self.independent)]))
-        y = self.tall.square.solve(self.tall.gathered(b), trans="T")
+            return self.expand(self.square.solve(b[list(self.independent)]))
+        y = self.tall.square.solve(self.tall.project(b), trans="T")
         found = np.empty(len(y))
         found[list(self.tall.independent)] = y
-        return self.spread(found)
+        return self.expand(found)
 
     def ends(self) -> tuple[float, float]:
         """Return the largest singular value and the smallest that is not zero."""

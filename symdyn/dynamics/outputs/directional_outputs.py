@@ -74,7 +74,7 @@ def pulled_back(
 ) -> list[Expr]:
     """Return wᵀ J of entries by one sweep backwards, likewise."""
     phi = _weighted(w, weights, entries)
-    sweep = partial(space.pulled, w, formulation, along, phi)
+    sweep = partial(space.pullback, w, formulation, along, phi)
     return sweep() if formulation == "lagrange" else cheaper(w, [phi], sweep)
 
 

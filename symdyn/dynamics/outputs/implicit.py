@@ -1,12 +1,16 @@
 """Derivatives of what equations decide: one rule for trees and closed scenes, and for every way of asking.
 
-    y        what R(x, y) = 0 decides: u̇, and λ where loops, contacts or other constraints close it
+    x        arguments: q, u and driving forces τ, or what of them is independent
+    y        what R(x, y) = 0 decides: u̇, and multipliers λ where loops, contacts or other rows constrain it
+    M, h     mass matrix, and forces of velocities, gravity and loads; G, γ constraint rows: G u̇ + γ = 0
     R        M u̇ + h - Gᵀ λ - τ (`loops.reduction`), then -(G u̇ + γ); a tree's without λ
     K        ∂R/∂y, symmetric: what forward dynamics solves once already
 
     J        = -K⁻¹ ∂R/∂x       a right side for each column
     J d      = -K⁻¹ δR          δR is how R moves along d at fixed y
-    wᵀ J     = -μᵀ ∂R/∂x        K μ = w, weights of the entries; one sweep backwards at fixed y and μ
+    wᵀ J     = -μᵀ ∂R/∂x        K μ = w, weights of the entries of y; one sweep backwards at fixed y and μ
+
+d is a direction of x; as an index it means dependent velocities of a partition, i independent ones.
 
 x moves along a `TangentSpace`. Where a motion is prescribed its equation decides the driving force, and K⁻¹ is zero
 there. Drives of closed scenes follow by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ decides at passive
@@ -180,7 +184,7 @@ def vjp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w:
     fixed = direction(w.graph, "mu", len(mu))
     phi = w.graph.total(-a * x for a, x in zip(fixed, known.residual(), strict=True))
     values = dict(zip((*known.symbols, *fixed), (*known.values(), *mu), strict=True))
-    return cheaper(w, [phi], lambda slopes: substitute(space.pulled(w, "", along, phi, slopes), values))
+    return cheaper(w, [phi], lambda slopes: substitute(space.pullback(w, "", along, phi, slopes), values))
 
 
 # J, column by column, of closed scenes: that of a tree has the factors of M that its own recursion finds

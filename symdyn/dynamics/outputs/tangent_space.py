@@ -169,7 +169,7 @@ class TangentSpace:
                 found[symbol] = found.get(symbol, w.graph.zero) + amount * h
         return found
 
-    def pulled(
+    def pullback(
         self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: LocalPartials = operands
     ) -> list[Expr]:
         """Return the slopes of one number along the columns of J, by sweeps backwards."""
@@ -213,11 +213,11 @@ class AlongManifold(TangentSpace):
         """Return how fast each symbol moves along d."""
         return manifold_of(w, formulation).direction(self.amounts(w, along))
 
-    def pulled(
+    def pullback(
         self, w: Workspace, formulation: str, along: Sequence[str], phi: Expr, slopes: LocalPartials = operands
     ) -> list[Expr]:
         """Return the slopes of one number along the columns of J, by sweeps backwards."""
-        found = manifold_of(w, formulation).pulled(phi, along, slopes)
+        found = manifold_of(w, formulation).pullback(phi, along, slopes)
         return [x for name in along for x in found[name]]
 
     def by_parameter(self, w: Workspace, formulation: str, symbol: Expr) -> Seeds:

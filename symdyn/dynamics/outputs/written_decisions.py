@@ -190,13 +190,13 @@ class WrittenDecisions:
                 return True
             scales = np.full(numbers.state.n, length)
             scales[numbers.angular_velocities] = 1.0
-            away = numbers.moved(q, AWAY * scales * free.sum(axis=0))
+            away = numbers.retract(q, AWAY * scales * free.sum(axis=0))
             for _ in range(STEPS):
                 r = numbers.residual(away)
                 if np.abs(r).max(initial=0.0) <= CLOSED * max(1.0, length):
                     return _fit(self, numbers.dimensionless(away, length), numbers.scene)
                 step = np.asarray(np.linalg.lstsq(numbers.residual_rates(away), -r, rcond=1e-10)[0], dtype=np.float64)
-                away = numbers.moved(away, step)
+                away = numbers.retract(away, step)
         except DerivationError:  # a formula has no value there
             pass
         return False

@@ -83,7 +83,7 @@ class Contribution:
     F1: SpatialForce
     F0: SpatialForce
 
-    def moved(self, by: OriginShift) -> Contribution:
+    def shifted(self, by: OriginShift) -> Contribution:
         """Return it about an origin that has moved back."""
         A, F1, F0 = ((add(n, cross(by.p, f)), f) for n, f in (self.A, self.F1, self.F0))
         return Contribution(A, add(self.G, cross(by.u, self.A[1])), F1, F0)
@@ -107,7 +107,7 @@ class Composite:
         P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
-    def moved(self, by: OriginShift) -> Composite:
+    def shifted(self, by: OriginShift) -> Composite:
         """Return it about an origin that has moved back."""
         h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, by.u))  # noqa: E741
         rows = ([P[r][c] + by.p[r] * l[c] + h[r] * by.u[c] for c in range(3)] for r in range(3))
@@ -245,7 +245,7 @@ class _Recursion:
         wrench = [body.wrench(moved.a, moved.U) for body, moved in zip(tree.body, self.motion, strict=True)]
         beyond = [single_body(body, self._spin(i)) for i, body in enumerate(tree.body)]
         for i in tree.inward():
-            p, (n, f), near = tree.parent[i], wrench[i], beyond[i].moved(self.rise[i])
+            p, (n, f), near = tree.parent[i], wrench[i], beyond[i].shifted(self.rise[i])
             acting, bodies = ((add(n, cross(self.rise[i].p, f)), f), near) if self._plain(i) else (wrench[i], beyond[i])
             for k in tree.block[i]:
                 found.forces[k] = power(acting, self.S[k].twist)
@@ -254,7 +254,7 @@ class _Recursion:
             if p:
                 for turn in reversed(tree.X[i].turns):
                     near = near.turned(turn)
-                beyond[p] = beyond[p] + near.moved(self.shift[i])
+                beyond[p] = beyond[p] + near.shifted(self.shift[i])
         return found
 
     def _plain(self, i: int) -> bool:
@@ -321,7 +321,7 @@ class _Recursion:
         tree, j, plain = self.tree, last, self._plain(last)
         while j:
             if self._plain(j) and j != last:
-                contribution = contribution.moved(self.rise[j])
+                contribution = contribution.shifted(self.rise[j])
             for m in tree.block[j]:
                 S = self.S[m]
                 found.by_acceleration[k, m] = found.by_acceleration[m, k] = power(contribution.A, S.twist)
@@ -334,10 +334,10 @@ class _Recursion:
             if not tree.parent[j]:
                 return
             if not self._plain(j):
-                contribution = contribution.moved(self.rise[j])
+                contribution = contribution.shifted(self.rise[j])
             for turn in reversed(tree.X[j].turns):
                 contribution = contribution.turned(turn)
-            contribution, j = contribution.moved(self.shift[j]), tree.parent[j]
+            contribution, j = contribution.shifted(self.shift[j]), tree.parent[j]
 
 
 def _out(X: JointTransform, twist: Twist) -> Twist:

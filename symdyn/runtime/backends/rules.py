@@ -76,12 +76,12 @@ def tangent(k: Arrays, word: Word, given: Named, moved: Named) -> Array:
         held = {weights: given[weights]} if weights else {}
         terms.append(_pick(k, way, *_bent(k, base, [*along], x, held, along)))
     elif along:
-        bent, rows = _rows(k, base, [*along, *way.moved], x, along)
+        bent, rows = _rows(k, base, [*along, *way.varied_names], x, along)
         if word.kind == ALL:
             found = _pick(k, way, bent, rows)
             terms.append(found.reshape((*found.shape[:-2], *word.shape)))
         else:
-            steps = {name: given[way.direction(name)] for name in way.moved if way.direction(name) in given}
+            steps = {name: given[way.direction(name)] for name in way.varied_names if way.direction(name) in given}
             terms.append(_times(k, bent, rows, steps))
     return _total(terms)
 
@@ -98,7 +98,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, requested: Sequence
     found: Named = {}
     held = {weights: given[weights]} if weights and weights in given else {}
     linear = [name for name in requested if name not in base.names]
-    steps = {name: given[way.direction(name)] for name in way.moved if way.direction(name) in given}
+    steps = {name: given[way.direction(name)] for name in way.varied_names if way.direction(name) in given}
     if word.kind == ALONG:
         flat = _flat(y, base) if weights else y
         if linear:
@@ -116,7 +116,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, requested: Sequence
     elif word.kind == BENT:
         parts = _split(way, y)
         if weights in linear:
-            _, rows = _rows(k, base, [*way.moved], x, steps, way)
+            _, rows = _rows(k, base, [*way.varied_names], x, steps, way)
             found[weights] = k.xp.einsum("...mk,...k->...m", rows, y)
         if set(linear) - {weights}:
             pulled = _split(way, k.word(word, {**x, **held, **_named(way, parts)}))
@@ -132,7 +132,10 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, requested: Sequence
 def all_columns(k: Arrays, way: DerivativeRule, given: Named, moved: Named) -> Array:
     """Return J d as a product with all of J: worth it where many directions share one J."""
     return _times(
-        k, way, whole(k, way, given), {n: moved[way.direction(n)] for n in way.moved if way.direction(n) in moved}
+        k,
+        way,
+        whole(k, way, given),
+        {n: moved[way.direction(n)] for n in way.varied_names if way.direction(n) in moved},
     )
 
 
@@ -226,7 +229,7 @@ def _rows(
     """Return H(eᵢ) d for every entry i, (..., m, N), and the way whose arguments the columns are of."""
     lifted, units = _units(k, base, x)
     steps = {name: d[None] for name, d in moved.items()}
-    way, found = _bent(k, base, moving if way is None else way.moved, lifted, units, steps)
+    way, found = _bent(k, base, moving if way is None else way.varied_names, lifted, units, steps)
     return way, k.xp.moveaxis(found, 0, -2)
 
 
@@ -255,7 +258,7 @@ def _pick(k: Arrays, derivative_rule: DerivativeRule, there: DerivativeRule, col
     if derivative_rule.varied == there.varied:
         return columns
     blocks = _blocks(there, columns)
-    return k.xp.concatenate([blocks[name] for name in derivative_rule.moved], -1)
+    return k.xp.concatenate([blocks[name] for name in derivative_rule.varied_names], -1)
 
 
 def _total(terms: Sequence[Array]) -> Array:

@@ -165,7 +165,7 @@ class DerivativeRule:
             return self.known[kind]
 
     @property
-    def moved(self) -> tuple[str, ...]:
+    def varied_names(self) -> tuple[str, ...]:
         """Names of the arguments that move."""
         return tuple(name for name, _ in self.varied)
 

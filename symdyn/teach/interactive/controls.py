@@ -135,7 +135,7 @@ def _left_alone(w: Workspace, closing: Partition) -> set[int]:
         for step in steps.T:
             whole = np.zeros(w.state.n)
             whole[list(block.velocities)] = step / np.abs(step).max()
-            moved += np.abs(numbers.moved(at, whole) - at)
+            moved += np.abs(numbers.retract(at, whole) - at)
     return {int(k) for k in np.flatnonzero(moved < NOTHING)} if blocks else set()
 
 
@@ -156,13 +156,13 @@ def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
         function(w, "k_z", "reduced k_z", square, ("q",), (size, size)),
         function(w, "k_C", "reduced k_C", C, ("q",), (size, size * (size - 1) // 2)),
         function(w, "k_D", "reduced k_D", D, ("q",), (size, size)),
-        function(w, "k_G", "reduced k_G", reduced.gathered(w.gravity_forces), ("q",)),
-        function(w, "row_forces", "reduced forces", reduced.gathered(forces), STATE),
+        function(w, "k_G", "reduced k_G", reduced.project(w.gravity_forces), ("q",)),
+        function(w, "row_forces", "reduced forces", reduced.project(forces), STATE),
     ]
     if elastic(w.scene):
-        rows.append(function(w, "k_E", "reduced k_E", reduced.gathered(w.elastic.forces), ("q",)))
+        rows.append(function(w, "k_E", "reduced k_E", reduced.project(w.elastic.forces), ("q",)))
     if any(not force.is_zero for force in w.Q):
-        rows.append(function(w, ACTING, "reduced forces beside drives", reduced.gathered(w.Q), ("q", "qd")))
+        rows.append(function(w, ACTING, "reduced forces beside drives", reduced.project(w.Q), ("q", "qd")))
     return [*(one for one in rows if one.entries), *_fitting(w, tied), *_driving(w, forces)]
 
 
@@ -174,7 +174,7 @@ def _velocity_coefficients(w: Workspace) -> tuple[list[Expr], list[Expr]]:
     def b(*moving: int) -> list[Expr]:
         u = [w.graph.total(row[reduced.independent[j]] for j in moving if reduced.independent[j] in row) for row in T]
         s = substitute(reduced.s, dict(zip(w.state.qd, u, strict=True)))
-        return reduced.gathered(w.velocity_forces(u, s))
+        return reduced.project(w.velocity_forces(u, s))
 
     T = reduced.T
     alone = [b(j) for j in n]
@@ -186,7 +186,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
     """Return what makes a state fit the loops and rows."""
     reduced, zero, rows = w.loops.reduction, w.graph.zero, w.loops.recursive
     rates = [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in reduced.T]
-    bent = reduced.spread([w.state.qdd[i] for i in reduced.independent])
+    bent = reduced.expand([w.state.qdd[i] for i in reduced.independent])
     functions = [
         function(w, "fitted_velocities", "velocities that the loops allow", rates, ("q", "qd")),
         function(w, "fitted_accelerations", "accelerations that the loops allow", bent, STATE),
@@ -237,7 +237,7 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
     try:
         functions = [derive_one(w, "inverse_dynamics")]
     except DerivationError:
-        alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
+        alone = dict(zip(reduced.independent, reduced.project(forces), strict=True))
         entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
     if decisions.independent_rows:
@@ -405,7 +405,9 @@ def start(scene: Scene) -> Start:
     declared = any(joint.start_rates for joint in scene.joints)
     if still or (declared and not led and not scene.is_closed):
         rates = dict(zip(scene.velocities, starting_rates(scene, chosen.parameters), strict=True))
-        chosen = undriven(scene, chosen.moved({x: rates[str(x.value)] for x in chosen.values if str(x.value) in rates}))
+        chosen = undriven(
+            scene, chosen.with_values({x: rates[str(x.value)] for x in chosen.values if str(x.value) in rates})
+        )
     numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
     accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
     return Start(

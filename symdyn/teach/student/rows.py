@@ -161,7 +161,7 @@ def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
     free = free_motions(numbers.jacobian(q))
     step = WAY * np.array([rng.uniform(-1, 1) for _ in free]) @ free
     try:
-        return numbers, np.array(numbers.closed_position(numbers.moved(q, step), ()).q)
+        return numbers, np.array(numbers.closed_position(numbers.retract(q, step), ()).q)
     except DerivationError:
         return numbers, q
 

@@ -101,7 +101,7 @@ class Reduced:
         """Return the rates of cyclic coordinates when r rests at a place, shape (len(cyclic),)."""
         M = [gradient(p, self.lesson.state.qd) for p in self.lesson.momenta]
         entries = [M[i][j] for i in self.cyclic for j in self.cyclic]
-        values = self.chosen.moved({self.q: x}).of(*entries)
+        values = self.chosen.with_values({self.q: x}).of(*entries)
         return np.asarray(np.linalg.solve(np.array(values).reshape(len(self.cyclic), -1), self.momenta))
 
     def level(self, low: float, high: float) -> list[tuple[float, float, float]]:

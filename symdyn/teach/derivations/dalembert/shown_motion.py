@@ -126,7 +126,7 @@ def _tied(A: Array, right: Array, free: list[int], requested: Sequence[float]) -
 
 def _with(chosen: Chosen, symbols: tuple[Expr, ...], values: Array) -> Chosen:
     rounded = [0.0 if abs(x) < SMALL else float(x) for x in values]
-    return chosen.moved(dict(zip(symbols, rounded, strict=True)))
+    return chosen.with_values(dict(zip(symbols, rounded, strict=True)))
 
 
 def _accelerated(lesson: Balance, chosen: Chosen, G: Array, right: Array, free: list[int]) -> Array:

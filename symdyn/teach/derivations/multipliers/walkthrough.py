@@ -104,10 +104,10 @@ def _away(lesson: Constrained, chosen: Chosen) -> Chosen:
     A = _matrix(chosen, [tie.slopes for tie in lesson.ties], n)
     step = _near(A, [0.0] * len(A), free, wanted)
     try:
-        q = numbers.closed_position(numbers.moved(np.array(chosen.q), step), ()).q
+        q = numbers.closed_position(numbers.retract(np.array(chosen.q), step), ()).q
     except DerivationError:  # the loops do not close there
         return chosen
-    moved = chosen.moved(dict(zip(lesson.state.q, map(float, q), strict=True)))
+    moved = chosen.with_values(dict(zip(lesson.state.q, map(float, q), strict=True)))
     return replace(moved, q=tuple(map(float, q)))
 
 
@@ -127,7 +127,7 @@ def _near(C: Array, right: Sequence[float], free: Sequence[int], requested: Sequ
 
 def _with(chosen: Chosen, symbols: Sequence[Expr], values: Array) -> Chosen:
     rounded = [0.0 if abs(x) < TINY else float(x) for x in values]
-    return chosen.moved(dict(zip(symbols, rounded, strict=True)))
+    return chosen.with_values(dict(zip(symbols, rounded, strict=True)))
 
 
 SMALL = 1e-9

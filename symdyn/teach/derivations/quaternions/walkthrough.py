@@ -189,7 +189,7 @@ def choose_turned(lesson: Turning) -> Chosen:
         e = [values[x] for x in sphere]
         if min(map(abs, e)) < 1e-6 or abs(sqrt(sum(x * x for x in e)) - 1) > 1e-9:
             values |= dict(zip(sphere, TURNED, strict=True))
-    return replace(chosen.moved(values), q=tuple(values[q] for q in lesson.state.q))
+    return replace(chosen.with_values(values), q=tuple(values[q] for q in lesson.state.q))
 
 
 def conserved_steps(lesson: Turning) -> list[Step]:
