@@ -237,6 +237,13 @@ def test_a_time_that_is_given_has_the_slopes_of_one_that_is_found(name, method):
         assert given.jacobian(one).toarray() == pytest.approx(whole, rel=1e-13, abs=1e-13)
 
 
+def test_two_times_of_the_end_may_stand_in_an_array():
+    between, same = (symdyn.collocation(example("cart_pole"), until, 4) for until in ((0.5, 2.5), np.array([0.5, 2.5])))
+
+    assert same.size == between.size
+    assert (same.lower[-1], same.upper[-1]) == (0.5, 2.5) == (between.lower[-1], between.upper[-1])
+
+
 def test_a_problem_and_its_hessian_pickle():
     problem = symdyn.collocation(CART, (0.5, 1.5), 4, cost="F**2 + 2*t*x**2", free="l")
     z, weights = problem.guess + 0.1, np.ones(problem.rows)

@@ -293,21 +293,29 @@ def test_series_lockstep_are_runs_of_simulate(name: str) -> None:
     first, other = scene.coordinates[:2]
     start = {first: np.array([0.0, np.pi / 2, 0.3, 1.0, 0.2, -0.7, 0.1, 0.9, 0.5]), other: 0.0}
     text = f"rms({first}) + 2*when_max({other})"
-    runs = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="taylor", rtol=1e-13)
+    taylor = {"method": "taylor", "rtol": 1e-13}
+    runs = symdyn.ensemble(scene, until=2.0, start=start, measures=text, samples=True, **taylor)  # type: ignore[arg-type]
     same = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="dop853", rtol=1e-13)
     assert runs.about["method"] == "taylor lockstep"
     assert same.about["method"] == "lockstep"
     for k in range(9):
         at = {first: float(start[first][k]), other: 0.0}
-        one = symdyn.simulate(scene, until=2.0, start=at, rtol=1e-13, method="taylor")
+        one = symdyn.simulate(scene, until=2.0, start=at, **taylor)  # type: ignore[arg-type]
+        assert runs.samples is not None
+        np.testing.assert_allclose(runs.samples[k], np.hstack([one.q, one.qd]), atol=1e-9)
         np.testing.assert_allclose(runs.q[k], one.q[-1], atol=1e-9)
         np.testing.assert_allclose(runs.qd[k], one.qd[-1], atol=1e-9)
     np.testing.assert_allclose(same.q, runs.q, atol=1e-9)
     np.testing.assert_allclose(same[text], runs[text], atol=1e-9)
 
 
-def test_series_lockstep_need_no_measure() -> None:
-    """The end alone is wanted: there is no sample at the start from which a grid of times could go on."""
+def test_series_lockstep_need_no_measure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The end alone is wanted: there is no sample at the start from which a grid of times could go on.
+
+    No run is lost and run again by `simulate`.
+    """
+    again = "symdyn.simulation.ensemble.taylor_lockstep.replaced"
+    monkeypatch.setattr(again, lambda task, block, part, lost, runner: block)
     runs = symdyn.ensemble(bound("pendulum"), until=3.0, start={"q1": [0.0, 0.1, 1.0]}, method="taylor", rtol=1e-13)
     one = symdyn.simulate(bound("pendulum"), until=3.0, start={"q1": 1.0}, method="taylor", rtol=1e-13)
     assert runs.about["method"] == "taylor lockstep"

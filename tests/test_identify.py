@@ -205,6 +205,7 @@ def test_data_that_were_held_back_judge_the_fit() -> None:
     assert 0.2 < found.held[0].mean() < 0.3
     for one in found.fits:
         assert 0.5 < one.held_back / one.error < 2
+        assert one.held_back_percent == pytest.approx(one.percent * one.held_back / one.error)
 
 
 def test_a_gap_in_time_parts_a_log() -> None:
@@ -215,6 +216,15 @@ def test_a_gap_in_time_parts_a_log() -> None:
     assert len(found.motions) == 2
     assert any("a gap from t = 3.495 s to 4.5 s" in note for note in found.notes)
     np.testing.assert_allclose(found.after, found.before, atol=2e-4)
+
+
+def test_what_is_too_short_between_two_gaps_is_left_out_alone() -> None:
+    data = log(scara())
+    keep = np.r_[0:700, 900:910, 1100:2001]
+    found = symdyn.identify(scara(), {name: x[keep] for name, x in data.items()})
+
+    assert len(found.motions) == 2
+    assert any("t = 4.5 s to 4.545 s is too short for a band" in note for note in found.notes)
 
 
 def test_uneven_times_are_made_even_and_told() -> None:

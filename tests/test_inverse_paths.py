@@ -73,6 +73,16 @@ def test_two_links_keep_the_elbow_that_they_begin_with(two_link: Scene, elbow: i
     assert x * u[:, 0] + 0.8 * np.sin(run.q.sum(axis=1)) * u[:, 1] == pytest.approx(-0.4 * np.sin(2 * run.t), abs=1e-13)
 
 
+def test_an_array_of_places_says_the_path_that_they_lie_on(two_link: Scene) -> None:
+    start = {"q1": "0.8", "q2": "0.7"}
+    run = along(two_link, "tool = 0.8 + 0.3*sin(t), -0.9 + 0.2*cos(2*t), 0", start=start)
+    places = np.column_stack([run[f"point_tool_{axis}"] for axis in "xyz"])
+
+    other = along(two_link, {"tool": (run.t, places)}, start=start)
+
+    assert np.abs(other.q - run.q).max() < 1e-12
+
+
 A2, D3, L3, BEND = 0.4318, 0.15005, hypot(0.0203, 0.4318), atan2(0.4318, 0.0203)
 
 

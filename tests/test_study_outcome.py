@@ -182,5 +182,6 @@ def test_each_kind_of_plot_fits_its_study_is_the_same_bytes_and_obeys_no_name(ki
         assert (tmp_path / f"plot.{ending}").stat().st_size > 1000
     assert (tmp_path / "plot.svg").read_bytes() == first
     assert "<script" not in (tmp_path / "plot.html").read_text(encoding="utf-8")
-    shown = one.plot()._repr_mimebundle_()  # type: ignore[attr-defined]
-    assert "image/svg+xml" in shown
+    shown = one.plot()
+    assert "image/svg+xml" in shown._repr_mimebundle_()  # type: ignore[attr-defined]
+    assert shown.axes[0].get_title(loc="left").startswith("y")

@@ -120,6 +120,7 @@ def test_what_changes_nothing_passes(two_link: Program) -> None:
     for old, new in [
         ("# Preview", "# See"),
         ("x4 = p_m2 * p_h2", "x4 = p_h2 * p_m2"),
+        ("float(@inbounds q[1])", "(float(@inbounds q[1]))"),  # of the first statement
         ("x4 = p_m2 * p_h2", "x9 = p_m2 # a name more\n    x4 = x9 * p_h2"),
         ("x4 = p_m2 * p_h2", "x4 = (p_m2 *\n        p_h2)"),
         ("x4 = p_m2 * p_h2", "x4 = - -p_m2 * p_h2; #= here =#"),

@@ -371,10 +371,7 @@ def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
 
 def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
-    try:
-        least, most = (float(x) for x in (until if isinstance(until, Sequence) else (until, until)))
-    except (TypeError, ValueError):
-        least, most = 0.0, 0.0
+    least, most = np.broadcast_to(until, 2).tolist()
     if not 0 < least <= most < np.inf:
         faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
         return 1.0, 1.0
