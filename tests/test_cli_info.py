@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from arms import EXAMPLES, two_link
+from arms import EXAMPLES, chain, two_link
 
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
@@ -119,6 +119,8 @@ def test_the_choice_of_a_formulation_is_reported_with_what_it_saves():
 
     assert "k_D by rnea instead of crba" in steps["formulation"].why
     assert steps["formulation"].saved["tree_k_D"].cost > 0
+    arm = skipped(formulate(chain(6), ["forward_dynamics"]), ["forward_dynamics"])
+    assert "forward_dynamics by aba instead of crba" in [one.why for one in arm if one.step == "formulation"]
     assert report(read(EXAMPLES / "spatial_3r.toml"))["parallel axes"].saved["forward_dynamics"].cost > 0
 
 

@@ -45,6 +45,15 @@ def test_page_of_the_four_bar_shows_the_pattern_of_blocks():
     ) in text
 
 
+def test_an_index_of_two_digits_stands_apart_from_its_twin():
+    names = ["ground", *(f"b{k}" for k in range(10))]
+    sliders = [prismatic(f"j{k}", *names[k : k + 2], axis=[1, 0, 0]) for k in range(10)]
+    text = dalembert_text(scene("train", bodies=[body(name, mass=1) for name in names[1:]], joints=sliders))
+
+    assert r"\bar F^{D}_{99}" in text
+    assert r"\bar F^{D}_{10,10}" in text
+
+
 @pytest.mark.long
 def test_a_spatial_mechanism_has_six_equations_a_body():
     text = dalembert_text(single_loop())

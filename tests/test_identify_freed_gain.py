@@ -57,6 +57,16 @@ def test_a_bound_is_what_the_best_of_all_gains_leaves(said: tuple[float, ...], l
         assert found[j] == pytest.approx(fine, rel=1e-6)
 
 
+def test_no_gain_is_too_large_for_a_bound() -> None:
+    """What the second drive shows is known, so that a column that both feel is nothing, and then no gain is enough."""
+    column, known = np.random.default_rng(3).normal(size=(2, EACH))
+    joint, none = np.repeat([0, 1], EACH), np.zeros(EACH)
+    Y = np.column_stack([np.tile(column, 2), np.concatenate([none, known])])
+    seen = Rows(Y, np.concatenate([column, known]), joint, np.zeros(2 * EACH), np.tile(np.arange(EACH), 2))
+
+    assert bounds(seen, (0,), ())[0] < 1e-6
+
+
 def test_a_drive_whose_gain_is_free_anyway_bounds_nothing() -> None:
     seen = rows((1.0, 1.0, 4.0))
 

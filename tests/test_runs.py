@@ -131,6 +131,9 @@ def test_every_axis_of_a_plot_has_one_unit_and_forces_that_are_zero_are_left_out
     assert labels[5] == ["kinetic energy", "potential energy", "work"]
     still = simulate(ARM, until=0.1, start="theta=0.2", method="dop853")
     assert "driving forces" not in [panel.title for panel in panels(still)]
+    rest = simulate(ARM, until=0.1, method="dop853")
+    assert not rest.q.any()
+    assert [panel.title for panel in panels(rest)][:2] == ["coordinates"] * 2
 
 
 @pytest.mark.runs("cc")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from math import nextafter
+from pathlib import Path
 
 import pytest
 from formulas import every_op
@@ -14,23 +15,27 @@ from symdyn.emit import TARGETS, emit
 from symdyn.emit.code.real import SINGLE
 from symdyn.errors import EmitError
 from symdyn.program import Program, lower, prepare as prepare_program
+from symdyn.scene import read_text
 from symdyn.verify.building import files_of
 from symdyn.verify.written import READERS, Printed, Written, languages, printed, prove_texts
 
 CASES = [(name, option) for name in READERS for option in ("", *TARGETS[name].options)]
 SCENES = ("two_link", "four_bar", "puma560")
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 pytestmark = pytest.mark.parametrize(("name", "option"), CASES)
 
 
 @pytest.fixture(scope="module")
 def programs() -> dict[str, Program]:
-    """Return programs to write: three scenes as they are, one prepared, one at rest."""
+    """Return programs to write: three scenes as they are, one prepared, one at rest, one that is led over time."""
     found = {}
     for scene in SCENES:
         found[scene] = lower(symdyn.derive(symdyn.example(scene)))
     found["prepared"] = prepare_program(found["two_link"])
     found["static"] = lower(symdyn.derive(symdyn.example("two_link")).at_rest())
+    led = (EXAMPLES / "cart_pole.toml").read_text(encoding="utf-8").replace('drive = "F"', 'motion = "l*sin(5*t)"')
+    found["led"] = lower(symdyn.derive(read_text(led), ["forward_dynamics", "drive_forces"]))
     return found
 
 
@@ -41,7 +46,7 @@ def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
 
 @pytest.mark.long
 @pytest.mark.wide(4)
-@pytest.mark.parametrize("which", [*SCENES, "prepared", "static"])
+@pytest.mark.parametrize("which", [*SCENES, "prepared", "static", "led"])
 def test_what_is_written_is_proved(programs: dict[str, Program], name: str, option: str, which: str) -> None:
     for real in {*TARGETS[name].reals} & {*SINGLE}:  # of double-doubles the text is not read
         found = proved(printed(programs[which], real), name, option)

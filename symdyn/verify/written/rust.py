@@ -97,7 +97,7 @@ def _read(file: File, wanted: ExpectedFunction, name: str, laned: bool) -> Read:
         del reader.names["out"]
     for one, value in [*reader.names.items()]:
         size = wanted.size if one == "out" else len(wanted.arguments[one])
-        if types.get(one) != reader.kind(value, one in wanted.scalars):
+        if types.get(one) != reader.kind(value):
             raise unread(parameters, f"has no {one} of {size} entries")
         if isinstance(value, Pointer) and "[[" in types[one]:
             reader.names[one] = Rows(tuple(Pointer(value.memory, Index(0, 0, row)) for row in range(size)))
@@ -248,15 +248,15 @@ class RustReader(Reader):
             names[name] = value
         RustReader(self.file, self.expected, names).run(SYNTAX.meant(body)[1:-1])
 
-    def kind(self, value: Value, scalar: bool = False) -> str:
-        """Return the type that a number or an array is handed on as, "" for what is not; `scalar` is one a state."""
+    def kind(self, value: Value) -> str:
+        """Return the type that a number or an array is handed on as, "" for what is not."""
         real = REALS[self.file.text.real]
         memory = value.memory if isinstance(value, Pointer) else None
         if isinstance(memory, Work):
             return "" if memory.row else f"&mut [{real}; {memory.size}]"
         if isinstance(memory, MemoryInputs | Result):
             entry = f"[{real}; {self.lanes}]" if memory.columns else real
-            array = entry if memory.columns and scalar else f"[{entry}; {len(memory.entries)}]"
+            array = f"[{entry}; {len(memory.entries)}]"
             return f"&{array}" if isinstance(memory, MemoryInputs) else f"&mut {array}"
         return real if isinstance(value, Expr) else ""
 
