@@ -31,6 +31,30 @@ def test_a_weight_beyond_all_numbers_is_told_in_words(capsys: pytest.CaptureFixt
     assert told == "symdyn: cart_pole: a derivative has no finite value there; give another place, or other values\n"
 
 
+SLIDE = """
+[joints.{0}]
+type = "prismatic"
+parent = "{1}"
+child = "{2}"
+axis = [1, 0, 0]
+coordinate = "{0}"
+force = "{3}"
+"""
+
+
+def test_rounding_beside_what_swings_fast_is_printed_as_zero(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bodies = "[bodies.a]\nmass = 1\n[bodies.b]\nmass = 2\n"
+    slides = SLIDE.format("x", "ground", "a", "1e8*(y - 2.3*x)") + SLIDE.format("y", "a", "b", "1e8*(x - 1.7*y)")
+    (tmp_path / "two.toml").write_text(bodies + slides)
+
+    assert main(["linearize", str(tmp_path / "two.toml")]) == 0
+    told = capsys.readouterr().out
+    assert "\n0 ± 4684.43 i " in told
+    assert "\n0 ± 25749.9 i " in told
+
+
 @pytest.mark.mends("30.attacks.8.t")
 @pytest.mark.parametrize("t", [math.nan, math.inf, -math.inf])
 def test_a_time_that_is_none_is_refused(t: float) -> None:

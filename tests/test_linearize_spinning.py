@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 import symdyn
 from symdyn.linear import Linearization, stability
+from symdyn.linear.linearization import zeros
 from symdyn.scene import read_text
 from symdyn.simulation import Problem
 
@@ -264,6 +265,14 @@ def test_a_top_is_judged_alike_however_the_axes_of_its_body_are_turned(
     assert_allclose(eigenvalues(found), closed_form(spin), rtol=1e-7, atol=1e-6)
     assert stability(found).verdict == verdict
     assert "undecided" not in found.zeros
+
+
+def test_a_zero_that_leads_to_no_other_steady_motion_is_undecided() -> None:
+    """One position does nothing and its velocity is driven by the other one, which moves at an even rate."""
+    A = np.zeros((4, 4))
+    A[0, 2] = A[1, 3] = A[2, 1] = 1.0
+
+    assert zeros(A, 4, 2, (), 0, "steady") == {"family": 2, "undecided": 2}
 
 
 TILT = 0.5

@@ -9,7 +9,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import IdentifyError, SimulateError
-from symdyn.identification import OutputFit, output_error
+from symdyn.identification import OutputFit, output_error, shooting
 from symdyn.simulation.trajectory import Trajectory
 
 pytestmark = pytest.mark.runs("cc")
@@ -49,6 +49,22 @@ def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
         symdyn.simulate(symdyn.example("pendulum"), until=1, start={"q1": 1}, values={"l": 0.55, "b": 0.02})["q1"][-1],
         abs=1e-3,
     )
+
+
+@pytest.mark.long
+def test_searches_end_where_weights_are_those_of_the_residuals(monkeypatch: pytest.MonkeyPatch) -> None:
+    weights, once = list[np.ndarray](), shooting._best
+
+    def seen(search: shooting.Search, *given: np.ndarray) -> np.ndarray:
+        weights.append(search.sigma)
+        return once(search, *given)
+
+    monkeypatch.setattr(shooting, "_best", seen)
+    output_error(symdyn.example("pendulum"), noisy(swing(), "q1", "q1_dot"), ["l", "b"])
+
+    first, last = weights[len(shooting.PARTS) - 1 :]
+    assert np.abs(last / first - 1).max() > shooting.SETTLED
+    np.testing.assert_allclose(last, SCATTER, rtol=0.1)
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from closed_mechanisms import crank_rocker
+from closed_mechanisms import crank_rocker, exact, four_bar
 from scipy.integrate import solve_ivp
 
 from symdyn.errors import SimulateError
@@ -64,6 +64,16 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
     assert np.abs(found.q[-1] - found.q[0]).max() > 0.1
     assert found.monitors["energy"] < 1e-7 * found.monitors["energy_scale"]
     assert max(found.monitors.get(law, 0.0) for law in ("loops", "loop_rates", "quaternions")) < 1e-9
+
+
+def test_a_change_point_is_near_where_all_bars_lie_along_each_other() -> None:
+    """The shortest bar and the longest are as long as the two others together."""
+    one = exact(1)
+    scene = four_bar(one, exact(3), exact(2), exact(2), (one, one, one), ("1", "1/5", "2"))
+    system = state_equations(scene)
+
+    assert system.changes(np.zeros(3))
+    assert not system.changes(read_start(scene).q)
 
 
 @pytest.mark.usefixtures("_ida")
