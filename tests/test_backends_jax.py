@@ -157,6 +157,19 @@ class Traced(Arithmetic):
         return self.functions[node.op](*args)
 
 
+def test_products_with_many_directions_are_transposed_as_they_are() -> None:
+    found = symdyn.load(symdyn.example("arm7"), "gravity_forces", backend="jax")
+    q = jnp.asarray(np.random.default_rng(4).uniform(-1, 1, 7))
+    V, W = (jnp.asarray(np.random.default_rng(k).uniform(-1, 1, (9, 7))) for k in (5, 6))
+
+    def along(directions: Any) -> Any:
+        return jax.vmap(lambda v: jax.jvp(found.gravity_forces, (q,), (v,))[1])(directions)
+
+    assert "symdyn_times" in str(jax.make_jaxpr(along)(V))
+    (back,) = jax.linear_transpose(along, V)(W)
+    np.testing.assert_allclose(back, W @ jax.jacfwd(found.gravity_forces)(q), rtol=1e-12)
+
+
 def test_gradients_are_those_that_jax_takes_of_the_equations_themselves() -> None:
     scene = symdyn.example("pendulum")
     free = ("m", "l", "g", "b")

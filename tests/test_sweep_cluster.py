@@ -121,8 +121,12 @@ def test_few_blocks_are_ever_begun_ahead(two: Any, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_caller_that_stops_leaves_nothing_under_way(two: Any, tmp_path: Path) -> None:
     with executor(two) as found:
-        for _ in found.results(blocks.slow, tmp_path, range(100)):
-            break
+        results: Any = found.results(blocks.slow, tmp_path, range(100))
+        next(results)
+        tasks = [task for _, task in results.gi_frame.f_locals["under_way"].values()]
+        results.close()
+    assert len(tasks) > 2
+    assert all(task.cancelled() for task in tasks)
     before = len(list(tmp_path.iterdir()))
     time.sleep(1.0)
 
