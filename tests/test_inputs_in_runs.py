@@ -13,7 +13,7 @@ from symdyn.cli import main
 from symdyn.errors import DerivationError
 from symdyn.linear import linearize_along
 from symdyn.linear.regulator import lqr
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Scene, bind, read_text
 from symdyn.simulation import Feedback
 from symdyn.transcription import collocation
 
@@ -170,6 +170,19 @@ def test_outputs_of_a_linear_system_may_stand_in_one_text(cart):
 
 
 # Loops
+
+
+def test_outputs_of_a_motion_that_is_given_need_no_mass():
+    """There is no forward dynamics of bars without mass, and what a load takes of the pins is there."""
+    text = Path("examples/four_bar.toml").read_text(encoding="utf-8").replace(", positive = true", "")
+    text += '[loads.push]\nbody = "rocker"\nat = ["c", 0, 0]\nforce = [10, 0, 0]\n'
+    text += '[outputs]\npull = "reaction_elbow_fx_joint"\n'
+    scene = bind(read_text(text, "four_bar.toml"), {"m1": 0, "m2": 0, "m3": 0})
+
+    run = symdyn.inverse(scene, "phi=0.8+0.3*t", times=[0.0, 0.1], reactions="joint")
+
+    assert np.abs(run["pull"]).min() > 1.0
+    np.testing.assert_array_equal(run["pull"], run["reaction_elbow_fx_joint"])
 
 
 FOUR_BAR = """
