@@ -406,8 +406,8 @@ def test_a_joint_transmits_as_many_wrenches_as_its_class(kind: str) -> None:
     named = [w for w in acting_on(one, "b0") if r"\mathrm{j0}" in w.name + w.couple_name]
 
     assert len(named) == JOINTS[kind].class_t(one.joints[0])
-    for letter, names in (("F", [w.name for w in named]), ("M", [w.couple_name for w in named])):
-        names = [name for name in names if name]
+    for letter, every in (("F", [w.name for w in named]), ("M", [w.couple_name for w in named])):
+        names = [name for name in every if name]
         numbers = [f",{k}" for k in range(1, len(names) + 1)] if len(names) > 1 else [""]
         assert names == [rf"{letter}_{{\mathrm{{j0}}{number}}}" for number in numbers[: len(names)]]
 

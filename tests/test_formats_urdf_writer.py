@@ -232,7 +232,9 @@ def test_a_first_moment_without_mass_is_refused():
 
 
 def test_a_body_with_inertia_alone_has_its_centre_where_its_frame_is():
-    text = EXACT.replace("mass = 0.5", "mass = 0\nallow_invalid_inertia = true").replace("[0.25, 0, 0.125]", "[0, 0, 0]")
+    text = EXACT.replace("mass = 0.5", "mass = 0\nallow_invalid_inertia = true").replace(
+        "[0.25, 0, 0.125]", "[0, 0, 0]"
+    )
     tool = ElementTree.fromstring(write_text(read_text(text)).text).find("link[@name='tool']/inertial")
 
     assert tool is not None
