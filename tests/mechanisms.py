@@ -8,8 +8,7 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.struts import Damper, Spring
+from symdyn.scene.forces.applied_forces import Damper, Friction, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding
 from symdyn.scene.values.body import Particle

@@ -100,6 +100,6 @@ def test_a_file_that_a_docstring_names_is_there() -> None:
 
 def test_a_file_that_is_not_there_is_seen() -> None:
     text = (
-        "`symdyn/table.py`, `none/table.py` and `tests/none/`\n\n`scene/toml.py`, `schema.py`, `table.py`\n\n`none.py`"
+        "`symdyn/table.py`, `none/table.py` and `tests/none/`\n\n`scene/toml.py`, `build.py`, `table.py`\n\n`none.py`"
     )
     assert lost(text) == ["none/table.py", "tests/none", "table.py", "none.py"]

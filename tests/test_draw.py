@@ -25,7 +25,7 @@ from symdyn.draw.style import SCHEMES, LetterRun, Text
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
-from symdyn.scene.forces.struts import Damper, Spring
+from symdyn.scene.forces.applied_forces import Damper, Spring
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Load, Place, Pose
 

@@ -23,8 +23,7 @@ from symdyn.program import formulate, lower
 from symdyn.runtime import build, lambdify
 from symdyn.runtime.backends.load_functions import load as load_scene
 from symdyn.scene import Quantity, Scene, body, parse, prismatic, revolute, scene
-from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.struts import Damper, Spring
+from symdyn.scene.forces.applied_forces import Damper, Friction, Spring
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place
 from symdyn.verdict import Verdict
 from symdyn.verify import certify

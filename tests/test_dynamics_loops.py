@@ -43,8 +43,8 @@ from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.runtime import lambdify, run_python
 from symdyn.scene import Quantity, Scene, read_text
-from symdyn.scene.forces.struts import Spring
-from symdyn.scene.forces.velocity_row import Formula
+from symdyn.scene.forces.applied_forces import Spring
+from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.entry import compose

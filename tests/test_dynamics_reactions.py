@@ -21,8 +21,7 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, parse
-from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.struts import Damper, Spring
+from symdyn.scene.forces.applied_forces import Damper, Friction, Spring
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough

@@ -29,7 +29,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
         "+ joint_resistance(joint, ratio * state.qd[k])",
     ),
     (
-        "../scene/forces/friction.py",
+        "../scene/forces/applied_forces.py",
         "size = size + (dry.static.express(graph) - size)",
         "size = size - (dry.static.express(graph) - size)",
     ),

@@ -11,13 +11,11 @@ import pytest
 from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.runtime import lambdify
-from symdyn.scene import Quantity, Scene, parse, read
+from symdyn.scene import Quantity, Scene, parse, read, read_noting
 from symdyn.scene.declaration.reading import Reading, ReadOptions
-from symdyn.scene.formats import sdf
 from symdyn.scene.formats.placing import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
-from symdyn.scene.scene_files import read_noting
 from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.joint import Coupling, Limits
 
@@ -314,7 +312,7 @@ def test_another_root_is_refused():
 
 def test_sdf_is_refused_with_the_way_out():
     with pytest.raises(SceneError, match=r"robot\.sdf: is SDF, which is not read here.*give the URDF.*TOML"):
-        sdf.read(Path("robot.sdf"), ReadOptions())
+        read_noting("robot.sdf")
 
 
 # Names

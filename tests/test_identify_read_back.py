@@ -23,7 +23,7 @@ from symdyn.identification import Payload, identified, identify
 from symdyn.identification.linear_model import unknowns
 from symdyn.identification.report import written
 from symdyn.scene import bind
-from symdyn.scene.forces.friction import Friction
+from symdyn.scene.forces.applied_forces import Friction
 from symdyn.scene.values.quantity import Quantity
 
 pytestmark = pytest.mark.runs("cc")

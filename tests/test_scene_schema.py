@@ -19,7 +19,7 @@ from fuzz.mutate import toml
 
 from symdyn.errors import SceneError
 from symdyn.scene import read_text
-from symdyn.scene.schema import schema
+from symdyn.scene.declaration.declare import schema
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -237,7 +237,7 @@ def test_an_editor_tells_what_every_word_means():
 @pytest.mark.runs
 def test_a_row_that_is_new_is_in_the_schema():
     """Of a kind of element and of a type of joint that files outside declare."""
-    code = "import json; from symdyn.scene.schema import schema; before = json.dumps(schema())\n"
+    code = "import json; from symdyn.scene.declaration.declare import schema; before = json.dumps(schema())\n"
     code += "import gas_spring, rack_and_pinion; after = json.dumps(schema())\n"
     code += "print([word in text for word in ('charge', 'rack_and_pinion') for text in (before, after)])"
     folder = ROOT / "tests" / "recipes"

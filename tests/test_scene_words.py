@@ -26,8 +26,8 @@ from symdyn.scene import (
 )
 from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.forces import FORCES
-from symdyn.scene.forces.friction import Friction
-from symdyn.scene.forces.velocity_row import linear_parts
+from symdyn.scene.forces.applied_forces import Friction
+from symdyn.scene.forces.constraints import linear_parts
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.joint_table import start_of
 from symdyn.scene.values import Place

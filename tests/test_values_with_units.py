@@ -322,7 +322,7 @@ def test_what_was_identified_is_written_in_the_units_of_the_scene() -> None:
 def test_editors_take_every_value_that_a_scene_may_say() -> None:
     import jsonschema
 
-    from symdyn.scene.schema import schema
+    from symdyn.scene.declaration.declare import schema
 
     judge = jsonschema.Draft202012Validator(schema())
     for said in (

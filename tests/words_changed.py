@@ -8,7 +8,7 @@ from typing import Any
 
 from fuzz.mutate import toml
 
-from symdyn.scene.schema import schema
+from symdyn.scene.declaration.declare import schema
 
 PIN: dict[str, Any] = {"type": "revolute", "parent": "cart", "child": "arm", "axis": [1, 2, 2], "origin": [0.1, 0, 0.2]}
 PIN["drive"] = False

@@ -25,12 +25,11 @@ from .build import (
     universal as universal,
 )
 from .declaration.coupling import lock as lock
+from .declaration.declare import schema as schema
 from .declaration.dimensions import SceneUnits as SceneUnits
 from .declaration.reading import Written as Written, read_bounded as read_bounded
-from .forces.body_load import load as load
-from .forces.contact import knife_edge as knife_edge, rolling as rolling
-from .forces.struts import damper as damper, spring as spring
-from .forces.velocity_row import row as row
+from .forces.applied_forces import damper as damper, load as load, spring as spring
+from .forces.constraints import knife_edge as knife_edge, rolling as rolling, row as row
 from .scene_files import (
     SceneLike as SceneLike,
     Starter as Starter,
@@ -42,7 +41,6 @@ from .scene_files import (
     scene_of as scene_of,
     write_text as write_text,
 )
-from .schema import schema as schema
 from .symbolic import (
     INERTIAL as INERTIAL,
     bind as bind,

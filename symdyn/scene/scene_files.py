@@ -34,7 +34,6 @@ from symdyn.scene.values.model import Scene
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
     "urdf": "symdyn.scene.formats.urdf",
-    "sdf": "symdyn.scene.formats.sdf",
     "mjcf": "symdyn.scene.formats.mjcf",
     "par": "symdyn.scene.formats.par",
 }
@@ -56,6 +55,13 @@ EXTENSIONS: Mapping[str, str] = {
 
 MOST_TOLD = 12
 """Joints whose coordinates are told when a robot file is read."""
+
+SDF = (
+    "is SDF, which is not read here, as there is no maintained parser for it to rely on; give the URDF that the SDF "
+    "was made from (gz sdf -p makes SDF of URDF), or write its links as [bodies.NAME] and its joints as [joints.NAME] "
+    "of a TOML file; begin one with symdyn new"
+)
+"""Gazebo's own parser is C++ outside the package registry, and python-sdformat had its last release in 2022."""
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
@@ -138,6 +144,8 @@ def read_noting(
         faults = Faults(str(file))
         check_base(options.floating_base, format, faults)
         faults.close()
+    if format == "sdf":
+        raise SceneError(f"{file}: {SDF}")
     reader: Callable[[Path | Opened, ReadOptions], Reading] = import_module(READERS[format]).read
     reading = reader(file, options)
     told = reading.scene.coordinates_of_joints(MOST_TOLD)
@@ -188,7 +196,7 @@ def _file(path: FileLike) -> Path | Opened:
 
 
 def _format(file: Path | Opened) -> str:
-    """Return the format of a file, a key of `READERS`."""
+    """Return the format of a file, a value of `EXTENSIONS`."""
     ending = (file.path if isinstance(file, Opened) else file).suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]

@@ -18,8 +18,8 @@ from symdyn.errors import SymdynError
 from symdyn.scene import Quantity, lock, parse, read_text, with_symbols, write_text
 from symdyn.scene.build import body, prismatic, scene
 from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.applied_forces import Spring
 from symdyn.scene.forces.force_kind import ForceKind, Pull
-from symdyn.scene.forces.struts import Spring
 from symdyn.scene.values import Place
 from symdyn.scene.values.entry import entry
 from symdyn.simulation import simulate

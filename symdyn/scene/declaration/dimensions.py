@@ -15,7 +15,7 @@ from functools import cache, lru_cache
 
 from symdyn.graph import Op
 from symdyn.scene.declaration.draft import Use, draft_of, uses
-from symdyn.scene.forces.velocity_row import Formula
+from symdyn.scene.forces.constraints import Formula
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, POWER, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, TermPlace, terms, with_unit

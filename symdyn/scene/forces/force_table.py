@@ -1,15 +1,12 @@
-"""The kinds of elements: everything that acts in a scene beside gravity and drives, one file each."""
+"""The kinds of elements: everything that acts in a scene beside gravity and drives."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from symdyn.scene.forces.body_load import LOAD
-from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
+from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
+from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
-from symdyn.scene.forces.friction import FRICTION
-from symdyn.scene.forces.struts import DAMPER, SPRING
-from symdyn.scene.forces.velocity_row import FORMULA, Formula, lacks_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.joint import Element, Strut

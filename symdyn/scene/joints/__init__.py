@@ -1,4 +1,4 @@
-"""Joint types: one row each, in a file of its own where it has code."""
+"""Joint types: one row each."""
 
 import lazy_loader
 

@@ -1,6 +1,6 @@
-"""Joint types: one row each, in a file of its own where it has code.
+"""Joint types: one row each.
 
-Joint types that are parts put together and forbid by words: lower pairs, points on lines and planes, no contact.
+Here are those that are parts put together and forbid by words: lower pairs, points on lines and planes, no contact.
 
 Custom joint: elementary motions whose amounts are formulas in its own coordinates. Class t = 6 - coordinates.
 
@@ -32,7 +32,7 @@ from symdyn.scene.joints.blocks import (
     turn,
     turned_by,
 )
-from symdyn.scene.joints.helical import HELICAL
+from symdyn.scene.joints.compound_joints import HELICAL, ROD, UNIVERSAL
 from symdyn.scene.joints.joint_kind import (
     SLIDE,
     WELD,
@@ -43,8 +43,6 @@ from symdyn.scene.joints.joint_kind import (
     MarkPart,
     PageSign,
 )
-from symdyn.scene.joints.rod import ROD
-from symdyn.scene.joints.universal import UNIVERSAL
 from symdyn.scene.values.body import UNMOVED
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.entry import EntryReader, as_list, plain, show

@@ -1,8 +1,15 @@
-"""Springs and dampers, at a joint or between two points.
+"""Forces that are applied: springs, dampers, dry friction, loads.
+
+Springs and dampers are at a joint or between two points.
 
 A spring: preload + k1 x + k2 x² + … along the way x from its free length.
 
 A viscous damper: c1 v + c3 v³ + … against the rate v of its way.
+
+Dry friction follows Coulomb's and Stribeck's curve, and stands in the joint's own table, under `friction`. Reference:
+Olsson et al., Friction models and friction compensation, European Journal of Control 4 (1998).
+
+A load is a wrench on a body.
 """
 
 from __future__ import annotations
@@ -10,17 +17,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb, pi
+from typing import Literal
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
-from symdyn.graph import Expr, Graph
-from symdyn.scene.forces.attachments import End, Ends, as_keys
-from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
+from symdyn.graph import Expr, Graph, Op
+from symdyn.scene.forces.attachments import AtBody, End, Ends, as_keys
+from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull, Push, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.entry import Entry, Number, entry, shown
-from symdyn.scene.values.joint import Strut
-from symdyn.scene.values.key import Key, Stand, coefficients, number
-from symdyn.scene.values.quantity import Quantity, spell
+from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
+from symdyn.scene.values.joint import Element, Load, Strut
+from symdyn.scene.values.key import TIMED, Key, Stand, coefficients, number, one_of, optional
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
+from symdyn.scene.values.shape import NUMBER
+from symdyn.spatial import Vec, Wrench
 
 
 @dataclass(frozen=True)
@@ -43,7 +54,7 @@ class Spring(Strut):
     kind = "spring"
 
 
-def _force(spring: Spring, x: Expr, v: Expr) -> Expr:
+def _spring_force(spring: Spring, x: Expr, v: Expr) -> Expr:
     graph, way = x.graph, x - spring.free.express(x.graph)
     total, power = spring.preload.express(graph), way
     for k in spring.stiffness:
@@ -67,7 +78,7 @@ def _over_distance(spring: Spring, square: Expr) -> Expr:
     graph, terms = square.graph, _of_distance(spring, square.graph)
     s = graph.sqrt(square)
     if not terms[0].is_zero:
-        return _force(spring, s, graph.zero) / s
+        return _spring_force(spring, s, graph.zero) / s
     return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
 
 
@@ -103,7 +114,7 @@ def _power(s: Expr, square: Expr, m: int) -> Expr:
     return result
 
 
-def _law_words(spring: Spring) -> str:
+def _spring_words(spring: Spring) -> str:
     stiffness = ", ".join(map(spell, spring.stiffness))
     return f"stiffness {stiffness}, free {spell(spring.free)}, preload {spell(spring.preload)}"
 
@@ -145,8 +156,8 @@ SPRING = ForceKind(
     ),
     needs=("stiffness", "preload"),
     missing="stiffness is missing; write stiffness = 100, or a list of coefficients",
-    law=Pull(_force, _energy, _over_distance, _stored_between),
-    law_words=_law_words,
+    law=Pull(_spring_force, _energy, _over_distance, _stored_between),
+    law_words=_spring_words,
     words={"en": "spring", "sk": "pružina"},
     lost="a spring, which acts in the equations",
     mark=Mark(
@@ -207,7 +218,7 @@ def _resistance(damper: Damper, x: Expr, v: Expr) -> Expr:
     return total
 
 
-def _check(damper: Damper, stand: Stand) -> None:
+def _check_damper(damper: Damper, stand: Stand) -> None:
     """Report a negative coefficient where it is the only one."""
     value = stand.value(damper.damping[0]) if len(damper.damping) == 1 else None
     if value is not None and value < 0:
@@ -246,7 +257,7 @@ DAMPER = ForceKind(
         side=-0.7,
         page="damper",
     ),
-    check=_check,
+    check=_check_damper,
 )
 
 
@@ -260,3 +271,171 @@ def damper(
     """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
     check_arguments(damper, locals(), SceneError)
     return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping)
+
+
+@dataclass(frozen=True)
+class Friction(Element):
+    """Dry friction of the joint of this name, opposed to its rate v; N m or N, rad/s or m/s.
+
+        force = (coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
+
+    Attributes:
+        coulomb: size of the force when sliding.
+        static: size of the force at the onset of motion; None: as `coulomb`.
+        stribeck: rate at which the force falls from one to the other.
+        smoothing: rate over which the sign is smoothed; zero is the ideal sign, for inverse dynamics only.
+    """
+
+    coulomb: Quantity
+    static: Quantity | None = None
+    stribeck: Quantity = Quantity.ONE
+    smoothing: Quantity = Quantity.ZERO
+
+    kind = "friction"
+
+
+def _friction_force(dry: Friction, rate: Expr) -> Expr:
+    graph = rate.graph
+    size = dry.coulomb.express(graph)
+    if dry.static is not None:
+        slow = rate / dry.stribeck.express(graph)
+        size = size + (dry.static.express(graph) - size) * graph.function(Op.EXP, -(slow * slow))
+    smoothing = dry.smoothing.express(graph)
+    if smoothing.is_zero:
+        return size * graph.function(Op.SIGN, rate)
+    return size * graph.function(Op.TANH, rate / smoothing)
+
+
+def _friction_words(dry: Friction) -> str:
+    law = [f"Coulomb {spell(dry.coulomb)}"]
+    law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
+    return ", ".join([*law, f"smoothing {spell(dry.smoothing)}" if dry.smoothing != Quantity.ZERO else "ideal sign"])
+
+
+def _check_friction(dry: Friction, stand: Stand) -> None:
+    """Report what is negative, and a rate that is none."""
+    known = {x.key: stand.value(x.quantity) for part in FRICTION.parts for x in part.numbers(dry)}
+    for key in ("coulomb", "static", "smoothing"):
+        if (value := known.get(key)) is not None and value < 0:
+            stand.fault(f"friction.{key} = {float(value):.6g} is negative; give zero or more")
+    if (value := known["stribeck"]) is not None and value <= 0:
+        stand.fault(f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
+
+
+RATE = ("rad/s", "m/s")
+"""Units at a joint that turns, and at one that slides."""
+
+FRICTION = ForceKind(
+    section="friction",
+    noun=Friction,
+    letter="",
+    parts=(
+        number(
+            "coulomb",
+            FORCE_UNITS,
+            example="friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
+            letters=("fc",),
+            text="sliding friction of {}",
+            positive=True,
+        ),
+        Key(
+            "static",
+            optional(EntryReader.quantity),
+            None,
+            letters=("fs",),
+            unit=FORCE_UNITS,
+            text="friction of {} at rest",
+            positive=True,
+            shape=NUMBER,
+        ),
+        Key(
+            "stribeck",
+            EntryReader.quantity,
+            Quantity.ONE,
+            letters=("vs",),
+            unit=RATE,
+            text="Stribeck rate of {}",
+            positive=True,
+        ),
+        number("smoothing", RATE, letters=("ve",), text="smoothing of the friction of {}", positive=True),
+    ),
+    law=Rub(_friction_force, jumps=lambda dry: dry.smoothing == Quantity.ZERO),
+    law_words=_friction_words,
+    words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},
+    lost="friction that enters the equations",
+    check=_check_friction,
+)
+
+
+def _wrench(load: Load, graph: Graph) -> Wrench:
+    return Wrench(_vector(load.force, graph), _vector(load.couple, graph))
+
+
+def _vector(vector: Vector, graph: Graph) -> Vec:
+    x, y, z = (entry.express(graph) for entry in vector)
+    return (x, y, z)
+
+
+def _check_load(load: Load, stand: Stand) -> None:
+    if load.place.body == Scene.GROUND:
+        stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
+
+
+def _load_words(load: Load) -> str:
+    force, couple = (f"({', '.join(map(spell, vector))})" for vector in (load.force, load.couple))
+    return f"force {force}, couple {couple}, axes of the {load.frame}"
+
+
+LOAD = ForceKind(
+    section="loads",
+    noun=Load,
+    letter="w",
+    parts=(
+        AtBody(),
+        Key(
+            "force",
+            EntryReader.vector,
+            NULL,
+            silent=lambda load: load.force == NULL and load.couple != NULL,
+            letters=("Fx", "Fy", "Fz"),
+            unit="N",
+            text="force of {}",
+            names=TIMED,
+        ),
+        Key(
+            "couple", EntryReader.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED
+        ),
+        one_of("frame", ("ground", "body"), "whose axes the components are along", "ground"),
+    ),
+    needs=("force", "couple"),
+    missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
+    law=Push(_wrench),
+    law_words=_load_words,
+    words={"en": "load", "sk": "zaťaženie"},
+    lost="a wrench, which acts in the equations",
+    check=_check_load,
+)
+
+
+def load(
+    name: str,
+    *,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    force: Three | None = None,
+    couple: Three | None = None,
+    frame: Literal["ground", "body"] | None = None,
+) -> Entry:
+    """Declare a wrench on a body.
+
+    Args:
+        name: of the load.
+        body: that it acts on.
+        at: the place in body coordinates, m; the origin when left out.
+        point: that it acts at, in place of body and place.
+        force: N, formulas in t, parameters, coordinates and velocities.
+        couple: N m, the same.
+        frame: "ground" or "body", whose axes the components are along; the ground's when left out.
+    """
+    return entry("loads", **locals())

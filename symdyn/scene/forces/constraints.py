@@ -1,4 +1,4 @@
-"""Contacts: a blade, a wheel or a ball touches a plane of another body.
+"""Constraints on velocities: a blade, a wheel or a ball touches a plane of another body, or a formula vanishes.
 
     X    placement of the frame at P in that of the plane; P is the blade's point, or the centre O of a wheel
     a    axis of a wheel, or direction across a blade, axes of the plane's body
@@ -8,23 +8,33 @@
 A contact's wrenches are the forces at the lowest point, moved to O. The one along n has a residual, the height of that
 point, n·p - r w, whose rate it is; the others say nothing about places.
 
+A formula is Σ a_k(q) u_k = 0. What keeps it has the power λ Σ a_k u_k, and that is all it says: at a wheel's rim, in a
+belt or in two servos, the motion is the same, and the reactions of the joints are not. They exist where the row says
+that its force acts in the joints of its velocities, as drives would; a contact says which place of which body it
+touches.
+
 Reference: Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972), chapter 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import Literal
 
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, OnPlane
-from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
+from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import forces, unit
-from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, plain, show
-from symdyn.scene.values.joint import Contact, Plane
-from symdyn.scene.values.key import Key, number
-from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
+from symdyn.scene.joints.joint_table import JOINTS
+from symdyn.scene.values import folding
+from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, plain, show, shown
+from symdyn.scene.values.joint import Contact, Plane, Row
+from symdyn.scene.values.key import MOTION, Key, Stand, number
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 from symdyn.scene.values.shape import VECTOR, choice_of, several
 from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 
@@ -241,3 +251,129 @@ def rolling(
             of which holds it at its height too; for a wheel the first two when left out, for a ball all.
     """
     return entry("rows", type="rolling", **locals())
+
+
+@dataclass(frozen=True)
+class Formula(Row):
+    """Σ a_k(q) u_k = 0.
+
+    Attributes:
+        formula: its left side, linear in the velocities.
+        acts_in: "joints" where the force that keeps it acts in the joints of its velocities; "" where nothing says
+            which bodies it acts on.
+    """
+
+    formula: Quantity
+    acts_in: str = ""
+
+    kind = "formula"
+
+
+IN_JOINTS = "joints"
+"""What a row says of the place of its force: each of its velocities feels it in its own joint, as a drive."""
+
+
+def _acts_in(table: EntryReader, key: str, usual: str) -> str:
+    said = table.text(key, usual)
+    if said in (usual, IN_JOINTS):
+        return said
+    table.fault(
+        f'{key} = {show(said)} is no place of a force; write {key} = "{IN_JOINTS}" where belts, gears or servos of its '
+        'joints keep the row, and type = "rolling" for a wheel'
+    )
+    return usual
+
+
+def lacks_place(row: Formula, velocities: Sequence[str]) -> bool:
+    """Tell whether a row exerts a force and does not say where."""
+    slopes = {} if row.acts_in else linear_parts(row.formula, velocities)[0]
+    return any(not one.express(Graph()).is_zero for one in slopes.values())
+
+
+def _check_formula(row: Formula, stand: Stand) -> None:
+    """Report a formula that is not linear in the velocities, or holds none."""
+    text = f"formula = {shown(row.formula)}"
+    try:
+        slopes, rest = linear_parts(row.formula, stand.scene.velocities)
+        alone = not rest.express(Graph()).is_zero
+    except FormulaError as error:
+        stand.fault(f"{text} is not linear in the velocities: {error}; multiply out what can be")
+        return
+    except ZeroDivisionError:
+        return  # reported as a formula without a value
+    if alone:
+        stand.fault(f"{text} holds {shown(rest)}, which no velocity multiplies; a row is a sum of velocities")
+    elif not slopes and row.formula != Quantity.ZERO:
+        stand.fault(f"{text} holds no velocity; write one such as x_dot - r*phi_dot")
+    elif not row.acts_in and sorted(_units(stand.scene, slopes)) == ["m", "rad"]:
+        stand.faults.note(
+            stand.where,
+            f'{text} looks like a wheel that rolls: type = "rolling" says where it touches too, without which there '
+            f'are no reactions; where a belt or a servo ties the joints, acts_in = "{IN_JOINTS}" says so',
+        )
+
+
+def _units(scene: Scene, velocities: Iterable[str]) -> list[str]:
+    """Return the units of some velocities but for their second, "rad" or "m"."""
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    return [unit for name, unit in zip(scene.velocities, units, strict=False) if name in set(velocities)]
+
+
+def linear_parts(formula: Quantity, velocities: Sequence[str]) -> tuple[dict[str, Quantity], Quantity]:
+    """Return the coefficient of every velocity in a formula, and the rest, all free of velocities.
+
+    Raises:
+        FormulaError: it is not linear as it is written.
+    """
+    if not set(formula.symbols) & set(velocities):
+        return {}, formula
+    if formula.op is Op.SYMBOL:
+        return {str(formula.value): Quantity.ONE}, Quantity.ZERO
+    parts = [linear_parts(arg, velocities) for arg in formula.args]
+    (slopes, rest), (more, other) = parts[0], parts[-1]
+    if formula.op is Op.NEG:
+        return {name: folding.neg(x) for name, x in slopes.items()}, folding.neg(rest)
+    if formula.op in (Op.ADD, Op.SUB):
+        combine = folding.add if formula.op is Op.ADD else folding.sub
+        names = dict.fromkeys([*slopes, *more])
+        return {k: combine(slopes.get(k, Quantity.ZERO), more.get(k, Quantity.ZERO)) for k in names}, combine(
+            rest, other
+        )
+    if formula.op is Op.MUL and slopes and more:
+        raise FormulaError(f"{shown(formula)} multiplies velocities")
+    if formula.op is Op.MUL:
+        factor = rest if more else other
+        return {name: folding.mul(factor, x) for name, x in (slopes or more).items()}, folding.mul(rest, other)
+    if formula.op is Op.DIV and not more:
+        return {name: folding.div(x, other) for name, x in slopes.items()}, folding.div(rest, other)
+    raise FormulaError(f"{shown(formula)} is no sum of them")
+
+
+FORMULA = ForceKind(
+    section="rows",
+    noun=Formula,
+    letter="r",
+    parts=(
+        number(
+            "formula",
+            example='what vanishes, such as formula = "x_dot - r*phi_dot"',
+            names=MOTION,
+            holds="what vanishes: velocities, each times a formula in coordinates and parameters",
+        ),
+        Key("acts_in", _acts_in, "", holds="where its force acts", shape=choice_of(IN_JOINTS)),
+    ),
+    law=Forbid(lambda row: row.formula),
+    law_words=lambda row: f"{spell(row.formula)} = 0" + f", its force in the {row.acts_in}" * bool(row.acts_in),
+    words={"en": "constraint", "sk": "väzba"},
+    lost="a constraint on velocities",
+    check=_check_formula,
+)
+
+
+def row(name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None) -> Entry:
+    """Declare a constraint on velocities: a formula, linear in them, that vanishes.
+
+    With `acts_in` "joints" the force that keeps it acts in the joints of its velocities, as drives would; else nothing
+    says where, and the scene has no reactions.
+    """
+    return entry("rows", name, formula=formula, acts_in=acts_in)
