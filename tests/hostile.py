@@ -172,7 +172,7 @@ def write(door: str, scene: Path, folder: Path) -> list[Path]:
 
 @contextmanager
 def unescaped(name: str, instead: Any) -> Iterator[None]:
-    """Let something stand in place of a function of `symdyn.emit.escape`, or of a check at the door, everywhere."""
+    """Let something stand in place of a function of `symdyn.emit.render`, or of a check at the door, everywhere."""
     from importlib import import_module
 
     from symdyn.emit import TARGETS

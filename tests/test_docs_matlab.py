@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
-from symdyn.emit.targets.matlab import FLAGS
+from symdyn.emit.targets.array_languages import FLAGS
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "matlab.md").read_text(encoding="utf-8")

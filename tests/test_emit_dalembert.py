@@ -14,8 +14,7 @@ from figure_5_39 import single_loop
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.print.dalembert_page import dalembert_text
-from symdyn.emit.print.dalembert_system import dalembert_lines
+from symdyn.emit.print.dalembert_page import dalembert_lines, dalembert_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import bind, body, parse, prismatic, read, scene
@@ -139,7 +138,7 @@ def test_a_drive_called_like_a_reaction_keeps_its_name():
 
 
 def test_a_system_that_nobody_reads_is_refused(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.print.dalembert_system.MOST", 20)
+    monkeypatch.setattr("symdyn.emit.print.dalembert_page.MOST", 20)
     with pytest.raises(EmitError, match="36 unknowns are more than anyone reads"):
         dalembert_text(puma560())
 

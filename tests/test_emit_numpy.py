@@ -19,7 +19,7 @@ from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.emit.targets import player
-from symdyn.emit.targets.numpy import BLOCK, player_text
+from symdyn.emit.targets.python_modules import BLOCK, player_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

@@ -153,7 +153,7 @@ def test_text_is_escaped_for_a_target_in_one_file() -> None:
             names = [node.module] if isinstance(node, ast.ImportFrom) else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             found |= {(path, name) for name in names if name in tools}
-    assert found == {("emit/escape.py", "html"), ("scene/formats/urdf_writer.py", "xml.sax.saxutils")}
+    assert found == {("emit/render.py", "html"), ("scene/formats/urdf_writer.py", "xml.sax.saxutils")}
 
 
 def test_a_file_may_lie_in_a_folder_of_the_folder(tmp_path: Path) -> None:

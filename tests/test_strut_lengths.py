@@ -209,7 +209,7 @@ def test_a_student_may_answer_with_lengths_by_their_names() -> None:
 
 @pytest.mark.parametrize("name", FILES)
 def test_the_system_of_dalembert_names_lengths_and_has_its_values(name: str) -> None:
-    from symdyn.emit.print.dalembert_system import forms_of, printed_system
+    from symdyn.emit.print.dalembert_page import forms_of, printed_system
 
     system = printed_system(scene_of(name))
     written, graph = forms_of(system), system.hanging.graph
@@ -223,7 +223,7 @@ def test_the_system_of_dalembert_names_lengths_and_has_its_values(name: str) -> 
 @pytest.mark.mends("30.control.4")
 @pytest.mark.parametrize(("name", "lengths"), [("sp", 1), ("car", 2)])
 def test_the_text_of_dalembert_says_every_length_once(name: str, lengths: int) -> None:
-    from symdyn.emit.print.dalembert_system import dalembert_lines
+    from symdyn.emit.print.dalembert_page import dalembert_lines
 
     assert dalembert_lines(scene_of(name)).count("sqrt(") == lengths
 

@@ -13,7 +13,7 @@ from harness import Timed
 
 from symdyn.emit import emit, write
 from symdyn.emit.code import stem
-from symdyn.emit.targets.matlab import FLAGS, MEX
+from symdyn.emit.targets.array_languages import FLAGS, MEX
 from symdyn.runtime.interpreters import compile_mex, find_octave
 from tools.ours import MANY, OUTPUTS, many
 

@@ -1,8 +1,14 @@
 """Names that `symdyn.emit` offers; each is imported when it is first used."""
 
 from .code.target import Draft as Draft, Sources as Sources, Target as Target
-from .escape import in_code as in_code, in_html as in_html, in_latex as in_latex, in_markdown as in_markdown
-from .render import render as render, verbatim as verbatim
+from .render import (
+    in_code as in_code,
+    in_html as in_html,
+    in_latex as in_latex,
+    in_markdown as in_markdown,
+    render as render,
+    verbatim as verbatim,
+)
 from .targets.c.c99 import C as C
 from .targets.emit_program import TARGETS as TARGETS, Entries as Entries, beside as beside, emit as emit
 from .targets.fmu import packed as packed

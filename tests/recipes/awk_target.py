@@ -22,7 +22,7 @@ from symdyn.emit import TARGETS, Draft, Sources, Target
 from symdyn.emit.code.operators import OPERATORS, Printer, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.target import FunctionText, alone
-from symdyn.emit.escape import in_comment
+from symdyn.emit.render import in_comment
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op
 from symdyn.runtime import RUNNERS, Runner

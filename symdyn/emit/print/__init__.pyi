@@ -7,7 +7,7 @@ from .breaking import (
     latex_width as latex_width,
     refuse_too_long as refuse_too_long,
 )
-from .dalembert_system import length_symbols as length_symbols
+from .dalembert_page import length_symbols as length_symbols
 from .equations_text import (
     EquationsOfMotion as EquationsOfMotion,
     base_parameter_texts as base_parameter_texts,

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import TIME
-from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
     BREAK,
     DIGITS,
@@ -28,6 +27,7 @@ from symdyn.emit.print.breaking import (
 from symdyn.emit.print.formula_text import Latex, value_text
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
 from symdyn.emit.print.printed_names import Letters, head, latex_symbols, latex_unit
+from symdyn.emit.render import in_latex
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import elastic

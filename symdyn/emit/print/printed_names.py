@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from itertools import chain, count
 from typing import ClassVar
 
-from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import together
+from symdyn.emit.render import in_latex
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import GREEK, LatexSymbol, acceleration_name, velocity_name
 from symdyn.unlocked import cached_property

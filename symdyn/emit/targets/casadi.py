@@ -7,8 +7,6 @@ Where a program has a function's derivatives too, they are its Jacobian: CasADi 
 
 from __future__ import annotations
 
-import builtins
-import keyword
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -20,9 +18,9 @@ from symdyn.emit.code.identifiers import function_names, names_of_c
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.target import Draft, FunctionText, Target, alone
-from symdyn.emit.escape import in_docstring
-from symdyn.emit.render import render
+from symdyn.emit.render import in_docstring, render
 from symdyn.emit.targets.c.c99 import HEADER_ONLY, C
+from symdyn.emit.targets.python_modules import PYTHON
 from symdyn.graph import Op
 from symdyn.program import Program
 from symdyn.scene import Scene
@@ -197,8 +195,6 @@ SPELLINGS: Mapping[Op, Spelling] = {
     Op.ATAN2: call("casadi.atan2", 2),
 }
 
-BUILTINS = tuple(name for name in dir(builtins) if not name.startswith("_"))
-
 HELPERS = ("matrix_of", "jacobian_of", "function_of")
 """What the module has for itself, with a stroke before it, as what writes out a function."""
 
@@ -208,9 +204,7 @@ cosh erf exp exp2 expm1 fabs fdim floor fma fmax fmin fmod hypot isgreater isles
 sign_of exp_of remainder rint round sin sinh sqrt tan tanh trunc symdyn_turned symdyn_zeros"""
 """Reserved words of C, and what <math.h> and the file for `casadi.external` have."""
 
-KEYWORDS = frozenset(
-    (*keyword.kwlist, *BUILTINS, *HELPERS, *OF_C.split(), "casadi", "functions", "os", "save", "sys")
-)  # fmt: skip
+KEYWORDS = frozenset((*PYTHON, *HELPERS, *OF_C.split(), "casadi", "functions", "os", "save", "sys"))
 """Reserved words, what is there unasked, and what the module has and imports."""
 
 EXTERNAL = "external"

@@ -22,8 +22,7 @@ from symdyn.emit.code.identifiers import names_of_c, stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Sources, Target
-from symdyn.emit.escape import in_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c.cuts import FEW, CutText, cuts
 from symdyn.emit.targets.c.writer import CHAINS, sincos_values
 from symdyn.graph import Op

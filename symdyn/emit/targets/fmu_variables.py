@@ -11,7 +11,7 @@ from typing import Any
 
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit.code.target import Draft
-from symdyn.emit.escape import in_xml
+from symdyn.emit.render import in_xml
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.program import Program

@@ -32,8 +32,7 @@ from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, opera
 from symdyn.emit.code.real import SINGLE, Real, digits, find_real
 from symdyn.emit.code.target import Draft, FunctionText, Sources, Target, compose
 from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
-from symdyn.emit.escape import in_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.gpu_budget import BLOCKS, MANY, SIZES, SPARE, Budget, Line, Plan, Task, budget
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, shared

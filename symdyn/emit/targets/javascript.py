@@ -14,8 +14,7 @@ from functools import partial
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.target import Draft, Target, alone
-from symdyn.emit.escape import in_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, render
 from symdyn.graph import Op
 
 SPELLINGS: Mapping[Op, Spelling] = {

@@ -31,8 +31,7 @@ from typing import Any
 from symdyn.emit.code.operators import ATOM, OPERATORS, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import SINGLE, digits
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
-from symdyn.emit.escape import in_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of
 from symdyn.emit.targets.c.plan import LONGEST, LONGEST_LOOP, WIDEST_LOOP, SineCosine
 from symdyn.emit.targets.c.writer import Layout, PassText, sincos_values

@@ -21,16 +21,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.identifiers import checked, lone_header, stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits, find_real
 from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.code.worked_example import example_text
-from symdyn.emit.escape import in_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c import double_double
 from symdyn.emit.targets.c.cuts import batches, cuts
-from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.writer import LANES, LINE, sincos_values
 from symdyn.graph import Op

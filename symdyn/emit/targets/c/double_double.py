@@ -25,11 +25,11 @@ from fractions import Fraction
 from math import factorial, frexp
 from typing import Any
 
+from symdyn.emit.code.identifiers import checked, lone_header
 from symdyn.emit.code.operators import LEAF, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits, halves
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Line
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, RoutineStep, shared

@@ -1,4 +1,6 @@
-"""The MATLAB target: a package of functions, one a file, for MATLAB and for Octave; many states are columns.
+"""Targets for array languages, which count from 1: MATLAB with Octave, and Julia, a preview.
+
+MATLAB takes a package of functions, one a file; many states are columns.
 
     +<scene>/Contents.m       what `help <scene>` shows in MATLAB
     +<scene>/mass_matrix.m    M = <scene>.mass_matrix(q, params)
@@ -8,6 +10,15 @@ Every line computes a row of numbers, one a state, so that the interpreter is as
 
     <scene>_mex.c             what MATLAB and Octave call, by columns too
     <scene>.c, <scene>.h      the C target's batch code, which that calls
+
+Julia takes a module that needs nothing, generic in the type of numbers, one state a call.
+
+    include("two_link.jl")
+    M = two_link.mass_matrix(q, params)
+    two_link.mass_matrix!(M, q, params)
+
+A literal of Julia is a Float64, which would make a Float64 of all that is computed with it: constants are converted to
+the type of the arguments, T(9.81). The text is proved and never run, since no Julia is at hand.
 """
 
 from __future__ import annotations
@@ -19,14 +30,13 @@ from functools import partial
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, digits
 from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
-from symdyn.emit.escape import in_percent_comment
-from symdyn.emit.render import render
+from symdyn.emit.render import in_comment, in_julia_docstring, in_percent_comment, render
 from symdyn.emit.targets.c.c99 import C
 from symdyn.errors import EmitError
-from symdyn.graph import Op
-from symdyn.program import Program, assemble, shared
+from symdyn.graph import Expr, Op
+from symdyn.program import Program, Routine, assemble, shared
 
-SPELLINGS: Mapping[Op, Spelling] = {
+MATLAB_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     Op.MUL: Spelling("{} .* {}", PRODUCT, (PRODUCT, SIGN)),
     Op.DIV: Spelling("{} ./ {}", PRODUCT, (PRODUCT, SIGN)),
@@ -62,9 +72,9 @@ sin single size sqrt sqrt_of states sum tanh zeros"""
 """What a file calls by its name, and that of the file of all."""
 
 DEVICES = [f"{port}{number}" for port in ("com", "lpt") for number in range(10)]
-"""Names that no file has on Windows, with those in KEYWORDS."""
+"""Names that no file has on Windows, with those in MATLAB_WORDS."""
 
-KEYWORDS = frozenset((*RESERVED.split(), *USED.split(), "aux", "con", "nul", "prn", *DEVICES))
+MATLAB_WORDS = frozenset((*RESERVED.split(), *USED.split(), "aux", "con", "nul", "prn", *DEVICES))
 
 
 MEX = "mex"
@@ -73,7 +83,7 @@ FLAGS = "-O3 -march=native -ffp-contract=fast -fopenmp-simd -fno-math-errno"
 """What vector code takes of GCC and Clang."""
 
 
-def _write(draft: Draft) -> dict[str, Contents]:
+def _write_matlab(draft: Draft) -> dict[str, Contents]:
     """Return the package: its contents, then a file for every function, then C where that computes."""
     folder, mex = f"+{draft.stem}", draft.option == MEX
     about = {"about": draft.about, "package": draft.stem, "mex": mex, "flags": FLAGS}
@@ -154,13 +164,109 @@ MATLAB = Target(
     options={MEX: "functions that call our C, which is compiled by the mex of either"},
     files={"+{stem}/Contents.m": str, "+{stem}/{function}.m": str, "{stem}_mex.c": str, **C.files},
     first=1,
-    keywords=KEYWORDS,
+    keywords=MATLAB_WORDS,
     lacks={},
     functions=None,
     tunes=False,
-    printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
+    printer=lambda real: Printer(MATLAB_SPELLINGS, partial(digits, real=real)),
     comment=in_percent_comment,
-    write=_write,
+    write=_write_matlab,
+    beside=alone,
+    shortens=(),
+    loops=False,
+)
+
+
+JULIA_SPELLINGS = {
+    **OPERATORS,
+    Op.SIN: call("sin"),
+    Op.COS: call("cos"),
+    Op.SQRT: call("sqrt"),
+    Op.EXP: call("exp"),
+    Op.LOG: call("log"),
+    Op.TANH: call("tanh"),
+    Op.ABS: call("abs"),
+    Op.SIGN: call("sign"),
+    Op.ATAN2: call("atan", 2),
+}
+
+JULIA_WORDS = """abstract baremodule begin break catch const continue do else elseif end export false finally for
+function global if import in isa let local macro module mutable outer primitive public quote return struct true try type
+using where while
+Array Base DimensionMismatch T abs atan cos eltype eval exp float include length log out promote_type sign sin sincos
+size sqrt tanh throw typeof undef"""
+"""Reserved words, and what the module itself calls by its name."""
+
+
+def _write_julia(draft: Draft) -> dict[str, str]:
+    """Return the module."""
+    functions = draft.page.functions
+    values = {
+        "page": draft.page,
+        "about": draft.about,
+        "stem": draft.stem,
+        "told": [_told(function, bool(function.shape)) for function in functions],
+        "told_plain": [_told(function, False) for function in functions],
+        "sizes": [_size(function) for function in functions],
+        "types": [_type(function) for function in functions],
+        "steps": [
+            _together(routine, function) for routine, function in zip(draft.program.routines, functions, strict=True)
+        ],
+    }
+    return {f"{draft.stem}.jl": render("julia/module.jl.jinja", values)}
+
+
+def _told(function: FunctionText, puts: bool) -> str:
+    """Return the docstring of a function, or of the one that puts its result; the indent keeps Markdown out."""
+    names = ", ".join([*(["out"] if puts else []), *(argument.name for argument in function.arguments)])
+    called = f"{function.name}{'!' if puts else ''}({names})"
+    told = render("julia/doc.txt.jinja", {"function": function, "called": called, "sized": _size(function)})
+    return in_julia_docstring(told.rstrip("\n"))
+
+
+def _size(function: FunctionText) -> str:
+    """Return the size of a result as Julia prints it."""
+    return f"({', '.join(map(str, function.shape))}{',' * (len(function.shape) == 1)})"
+
+
+def _type(function: FunctionText) -> str:
+    """Return the type that a function computes in."""
+    types = [f"{'typeof' if one.scalar else 'eltype'}({one.name})" for one in function.arguments]
+    return f"float(promote_type({', '.join(types)}))" if types else "Float64"
+
+
+def _together(routine: Routine, function: FunctionText) -> list[Line]:
+    """Return the lines of a function, sine and cosine of one angle in one line."""
+    pairs: dict[Expr, dict[Op, str]] = {}
+    for step in routine.steps:
+        if step.node.op in (Op.SIN, Op.COS):
+            pairs.setdefault(step.node.args[0], {})[step.node.op] = step.name
+    lines = []
+    for step, line in zip(routine.steps, function.steps, strict=True):
+        pair = pairs.get(step.node.args[0], {}) if step.node.op in (Op.SIN, Op.COS) else {}
+        if len(pair) < 2:
+            lines.append(line)
+        elif step.name == min(pair.values(), key=[one.name for one in routine.steps].index):
+            angle = line.code.split("(", 1)[1]
+            lines.append(Line(f"{pair[Op.SIN]}, {pair[Op.COS]}", f"sincos({angle}"))
+    return lines
+
+
+JULIA = Target(
+    name="julia",
+    title="Julia",
+    text="a module for Julia, generic in the type of numbers (preview: proved, never run)",
+    reals=("double",),
+    options={},
+    files={"{stem}.jl": str},
+    first=1,
+    keywords=frozenset(JULIA_WORDS.split()),
+    lacks={},
+    functions=None,
+    tunes=False,
+    printer=lambda real: Printer(JULIA_SPELLINGS, lambda value: f"T({digits(value, real)})"),
+    comment=partial(in_comment, prefix="# "),
+    write=_write_julia,
     beside=alone,
     shortens=(),
     loops=False,
