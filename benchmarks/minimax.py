@@ -8,7 +8,7 @@ type and the rest is fitted again, so that rounding costs almost nothing. The pa
 one of the first ones is exact for |k| < 2²⁰, and all are positive, which keeps the sign of -0.
 
     python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/writer.py, and in
-                                        symdyn/emit/code/real.py
+                                        symdyn/emit/code/spelling.py
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from symdyn.runtime.library import SUFFIX
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
 torch = pytest.importorskip("torch")
-card = pytest.importorskip("symdyn.runtime.backends.torch_card")
+card = pytest.importorskip("symdyn.runtime.backends.torch_functions")
 vmap, jacfwd, jacrev = torch.func.vmap, torch.func.jacfwd, torch.func.jacrev
 
 STREAM = 7

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from scenes_in_time import block
 
-from symdyn.bench.case import Case, Stress, worst
+from symdyn.bench.measurements import Case, Stress, worst
 from symdyn.bench.reference import positions_of
 from symdyn.bench.stress import FAMILIES, stress
-from symdyn.bench.stress.angles import shares
 from symdyn.bench.stress.motions import chaos_of_scene
 from symdyn.bench.stress.odd_numbers import _hidden, _in_numpy, _minus_zero
 from symdyn.bench.stress.scenes import arm, calls, chain, gimbal, heavier, solved, two_link
-from symdyn.bench.stress.solving import BESIDE, FORWARD, states
+from symdyn.bench.stress.solving import BESIDE, FORWARD, shares, states
 from symdyn.cli import main
 from symdyn.errors import MethodError, SimulateError
 from symdyn.scene import body, prismatic, read, scene

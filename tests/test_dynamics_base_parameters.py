@@ -22,7 +22,7 @@ from symdyn.dynamics.closed_forms.frames_and_parameters import (
     with_base_parameters,
 )
 from symdyn.dynamics.recursive.reduced_tree import reframe
-from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute

@@ -15,7 +15,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, formulations_of
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.emit import emit
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError

@@ -16,7 +16,7 @@ import symdyn
 from symdyn.algebra.big import BigFloats
 from symdyn.cli import main
 from symdyn.emit import beside, emit, write
-from symdyn.emit.code.real import REALS, halves
+from symdyn.emit.code.spelling import REALS, halves
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.program import lower, prepare

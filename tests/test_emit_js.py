@@ -16,7 +16,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.errors import BuildError, EmitError
 from symdyn.program import formulate, lower, prepare
-from symdyn.runtime.interpreters import find_node, run_js
+from symdyn.runtime.machine import find_node, run_js
 from symdyn.scene import Scene, read, read_text
 from symdyn.verify import measure
 

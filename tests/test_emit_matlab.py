@@ -20,7 +20,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import formulate, lower, prepare
 from symdyn.runtime import RUNNERS, run_python
-from symdyn.runtime.interpreters import compile_mex
+from symdyn.runtime.machine import compile_mex
 from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"

@@ -17,7 +17,7 @@ from formulas import argument, every_op, one, states
 from symdyn.dynamics import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.spelling import REALS
 from symdyn.emit.targets import player
 from symdyn.emit.targets.python_modules import BLOCK, player_text
 from symdyn.errors import EmitError

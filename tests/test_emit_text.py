@@ -11,7 +11,7 @@ from hypothesis import example, given, strategies as st
 
 from symdyn.algebra.numeric import Batches
 from symdyn.emit.code.identifiers import function_names, stem
-from symdyn.emit.code.real import REALS, SINGLE, digits, find_real, nearest
+from symdyn.emit.code.spelling import REALS, SINGLE, digits, find_real, nearest
 from symdyn.emit.targets.python_modules import NUMPY
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate

@@ -18,9 +18,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/links.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
-    ("recursive/rnea.py", "f[i] = (sub(f[i][0], moment),", "f[i] = (add(f[i][0], moment),"),
+    ("recursive/tree_dynamics.py", "f[i] = (sub(f[i][0], moment),", "f[i] = (add(f[i][0], moment),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
-    ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
+    ("recursive/tree_dynamics.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
     ("mechanism/lagrange.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
     ("recursive/wrenches.py", "return b[2] - a[2]", "return b[2] + a[2]"),
     (

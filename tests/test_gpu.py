@@ -19,7 +19,7 @@ from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import Program, in_lines, lower, prepare
-from symdyn.program.prepare import shared
+from symdyn.program.routine import shared
 from symdyn.runtime import RUNNERS, build, run_python
 from symdyn.scene import example
 from symdyn.verify.written import READERS, printed, prove_texts

@@ -17,7 +17,7 @@ from test_gpu import given, opencl
 
 import symdyn
 from symdyn.emit import beside, emit, write
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.spelling import REALS
 from symdyn.emit.targets import gpu_budget as rooms_of
 from symdyn.emit.targets.emit_program import Entries
 from symdyn.emit.targets.gpu import budgets

@@ -9,8 +9,8 @@ from arms import EXAMPLES
 from mechanisms import random_tree
 
 from symdyn.dynamics import derive
-from symdyn.emit.code.operators import operands
 from symdyn.emit.code.schedule import most_alive, schedule, schedule_backwards
+from symdyn.emit.code.spelling import operands
 from symdyn.emit.targets.c.plan import TRIGONOMETRIC, plan
 from symdyn.program import lower
 from symdyn.scene import read

@@ -16,7 +16,7 @@ from test_emit_c_batch import FLAGS_PROGRAM, GCC, LINT, near_multiples, sine_and
 from symdyn.algebra.big import Balls
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, beside, emit, write
-from symdyn.emit.code.real import SHORT_SINES, ShortSines
+from symdyn.emit.code.spelling import SHORT_SINES, ShortSines
 from symdyn.emit.targets.c.writer import TWO_OVER_PI
 from symdyn.errors import EmitError
 from symdyn.graph import Graph

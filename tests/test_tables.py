@@ -17,8 +17,7 @@ from symdyn.algebra.numeric import Batches, Floats
 from symdyn.draw.ground import PARTS
 from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.emit import TARGETS
-from symdyn.emit.code.operators import Spelling
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.spelling import REALS, Spelling
 from symdyn.graph import Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import ARITY, FUNCTIONS

@@ -15,7 +15,7 @@ from options_table import made
 from symdyn.cli import main
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.spelling import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.graph.ops import ARITY

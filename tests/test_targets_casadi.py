@@ -16,7 +16,7 @@ import symdyn
 from symdyn.dynamics import derive
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.targets.casadi import EXTERNAL, JacobianBlock, jacobians
+from symdyn.emit.targets.python_modules import EXTERNAL, JacobianBlock, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.runtime.runners import run_casadi

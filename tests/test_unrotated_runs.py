@@ -6,7 +6,7 @@ import pytest
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.recursive.crba import crba, crba_in_runs, unrotated_runs
-from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.scene import Scene, read_text
 from symdyn.verify.equality import Claim, prove
 

@@ -15,7 +15,7 @@ from patience import HANG
 import symdyn
 from symdyn.emit import emit
 from symdyn.program import lower
-from symdyn.runtime import RUNNERS, interpreters
+from symdyn.runtime import RUNNERS, machine
 from symdyn.runtime.commands import threads
 from symdyn.runtime.compiler import find_compiler
 from symdyn.verify import building as room
@@ -111,11 +111,11 @@ def test_whoever_interrupts_does_not_wait_for_the_compiler_of_octave(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, done = _slow(tmp_path, "mkoctfile", monkeypatch)
-    monkeypatch.setattr(interpreters, "find_octave", lambda: "octave")
+    monkeypatch.setattr(machine, "find_octave", lambda: "octave")
 
     def interrupted() -> None:
         with threads() as pool:
-            pool.submit(interpreters.run_matlab, emit(PROGRAM, "matlab", option="mex"))
+            pool.submit(machine.run_matlab, emit(PROGRAM, "matlab", option="mex"))
             _wait_for(begun)
             raise KeyboardInterrupt
 

@@ -17,7 +17,7 @@ from symdyn.cli import main
 from symdyn.emit import emit
 from symdyn.errors import EmitError
 from symdyn.program import formulate, lower
-from symdyn.runtime.interpreters import find_node
+from symdyn.runtime.machine import find_node
 
 PAGE = (Path(__file__).parent.parent / "docs" / "c.md").read_text(encoding="utf-8").partition("\n## WebAssembly\n")[2]
 GENERATE, COMPILE = (line.strip() for line in PAGE.splitlines() if line.startswith("    "))

@@ -12,7 +12,7 @@ from formulas import every_op
 
 import symdyn
 from symdyn.emit import TARGETS, emit
-from symdyn.emit.code.real import SINGLE
+from symdyn.emit.code.spelling import SINGLE
 from symdyn.errors import EmitError
 from symdyn.program import Program, lower, prepare as prepare_program
 from symdyn.scene import read_text

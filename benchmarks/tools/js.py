@@ -15,7 +15,7 @@ from native import MissingError
 
 from symdyn.emit import emit, write
 from symdyn.errors import MissingProgram
-from symdyn.runtime.interpreters import find_node
+from symdyn.runtime.machine import find_node
 
 OUTPUT = "inverse_dynamics"
 

@@ -14,7 +14,7 @@ from harness import Timed
 from symdyn.emit import emit, write
 from symdyn.emit.code import stem
 from symdyn.emit.targets.array_languages import FLAGS, MEX
-from symdyn.runtime.interpreters import compile_mex, find_octave
+from symdyn.runtime.machine import compile_mex, find_octave
 from tools.ours import MANY, OUTPUTS, many
 
 AT_ONCE = {"octave": 5_000, "mex": MANY}

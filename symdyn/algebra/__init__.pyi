@@ -11,7 +11,7 @@ from .big import (
 )
 from .compact import Compactor as Compactor, with_added_angles as with_added_angles, with_squares as with_squares
 from .constants import constants as constants, is_simple as is_simple
-from .finite_field import FiniteField as FiniteField, Needs as Needs, Redraw as Redraw
+from .finite_field import FiniteField as FiniteField, ManyPoints as ManyPoints, Needs as Needs, Redraw as Redraw
 from .form import (
     NAMES as NAMES,
     Form as Form,
@@ -24,7 +24,6 @@ from .form import (
     Symbol as Symbol,
     graph_to_sympy as graph_to_sympy,
 )
-from .many_points import ManyPoints as ManyPoints
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
 from .ratios import (
     Ratio as Ratio,

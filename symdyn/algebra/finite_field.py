@@ -15,21 +15,25 @@ degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so
 
 Primes are p ≡ 1 modulo a multiple of 5040 and of the denominators of the scene's multiples of π, so that all those
 roots exist; they have 127 bits, and more where angles are divided finely.
+
+Several points of several fields take one walk through a graph. By the Chinese remainder theorem a number mod p₁ p₂ … is
+one of each field, and +, -, × and ÷ of such numbers are those of all fields: point j of all primes is one number, a
+node's value one for each j. What is no field operation (sines, roots, what is uninterpreted) is asked of each field.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from hashlib import blake2b
-from math import gcd, isqrt, lcm
+from math import gcd, isqrt, lcm, prod
 
 from flint import fmpz
 
 from symdyn.errors import DerivationError
-from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate
+from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate, reachable
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones
@@ -124,9 +128,7 @@ class FiniteField:
             needs: needs of all graphs that will be compared.
             signs: bit j turns the sign of the root of the j-th value of which one is taken, constants left out.
         """
-        self.p = prime
-        self.seed = seed
-        self.needs = needs
+        self.p, self.seed, self.needs = prime, seed, needs
         self._order = needs.order
         self._root = _root_of_unity(prime, self._order)
         self._i = pow(self._root, self._order // 4, prime)
@@ -339,3 +341,109 @@ def _coprime_base(radicands: Iterable[int], order: int) -> tuple[int, ...]:
         else:
             coprime.append(rest)
     return tuple(sorted(base | set(coprime)))
+
+
+Residues = tuple[int, ...]
+"""A value at all points: number j is that of point j of every prime."""
+
+
+class ManyPoints:
+    """Values of nodes at points (prime, j); what is computed once is kept."""
+
+    def __init__(
+        self,
+        fields: Sequence[Sequence[FiniteField]],
+        symbol: Callable[[FiniteField, str], int],
+        function: Callable[[FiniteField, Expr, Sequence[int], Mapping[Expr, int]], int],
+    ) -> None:
+        """Start without values.
+
+        Args:
+            fields: those of point j of every prime, in the order of the primes, for each j.
+            symbol: value of a symbol of this name in a field.
+            function: value of a node that is no field operation, for those of its arguments and of the nodes before it.
+        """
+        self.fields = fields
+        self.known: dict[Expr, Residues] = {}
+        self._symbol, self._function = symbol, function
+        primes = [field.p for field in fields[0]]
+        self.modulus = prod(primes)
+        rests = [self.modulus // p for p in primes]
+        self._units = [rest * pow(rest, -1, p) for rest, p in zip(rests, primes, strict=True)]
+
+    def at(self, value: Residues, j: int, k: int) -> int:
+        """Return a value at point j of prime k."""
+        return value[j] % self.fields[j][k].p
+
+    def values(self, outputs: Sequence[Expr]) -> list[Residues]:
+        """Return the values of nodes of one graph.
+
+        Raises:
+            Redraw: a point is unlucky.
+        """
+        self.evaluate(reachable(outputs, self.known))
+        return [self.known[node] for node in outputs]
+
+    def evaluate(self, order: Sequence[Expr]) -> None:
+        """Add the values of nodes, each behind its arguments.
+
+        Raises:
+            Redraw: a point is unlucky.
+        """
+        known, m = self.known, self.modulus
+        for node in order:
+            if node in known:
+                continue
+            op, args = node.op, node.args
+            if op is Op.MUL:
+                known[node] = tuple([x * y % m for x, y in zip(known[args[0]], known[args[1]], strict=True)])
+            elif op is Op.ADD:
+                known[node] = tuple([(x + y) % m for x, y in zip(known[args[0]], known[args[1]], strict=True)])
+            elif op is Op.SUB:
+                known[node] = tuple([(x - y) % m for x, y in zip(known[args[0]], known[args[1]], strict=True)])
+            elif op is Op.NEG:
+                known[node] = tuple([-x % m for x in known[args[0]]])
+            elif op is Op.DIV:
+                known[node] = tuple([self._quotient(*both) for both in zip(*map(known.get, args), strict=True)])
+            else:
+                known[node] = self._each(node)
+
+    def _quotient(self, a: int, b: int) -> int:
+        try:
+            return a * pow(b, -1, self.modulus) % self.modulus
+        except ValueError:  # zero in one of the fields
+            raise Redraw from None
+
+    def _each(self, node: Expr) -> Residues:
+        """Return the value of a leaf or of a function, asked of every field."""
+        return tuple(
+            sum(unit * self._one(node, j, k) for k, unit in enumerate(self._units)) % self.modulus
+            for j in range(len(self.fields))
+        )
+
+    def _one(self, node: Expr, j: int, k: int) -> int:
+        field = self.fields[j][k]
+        if node.op is Op.CONSTANT:
+            return field.constant(node.value)  # type: ignore[arg-type]
+        if node.op is Op.PI:
+            return field.pi()
+        if node.op is Op.SYMBOL:
+            return self._symbol(field, str(node.value))
+        there = _There(self, j, k)
+        return self._function(field, node, [there[arg] for arg in node.args], there)
+
+
+class _There(Mapping[Expr, int]):
+    """The values of all nodes at one point."""
+
+    def __init__(self, points: ManyPoints, j: int, k: int) -> None:
+        self._points, self._j, self._k = points, j, k
+
+    def __getitem__(self, node: Expr) -> int:
+        return self._points.at(self._points.known[node], self._j, self._k)
+
+    def __iter__(self) -> Iterator[Expr]:
+        return iter(self._points.known)
+
+    def __len__(self) -> int:
+        return len(self._points.known)

@@ -1,6 +1,5 @@
 """Names that `symdyn.bench` offers; each is imported when it is first used."""
 
-from .case import Stress as Stress
 from .measurements import (
     Bench as Bench,
     Curve as Curve,
@@ -8,6 +7,7 @@ from .measurements import (
     Measured as Measured,
     MotionPrecision as MotionPrecision,
     Point as Point,
+    Stress as Stress,
 )
 from .stress import FAMILIES as FAMILIES, stress as stress
 from .time_and_error import bench as bench

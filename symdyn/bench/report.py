@@ -20,8 +20,7 @@ from symdyn.table import Table
 from symdyn.verdict import Verdict
 
 if TYPE_CHECKING:
-    from symdyn.bench.case import Stress
-    from symdyn.bench.measurements import Bench, Curve, MotionPrecision
+    from symdyn.bench.measurements import Bench, Curve, MotionPrecision, Stress
 
 
 WIDTH, HEIGHT = 540, 330

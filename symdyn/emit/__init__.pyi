@@ -9,7 +9,7 @@ from .render import (
     render as render,
     verbatim as verbatim,
 )
-from .targets.c.c99 import C as C
+from .targets.c.c_and_cpp import C as C
 from .targets.emit_program import TARGETS as TARGETS, Entries as Entries, beside as beside, emit as emit
 from .targets.fmu import packed as packed
 from .targets.gpu import budgets as budgets

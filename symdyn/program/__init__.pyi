@@ -9,13 +9,15 @@ from .lower import (
     in_lines as in_lines,
     lower as lower,
 )
-from .prepare import (
+from .routine import (
     ANGULAR as ANGULAR,
+    Program as Program,
+    Routine as Routine,
+    RoutineStep as RoutineStep,
     assemble as assemble,
     identifier as identifier,
     prepare as prepare,
     shared as shared,
 )
-from .routine import Program as Program, Routine as Routine, RoutineStep as RoutineStep
 from .skipped import skipped as skipped
 from .tunable import Sampling as Sampling, quaternion_places as quaternion_places, tunable as tunable

@@ -45,8 +45,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.program.prepare import assemble
-from symdyn.program.routine import Program
+from symdyn.program.routine import Program, assemble
 from symdyn.scene import Scene
 
 Functions = tuple[Function, ...]

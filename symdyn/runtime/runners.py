@@ -35,8 +35,8 @@ from symdyn.extras import install
 from symdyn.runtime.c_module import Array, CFunction, build, run_cpp, run_rust
 from symdyn.runtime.cache import check_target, warn_once
 from symdyn.runtime.compiler import COMPILER_VARIABLE, CompilerFault
-from symdyn.runtime.interpreters import run_js, run_matlab
 from symdyn.runtime.library import build_extension
+from symdyn.runtime.machine import run_js, run_matlab
 
 
 def run_casadi(sources: Sources) -> SimpleNamespace:

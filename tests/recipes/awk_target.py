@@ -19,8 +19,7 @@ import numpy as np
 
 from symdyn import emit
 from symdyn.emit import TARGETS, Draft, Sources, Target
-from symdyn.emit.code.operators import OPERATORS, Printer, call
-from symdyn.emit.code.real import digits
+from symdyn.emit.code.spelling import OPERATORS, Printer, call, digits
 from symdyn.emit.code.target import FunctionText, alone
 from symdyn.emit.render import in_comment
 from symdyn.errors import BuildError, MissingProgram

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.bench.case import Case, Stress
-from symdyn.bench.stress import angles, motions, odd_numbers as numbers, solving
+from symdyn.bench.measurements import Case, Stress
+from symdyn.bench.stress import motions, odd_numbers as numbers, solving
 from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
@@ -31,8 +31,8 @@ class Family:
 
 FAMILIES: Mapping[str, Family] = {
     "solving": Family("near-singular mass matrices, mass ratios, gimbal lock", solving.builtin, solving.of_scene),
-    "chains": Family("chains of up to 100 links in relative and absolute angles", angles.chains),
-    "angles": Family("huge and tiny angles, sums of angles", angles.huge_angles, angles.angles_of_scene),
+    "chains": Family("chains of up to 100 links in relative and absolute angles", solving.chains),
+    "angles": Family("huge and tiny angles, sums of angles", solving.huge_angles, solving.angles_of_scene),
     "numbers": Family("NaN, infinities, denormals, -0, float, hardly any mechanism", numbers.builtin, numbers.of_scene),
     "traps": Family("floating-point exceptions", numbers.traps, numbers.traps_of_scene),
     "spin": Family("fast spin: heavy top, middle axis", motions.spin),

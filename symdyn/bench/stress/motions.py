@@ -24,7 +24,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.case import Case, energy_drift, of_motion, worst
+from symdyn.bench.measurements import Case, energy_drift, of_motion, worst
 from symdyn.bench.stress.scenes import (
     free_top,
     heavy_top,

@@ -16,10 +16,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.case import Case, worst
+from symdyn.bench.measurements import Case, worst
 from symdyn.bench.reference import positions_of
-from symdyn.bench.stress.angles import shares
 from symdyn.bench.stress.scenes import Calls, arm, calls, looked_at, one_body, rubbing
+from symdyn.bench.stress.solving import shares
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
 from symdyn.errors import SceneError

@@ -38,7 +38,7 @@ from symdyn.dynamics.mechanism.tree import Tree, has_symbols, in_fractions, sett
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.links import GeneralTurn, JointTransform, Moments, PlanarTurn, moments_of
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, reframe, settled, slides_along_all_turns
-from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene

@@ -26,7 +26,7 @@ from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.links import Moments
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
-from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, Scene, with_force_parameters
 from symdyn.scene.values import Joint

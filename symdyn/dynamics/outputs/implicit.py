@@ -36,7 +36,7 @@ from symdyn.dynamics.outputs import closed_outputs as closed, recursive_derivati
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multiplier_symbols
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.tree_dynamics import aba
 from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 

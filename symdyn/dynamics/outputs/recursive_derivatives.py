@@ -33,8 +33,8 @@ from operator import mul
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.linear_solve import Factored, RowSolve, RowStep, Singular, factored
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
-from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.rnea_derivatives import JointForceDerivatives, halves_by_rate, rnea_derivatives
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.graph import Expr, gradient, substitute, tangents
 
 Jacobians = dict[str, Matrix]

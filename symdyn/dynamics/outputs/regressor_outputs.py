@@ -49,7 +49,7 @@ from symdyn.dynamics.outputs.named_functions import REFERENCE, REFERENCE_RATE, d
 from symdyn.dynamics.outputs.output import FORCES, Constrained, Formulation, Output, Size, by_lagrange
 from symdyn.dynamics.outputs.tree_formulations import shorter_coriolis_times
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.dynamics.recursive.rnea import polarised, rnea
+from symdyn.dynamics.recursive.tree_dynamics import polarised, rnea
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import Scene

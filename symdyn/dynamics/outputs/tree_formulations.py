@@ -22,9 +22,8 @@ from symdyn.dynamics.mechanism.linear_solve import solve
 from symdyn.dynamics.mechanism.state import accelerations
 from symdyn.dynamics.outputs.recursive_derivatives import COUNTED, coriolis_matrix
 from symdyn.dynamics.outputs.workspace import Matrix, Workspace
-from symdyn.dynamics.recursive.aba import aba
-from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.table_loops import aba_loop
+from symdyn.dynamics.recursive.tree_dynamics import aba, rnea
 from symdyn.graph import Expr, LocalPartials, Op, operands, reachable, substitute
 
 

@@ -24,8 +24,8 @@ from symdyn.dynamics.recursive.reduced_tree import (
     resting,
     unrotated_tips,
 )
-from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.dynamics.recursive.tree_dynamics import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_hidden_zeros

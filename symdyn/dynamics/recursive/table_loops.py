@@ -33,7 +33,6 @@ from functools import cache
 from operator import add, attrgetter
 from typing import TypeVar
 
-from symdyn.dynamics.recursive.aba import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.dynamics.recursive.joint_table import (
     ORIGIN,
     JointTable,
@@ -49,6 +48,7 @@ from symdyn.dynamics.recursive.joint_table import (
     vectors,
 )
 from symdyn.dynamics.recursive.links import JointTransform, Twist, base_motion, plus, propagate
+from symdyn.dynamics.recursive.tree_dynamics import ArticulatedInertia, across_locked, along_z, articulated_inertia
 from symdyn.errors import NoValueError
 from symdyn.graph import Algebra, Expr, Graph, Op, evaluate, reachable, repeated, substitute
 from symdyn.scene import Scene

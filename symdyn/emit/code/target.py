@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from symdyn.dynamics import Argument, TableLoop
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit.code.identifiers import function_names, stem
-from symdyn.emit.code.operators import Printer
-from symdyn.emit.code.real import Real, ShortSines
+from symdyn.emit.code.spelling import Printer, Real, ShortSines
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.graph import Op

@@ -17,7 +17,7 @@ from typing import Any
 from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import Real, digits, find_real
+from symdyn.emit.code.spelling import Real, digits, find_real
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
 from symdyn.graph import Expr, evaluate

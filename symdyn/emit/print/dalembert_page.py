@@ -18,10 +18,9 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.print.breaking import BREAK, DIGITS, LINE, BMatrix, Line, align, definitions, refuse_too_long
 from symdyn.emit.print.formula_text import Latex, broken_text, rounded
-from symdyn.emit.print.latex_page import symbol_row, symbol_table
 from symdyn.emit.print.printable import Lengths, NamedLength, called
 from symdyn.emit.print.printed_names import Letters, latex_symbols
-from symdyn.emit.print.text_page import equation_lines, length_lines
+from symdyn.emit.print.written_page import equation_lines, length_lines, symbol_row, symbol_table
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents

@@ -13,11 +13,17 @@ from symdyn.algebra import Form
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
-from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
 from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.sympy_page import SympyEquations, sympy_definitions, sympy_equations, sympy_page
-from symdyn.emit.print.text_page import text_definitions, text_page
+from symdyn.emit.print.written_page import (
+    base_parameter_name,
+    latex_definitions,
+    latex_document,
+    latex_fragment,
+    text_definitions,
+    text_page,
+)
 from symdyn.errors import EmitError
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of

@@ -25,7 +25,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
-from symdyn.emit.print.text_page import coefficient_name
+from symdyn.emit.print.written_page import coefficient_name
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene

@@ -27,11 +27,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
-from symdyn.emit.code.real import REALS, digits
+from symdyn.emit.code.spelling import OPERATORS, PRODUCT, REALS, SIGN, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
 from symdyn.emit.render import in_comment, in_julia_docstring, in_percent_comment, render
-from symdyn.emit.targets.c.c99 import C
+from symdyn.emit.targets.c.c_and_cpp import C
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, assemble, shared

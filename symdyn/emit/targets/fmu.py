@@ -23,11 +23,10 @@ from typing import Any
 
 from symdyn.dynamics import OUTPUTS
 from symdyn.dynamics.mechanism import prescribed, quaternions
-from symdyn.emit.code.operators import Printer
-from symdyn.emit.code.real import Real
+from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.c.c99 import C
+from symdyn.emit.targets.c.c_and_cpp import C
 from symdyn.emit.targets.fmu_variables import Variable, described, driven, variables
 from symdyn.errors import EmitError
 from symdyn.graph import Op, evaluate

@@ -28,8 +28,18 @@ from functools import partial
 from weakref import finalize
 
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call, operands, standing
-from symdyn.emit.code.real import SINGLE, Real, digits, find_real
+from symdyn.emit.code.spelling import (
+    OPERATORS,
+    SINGLE,
+    Printer,
+    Real,
+    Spelling,
+    call,
+    digits,
+    find_real,
+    operands,
+    standing,
+)
 from symdyn.emit.code.target import Draft, FunctionText, Sources, Target, compose
 from symdyn.emit.code.worked_example import Called, ExampleInputs, worked_example
 from symdyn.emit.render import in_comment, render

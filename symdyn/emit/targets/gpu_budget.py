@@ -27,8 +27,8 @@ from functools import cache
 from heapq import heappop, heappush
 from itertools import count
 
-from symdyn.emit.code.real import Real
 from symdyn.emit.code.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
+from symdyn.emit.code.spelling import Real
 from symdyn.graph import Op
 
 

@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
-from symdyn.emit.code.real import digits
+from symdyn.emit.code.spelling import OPERATORS, Printer, Spelling, call, digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.render import in_comment, render
 from symdyn.graph import Op

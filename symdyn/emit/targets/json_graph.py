@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.spelling import REALS
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.targets.javascript import JS
 from symdyn.errors import SymdynError

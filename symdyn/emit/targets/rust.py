@@ -28,8 +28,7 @@ from functools import cache, partial
 from math import prod
 from typing import Any
 
-from symdyn.emit.code.operators import ATOM, OPERATORS, SIGN, Printer, Spelling, call
-from symdyn.emit.code.real import SINGLE, digits
+from symdyn.emit.code.spelling import ATOM, OPERATORS, SIGN, SINGLE, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Draft, FunctionText, Page, Sources, Target
 from symdyn.emit.render import in_comment, render
 from symdyn.emit.targets.c.cuts import STACK, cuts, length_of, writer_of

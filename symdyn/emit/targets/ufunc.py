@@ -14,10 +14,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from symdyn.emit.code.real import REALS, ShortSines
+from symdyn.emit.code.spelling import REALS, ShortSines
 from symdyn.emit.code.target import Contents, Draft, FunctionText, Page, Target, alone
 from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.c.c99 import ROWS, C
+from symdyn.emit.targets.c.c_and_cpp import ROWS, C
 from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import Program, shared

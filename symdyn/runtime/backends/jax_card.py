@@ -22,8 +22,7 @@ import jaxlib
 from symdyn.emit import C, Entries, Sources, emit
 from symdyn.errors import BuildError
 from symdyn.program import Program, shared
-from symdyn.runtime.backends.card import Kernels, architecture, compiled, several
-from symdyn.runtime.backends.words import Word
+from symdyn.runtime.backends.words import Kernels, Word, architecture, compiled, several
 from symdyn.runtime.commands import Needs
 from symdyn.runtime.compiler import PATIENCE, find_compiler
 from symdyn.runtime.library import SUFFIX, LibraryKind, load_library

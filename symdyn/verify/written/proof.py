@@ -1,8 +1,8 @@
 """The text of files against their program: what was read must be the same functions, constants rounded correctly.
 
-A file beside those that were proved may be one that a tool takes in place of its own: `numpy.py`, `math.h`, `cos.m`.
-What stands in the folder of a module is imported before the package of that name, a folder that a compiler is given is
-searched before its own, and a function of MATLAB's path or of a private folder hides a builtin.
+A file beside those that were proved may be one that a tool takes in place of its own: a module called numpy, `math.h`,
+`cos.m`. What stands in the folder of a module is imported before the package of that name, a folder that a compiler is
+given is searched before its own, and a function of MATLAB's path or of a private folder hides a builtin.
 """
 
 from __future__ import annotations

@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
-from symdyn.emit.code.operators import Printer
-from symdyn.emit.code.real import Real
+from symdyn.emit.code.spelling import Printer, Real
 from symdyn.emit.code.target import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.plan import LONGEST, Pass, SineCosine, longest_loop, plan
 from symdyn.emit.targets.c.writer import LANED, LANES, LANES_AT_ONCE, SINGLE, PassText, ScalarStage, Writer, gathered

@@ -26,8 +26,7 @@ from math import factorial, frexp
 from typing import Any
 
 from symdyn.emit.code.identifiers import checked, lone_header
-from symdyn.emit.code.operators import LEAF, Printer, Spelling, call
-from symdyn.emit.code.real import REALS, Real, digits, halves
+from symdyn.emit.code.spelling import LEAF, REALS, Printer, Real, Spelling, call, digits, halves
 from symdyn.emit.code.target import ArgumentText, Draft, FunctionText, Line
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan

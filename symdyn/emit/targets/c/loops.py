@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra import constants
 from symdyn.dynamics import Sweep, TableLoop
-from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.spelling import Printer
 from symdyn.graph import Op, reachable
 from symdyn.scene import Scene
 

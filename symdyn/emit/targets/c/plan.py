@@ -20,8 +20,8 @@ from heapq import heappop, heappush
 from itertools import count
 from math import prod
 
-from symdyn.emit.code.operators import operands, standing
 from symdyn.emit.code.schedule import schedule
+from symdyn.emit.code.spelling import operands, standing
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, RoutineStep, shared
 

@@ -28,8 +28,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from symdyn.emit.code.operators import Printer
-from symdyn.emit.code.real import REALS, ShortSines
+from symdyn.emit.code.spelling import REALS, Printer, ShortSines
 from symdyn.emit.code.target import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr, Op
