@@ -11,8 +11,6 @@ from symdyn.errors import DerivationError, MethodError, MissingProgram, Simulate
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
 
-__all__ = ["FAMILIES", "Case", "Family", "Stress", "stress"]
-
 
 @dataclass(frozen=True)
 class Family:

@@ -1,1 +1,1 @@
-"""The targets C and C++: their rows are in `c_and_cpp.py`, lines in `writer.py`; the others say how batches are computed."""
+"""Targets C and C++: rows in `c_and_cpp.py`, lines in `writer.py`; the others say how batches are computed."""

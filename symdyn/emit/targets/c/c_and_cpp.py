@@ -83,7 +83,7 @@ def _printer(real: Real) -> Printer:
     return Printer(_spellings(real), lambda value: f"{digits(value, real)}{real.suffix}")
 
 
-def _write(draft: Draft) -> dict[str, str]:
+def _write_c(draft: Draft) -> dict[str, str]:
     """Return source and header, or the header that is all of it."""
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option in (BATCH, ROWS)
@@ -138,7 +138,7 @@ def _write(draft: Draft) -> dict[str, str]:
     }
 
 
-def _beside(sources: Sources) -> dict[str, str]:
+def _beside_c(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out, and what builds it by CMake."""
     return files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
 
@@ -160,8 +160,8 @@ C = Target(
     tunes=False,
     printer=_printer,
     comment=in_comment,
-    write=_write,
-    beside=_beside,
+    write=_write_c,
+    beside=_beside_c,
     shortens=(BATCH,),
     loops=True,
 )
@@ -257,8 +257,6 @@ def _lanes(text: FunctionText, many: CutText | None) -> int:
 
 def _beside_cpp(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out."""
-    from symdyn.emit.code.worked_example import example_text
-
     space = namespace(stem(sources.program.scene.name))
     return example_text(sources, "cpp/main.cpp.jinja", ".cpp", space=space)
 
