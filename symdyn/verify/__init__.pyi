@@ -3,8 +3,8 @@
 from .accuracy import Accuracy as Accuracy, measure as measure
 from .building import why_unread as why_unread
 from .certificate import Certificate as Certificate, certify as certify
+from .claims import Law as Law, entries as entries, everywhere as everywhere, of_loops as of_loops
 from .equality import Claim as Claim, Fields as Fields, Finding as Finding, prove as prove
-from .law import Law as Law, entries as entries, everywhere as everywhere, of_loops as of_loops
 from .laws import LAWS as LAWS, claims_of_reactions as claims_of_reactions, laws as laws
 from .rigorous import Bound as Bound, Rigorous as Rigorous, rigorous as rigorous
 from .written.proof import Written as Written

@@ -42,9 +42,9 @@ from symdyn.verify.building import (
     unmeasured,
     unread,
 )
-from symdyn.verify.claims import claims_of, compared, composed_claims, loop_claim, program_claims, taken
+from symdyn.verify.claims import Seen, claims_of, compared, composed_claims, loop_claim, program_claims, taken
 from symdyn.verify.equality import Claim, Fields, Finding, prove
-from symdyn.verify.law import Seen
+from symdyn.verify.laws import laws
 from symdyn.verify.natural_positions import look
 from symdyn.verify.written.proof import Written, hiding_files
 
@@ -307,7 +307,7 @@ def certify(
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
         progress("deriving once more, by other formulations")
-        claims, lacking = claims_of(workspace, outputs, preferred, program)
+        claims, lacking = claims_of(workspace, outputs, preferred, program, laws(workspace, outputs))
         claims, empty = compared(claims + composed_claims(program, code), preferred)
         absent += [*lacking, *empty]
         claims = on_unit_sphere(scene, claims)

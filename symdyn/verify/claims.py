@@ -1,11 +1,30 @@
 """What is claimed about the equations of a scene: derivations against each other, laws, the program.
 
-A program computes its equations, whichever way code goes over them.
+A program computes its equations, whichever way code goes over them. A law of mechanics is a claim about outputs of one
+scene, or a check in numbers. Those of regressors and of momentum stand here, others in `laws.py`.
+
+Regressors times the declared parameters are what they are regressors of:
+
+    τ = Y π + r, τ = Y_base β + r        r: driving forces where all of π is zero
+    K, P = Y_E π + r                     energies
+    τ_r = τ, Y_r = Y_base, C v = c       along the motion itself, where q̇_r = v = q̇ and q̈_r = q̈
+
+The centre of mass C and momentum about it, A u = [p; L], where loops close a scene, too:
+
+    dC/dt = J u
+    p = m J u                            momentum is that of all mass at C
+    g = -m Jᵀ g₀                         weight acts at C; g₀ is the acceleration of free fall
+    d/dt (A u) = A u̇ + b
+    ∂K/∂[v; ω] = Rᵀ [p; L + (C - r) × p] where all hangs on one free body at r, R: its share of M u is the momentum
+
+Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013) 161.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from symdyn.dynamics import (
     Function,
@@ -18,13 +37,214 @@ from symdyn.dynamics import (
     request_of,
     row_of,
 )
+from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, reachable, substitute
+from symdyn.graph import Expr, reachable, substitute, tangents
 from symdyn.program import Program, RowLoop, choose, choose_one
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
+from symdyn.spatial import Vec, add, cross, sub
 from symdyn.verdict import Unclaimed
-from symdyn.verify.equality import Claim
-from symdyn.verify.laws import laws
+from symdyn.verify.equality import Claim, Finding
+
+Outputs = tuple[str, ...]
+
+Looked = tuple[list[Finding], list[Unclaimed]]
+"""What was found in numbers, and where there is nothing to claim."""
+
+
+@dataclass(frozen=True)
+class About:
+    """The outputs that a law is about.
+
+    Attributes:
+        trees: those of trees; None where it is no law of trees.
+        loops: those where loops or rows close the scene; None where it is no law of such.
+    """
+
+    trees: Outputs | None
+    loops: Outputs | None
+
+    def fits(self, scene: Scene, outputs: Collection[str]) -> bool:
+        """Tell whether it is a law of scenes of this kind, and about nothing but these outputs."""
+        needed = self.loops if scene.is_closed else self.trees
+        return needed is not None and set(needed) <= set(outputs)
+
+
+@dataclass(frozen=True)
+class Law(About):
+    """A law that is proved; `claim` returns None where it says nothing about a scene."""
+
+    claim: Callable[[Workspace], Claim | None]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is looked at in numbers: a scene's derivations, their outputs, and its program with its built modules."""
+
+    workspace: Workspace
+    outputs: Sequence[str]
+    program: Program
+    modules: Mapping[str, Any]
+    seed: int
+
+
+@dataclass(frozen=True)
+class Look(About):
+    """A law that is looked at in numbers, where proofs see nothing; `look` returns findings, and what is no claim.
+
+    Attributes:
+        doing: what is being done, in words.
+    """
+
+    doing: str
+    look: Callable[[Seen], Looked]
+
+
+def everywhere(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
+    """Return a law about the same outputs of trees and of closed scenes."""
+    return Law(outputs, outputs, claim)
+
+
+def of_loops(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
+    """Return a law of closed scenes alone."""
+    return Law(None, outputs, claim)
+
+
+def entries(w: Workspace, name: str) -> tuple[Expr, ...]:
+    """Return the entries of an output, in the formulation that code is generated from."""
+    return derive_one(w, name).entries
+
+
+DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
+
+
+def _product(w: Workspace, rows: Sequence[Expr], values: Sequence[Expr]) -> list[Expr]:
+    count = len(values)
+    return [
+        w.graph.total(rows[i * count + k] * value for k, value in enumerate(values)) for i in range(len(rows) // count)
+    ]
+
+
+def _driving(w: Workspace) -> tuple[Expr, ...]:
+    return entries(w, DRIVING_TREE if w.scene.is_closed else DRIVING)
+
+
+def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
+    def claim(w: Workspace) -> Claim | None:
+        known = values(w)
+        if not known:
+            return None
+        rest = Linear.of(w).remainder()
+        rest = w.loops.drives_of(rest) if w.scene.is_closed else rest
+        sums = [a + b for a, b in zip(_product(w, entries(w, output), known), rest, strict=True)]
+        return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), entries(w, DRIVING))
+
+    return everywhere(claim, DRIVING, output)
+
+
+def _energies(w: Workspace) -> Claim:
+    products = _product(w, entries(w, "energy_regressor"), Linear.of(w).parameters())
+    sums = [a + b for a, b in zip(products, Linear.of(w).remainder(Workspace.energies_by_momentum), strict=True)]
+    both = (*entries(w, "kinetic_energy"), *entries(w, "potential_energy"))
+    return Claim("energy regressor", "Y pi + rest", "K, P", tuple(sums), both)
+
+
+def _along_itself(w: Workspace, output: str) -> tuple[Expr, ...]:
+    """Return an output where the reference is the motion itself."""
+    found, references = derive_one(w, output), {"qd_r": w.state.qd, "qdd_r": w.state.qdd}
+    given = [one for one in found.arguments if one.name in references]
+    moved = {x: y for one in given for x, y in zip(one.symbols, references[one.name], strict=True)}
+    return tuple(substitute(found.entries, moved))
+
+
+def _passive(w: Workspace) -> Claim:
+    return Claim("forces along a reference", "at qd_r = qd", "tau", _along_itself(w, "slotine_li_forces"), _driving(w))
+
+
+def _passive_columns(w: Workspace) -> Claim | None:
+    if w.scene.is_closed:  # one is of the drives, the other one of the spanning tree
+        return None
+    along, own = _along_itself(w, "slotine_li_regressor"), entries(w, "base_regressor")
+    return Claim("regressor along a reference", "at qd_r = qd", "base regressor", along, own)
+
+
+def _velocity_forces(w: Workspace) -> Claim:
+    return Claim(
+        "C times a velocity", "at qd_r = qd", "c", _along_itself(w, "coriolis_times"), entries(w, "velocity_forces")
+    )
+
+
+LAWS_OF_REGRESSORS: tuple[Law, ...] = (
+    _of_forces("regressor", lambda w: Linear.of(w).parameters()),
+    _of_forces("base_regressor", lambda w: BaseColumns.of(w).values()),
+    everywhere(_energies, "kinetic_energy", "potential_energy", "energy_regressor"),
+    Law((DRIVING, "slotine_li_forces"), (DRIVING_TREE, "slotine_li_forces"), _passive),
+    everywhere(_passive_columns, "slotine_li_regressor", "base_regressor"),
+    everywhere(_velocity_forces, "coriolis_times", "velocity_forces"),
+)
+
+
+def _momentum(w: Workspace) -> tuple[Expr, ...]:
+    A, n = entries(w, "centroidal_momentum_matrix"), w.state.n
+    return tuple(
+        w.graph.total(a * u for a, u in zip(A[k : k + n], w.state.qd, strict=True)) for k in range(0, 6 * n, n)
+    )
+
+
+def _velocity(w: Workspace) -> Claim:
+    J, n = entries(w, "centre_of_mass_jacobian"), w.state.n
+    moved = tuple(
+        w.graph.total(a * u for a, u in zip(J[k : k + n], w.state.qd, strict=True)) for k in range(0, 3 * n, n)
+    )
+    rates = tuple(tangents(entries(w, "centre_of_mass"), w.state.velocity))
+    return Claim("centre of mass", "dC/dt", "J qd", rates, moved)
+
+
+def _linear(w: Workspace) -> Claim:
+    m = w.mass
+    J = tuple(m * one for one in entries(w, "centre_of_mass_jacobian"))
+    return Claim("momentum", "upper half of A", "m J", entries(w, "centroidal_momentum_matrix")[: len(J)], J)
+
+
+def _weight(w: Workspace) -> Claim:
+    J, n, m = entries(w, "centre_of_mass_jacobian"), w.state.n, w.mass
+    pulled = tuple(-m * w.graph.total(J[i * n + k] * w.tree.gravity[i] for i in range(3)) for k in range(n))
+    return Claim("weight", "g", "-m J^T g_0", entries(w, "gravity_forces"), pulled)
+
+
+def _rate(w: Workspace) -> Claim:
+    A, b, n = entries(w, "centroidal_momentum_matrix"), entries(w, "centroidal_momentum_bias"), w.state.n
+    rates = tuple(tangents(_momentum(w), w.state.acceleration))
+    sums = tuple(
+        w.graph.total(a * du for a, du in zip(A[i * n : i * n + n], w.state.qdd, strict=True)) + b[i] for i in range(6)
+    )
+    return Claim("rate of momentum", "d/dt (A qd)", "A qdd + b", rates, sums)
+
+
+def _share_of_base(w: Workspace) -> Claim | None:
+    base, tree = w.scene.joints[0], w.tree
+    free = len(base.rates) == 6 and len(base.coordinates) == 7  # v and ω in the moved frame
+    if not free or base.armature != Quantity.ZERO or tree.parent.count(0) > 1:
+        return None
+    carrier, here = tree.joint[base.name][1]
+    T, C = tree.placements()[carrier] @ here, entries(w, "centre_of_mass")
+    p, L = _vectors(_momentum(w))
+    turning = add(L, cross(sub((C[0], C[1], C[2]), T.p), p))
+    share = (*T.R.T @ p, *T.R.T @ turning)
+    return Claim("momentum of a free base", "its part of p = M qd", "R^T [p; L]", entries(w, "momentum")[:6], share)
+
+
+def _vectors(six: tuple[Expr, ...]) -> tuple[Vec, Vec]:
+    return (six[0], six[1], six[2]), (six[3], six[4], six[5])
+
+
+LAWS_OF_MOMENTUM: tuple[Law, ...] = (
+    everywhere(_velocity, "centre_of_mass", "centre_of_mass_jacobian"),
+    everywhere(_linear, "centre_of_mass_jacobian", "centroidal_momentum_matrix"),
+    everywhere(_weight, "centre_of_mass_jacobian", "gravity_forces"),
+    everywhere(_rate, "centroidal_momentum_matrix", "centroidal_momentum_bias"),
+    everywhere(_share_of_base, "centroidal_momentum_matrix", "centre_of_mass", "momentum"),
+)
 
 
 def program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
@@ -107,7 +327,11 @@ def taken(
 
 
 def claims_of(
-    workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
+    workspace: Workspace,
+    outputs: Sequence[str],
+    preferred: Sequence[Function],
+    program: Program,
+    laws: Sequence[Claim],
 ) -> tuple[list[Claim], list[Unclaimed]]:
     """Return that all formulations agree, that laws hold, and that the program is what the preferred ones gave.
 
@@ -128,7 +352,7 @@ def claims_of(
             else:
                 agreements.append(_agreement(workspace, name, one, other))
     absent = [Unclaimed(f"formulation {', '.join(formulations)}", why) for why, formulations in lacking.items()]
-    return [*agreements, *laws(workspace, outputs), *program_claims(scene, preferred, program)], absent
+    return [*agreements, *laws, *program_claims(scene, preferred, program)], absent
 
 
 def compared(claims: Sequence[Claim], functions: Sequence[Function]) -> tuple[list[Claim], list[Unclaimed]]:

@@ -7,7 +7,7 @@
     τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
     q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
     FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
-    Y π = τ, dC/dt = J u, p = m J u      regressors, centre of mass and momentum: see `law`
+    Y π = τ, dC/dt = J u, p = m J u      regressors, centre of mass and momentum: see `claims.py`
 
 Reactions are compared with momentum that comes from positions, differentiated:
 
@@ -47,8 +47,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene.forces import elastic, without_place
 from symdyn.spatial import Inertia, Mat, Transform, Wrench, add, cross, scale
+from symdyn.verify.claims import LAWS_OF_MOMENTUM, LAWS_OF_REGRESSORS, Law, entries, everywhere, of_loops
 from symdyn.verify.equality import Claim
-from symdyn.verify.law import LAWS_OF_MOMENTUM, LAWS_OF_REGRESSORS, Law, entries, everywhere, of_loops
 
 
 def _rows(w: Workspace) -> list[tuple[Expr, ...]]:

@@ -34,8 +34,8 @@ from symdyn.runtime import RUNNERS
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import velocity_name
 from symdyn.verdict import Unclaimed, Verdict
+from symdyn.verify.claims import Look, Looked, Seen
 from symdyn.verify.equality import Finding
-from symdyn.verify.law import Look, Looked, Seen
 
 SAME = 1e-7
 """Largest difference of two results in doubles, over the largest entry, from which they are two."""
