@@ -18,9 +18,8 @@ from symdyn.draw.force_arrows import with_corner
 from symdyn.draw.pictures import HtmlText, body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, Put, places, put
 from symdyn.draw.shapes import Item, Shape, Title, path
-from symdyn.draw.stage import Stage, pose, values_of
+from symdyn.draw.stage import Stage, View, pose, values_of
 from symdyn.draw.svg import Drawing, order, svg
-from symdyn.draw.view import View
 from symdyn.emit import in_html, render
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneLike, scene_of

@@ -16,9 +16,9 @@ import numpy as np
 
 from symdyn.draw.places import ROUGH, Array, JointAxis, Label, Places, Put, crosses, unit
 from symdyn.draw.shapes import Item, Shape, Title, arc_arrow, arrow, circle_points, dot, path
+from symdyn.draw.stage import View
 from symdyn.draw.style import FONT, Text
 from symdyn.draw.svg import Drawing
-from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Op
 from symdyn.scene import Scene

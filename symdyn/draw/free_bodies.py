@@ -14,10 +14,9 @@ from symdyn.draw.paint import File, check_picture
 from symdyn.draw.pictures import SvgText, body_names, delivered, known_body, lines, load_wrench
 from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
 from symdyn.draw.shapes import COLOURS, ENGLISH, Item, Title, dot, link, spots
-from symdyn.draw.stage import Stage, pose, values_of
+from symdyn.draw.stage import Stage, View, pose, values_of
 from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing
-from symdyn.draw.view import View
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate

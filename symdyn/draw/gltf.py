@@ -21,8 +21,8 @@ from symdyn.draw.ground import patches
 from symdyn.draw.outlines import Outlined
 from symdyn.draw.places import Array, Frame, JointAxis, Placed, Places
 from symdyn.draw.shapes import COLOURS, between_ends, carrier, outer, spots
+from symdyn.draw.stage import View, vertical
 from symdyn.draw.style import LIGHT
-from symdyn.draw.view import View, vertical
 from symdyn.errors import DrawError
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS

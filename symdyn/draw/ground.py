@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,10 +29,12 @@ from symdyn.draw.shapes import (
     line,
     path,
 )
-from symdyn.draw.view import View
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, MarkPart
 from symdyn.scene.values import Contact
+
+if TYPE_CHECKING:
+    from symdyn.draw.stage import View
 
 
 def symbol(hinge: JointAxis, view: View) -> tuple[Shape, ...]:

@@ -33,10 +33,9 @@ from symdyn.draw.shapes import (
     line,
     link,
 )
-from symdyn.draw.stage import Stage, pose, values_of
+from symdyn.draw.stage import Stage, View, pose, values_of
 from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing, svg
-from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.draw.outlines import Outlined
 from symdyn.draw.places import Array, JointAxis, Placed, Places, across, unit
-from symdyn.draw.view import View
 from symdyn.scene import Scene
+
+if TYPE_CHECKING:
+    from symdyn.draw.stage import View
 
 
 class Title(str):

@@ -1,17 +1,28 @@
-"""What a notebook shows of scenes, their functions and costs, identified parameters, linear systems, sensitivities."""
+"""What a notebook shows of scenes, equations, functions, costs, identified parameters, linear systems, sensitivities.
+
+Equations are shown as they are read, where they are not too long for it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from symdyn.algebra import Array
 from symdyn.draw import picture as drawn
-from symdyn.dynamics import Equations, Function
-from symdyn.emit.print import value_text
+from symdyn.dynamics import ClosedForm, Equations, Function
+from symdyn.emit.print import (
+    BREAK,
+    EquationsOfMotion,
+    Printable,
+    SympyEquations,
+    latex_symbols,
+    printed_text,
+    value_text,
+)
 from symdyn.errors import SymdynError
 from symdyn.identification import Identification, Identified, OutputFit
 from symdyn.linear import Linearization
-from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, picture, shown, table, together, verdict
+from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
 from symdyn.program import Program
 from symdyn.runtime import Loaded, NumericFunction
 from symdyn.scene import Scene, SceneUnits
@@ -22,7 +33,7 @@ from symdyn.table import Table
 
 def scene(result: Scene) -> list[Markup]:
     """Return picture and tables of a scene."""
-    return [head(result.name, _counts(result)), beside(_picture(result), together(*_tables(result)))]
+    return [head(result.name, _counts(result)), beside(_picture(result), _tables(result))]
 
 
 def _picture(result: Scene) -> Markup:
@@ -43,7 +54,7 @@ def _counts(result: Scene) -> str:
 
 
 def _tables(result: Scene) -> list[Markup]:
-    units = dict(zip(result.coordinates, SceneUnits(result).coordinates, strict=True))
+    units = dict(zip(result.coordinates, map(result.shown_unit, SceneUnits(result).coordinates), strict=True))
     drives: dict[str, list[str]] = {}
     for joint, drive, unit in SceneUnits(result).each_drive():
         drives.setdefault(joint.name, []).append(", ".join(filter(None, (drive, result.shown_unit(unit)))))
@@ -59,8 +70,8 @@ def _tables(result: Scene) -> list[Markup]:
         for q in joint.coordinates
     ]
     told, looked = SceneUnits(result).inferred, SceneUnits(result).outputs
-    named: list[list[Cell]] = [
-        [one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text]
+    named = [
+        (one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text)
         for one in result.parameters
     ]
     given = [(one.name, spell(one.value), told[one.name], one.text) for one in result.inputs]
@@ -215,11 +226,10 @@ def latex_of_linearization(system: Linearization) -> str:
 
 def sensitivity(result: Sensitivity) -> list[Markup]:
     """Return the derivatives of the end of a run."""
-    matrix = _matrix("d end / d start", result.matrix, result.rows, result.columns)
     text = f"{result.method}, {result.steps} steps, {result.by}"
     return [
         head(result.scene.name, f"how the end at t = {result.t:g} s depends on the start; {text}"),
-        matrix,
+        _matrix("d end / d start", result.matrix, result.rows, result.columns),
         *notes(result.notes),
     ]
 
@@ -233,3 +243,127 @@ def _matrix(name: str, matrix: Array, rows: Sequence[str], columns: Sequence[str
     if len(columns) > WIDEST:
         return note(f"{name}: {len(rows)} × {len(columns)} numbers")
     return shown(Table.matrix(name, rows, columns, matrix.tolist()))
+
+
+MOST = 1200
+"""Terms of equations beyond which nobody reads them in a notebook; a six-axis arm with numbers has a thousand."""
+
+
+def equations_of_motion(equations: EquationsOfMotion) -> list[Markup]:
+    """Return the equations of motion, and those of loops and contacts."""
+    first = head(equations.scene.name, "equations of motion")
+    try:
+        if (long := _length(equations.closed)) > MOST:
+            return [first, note(_too_long(long, ".latex(), .text() and .sympy()"))]
+        page = equations.page
+    except SymdynError as fault:
+        return [first, note(str(fault))]
+    return [first, formulas(_equations(page)), *_constraints(page)]
+
+
+def latex_of_equations(equations: EquationsOfMotion) -> str:
+    """Return the equations of motion in LaTeX, "" where they are too long or there are none."""
+    try:
+        return _latex(equations.closed, "equations")
+    except SymdynError:
+        return ""
+
+
+def closed_form(result: ClosedForm) -> list[Markup]:
+    """Return the coefficients that do not vanish."""
+    first = head(result.scene.name, "coefficients of the equations of motion")
+    try:
+        if (long := _length(result)) > MOST:
+            return [first, note(_too_long(long, ".form() and .sympy() of one coefficient, such as ('k_z', 0, 0),"))]
+        page = Printable.of(result)
+    except SymdynError as fault:
+        return [first, note(str(fault))]
+    return [first, formulas(_coefficients(page))]
+
+
+def latex_of_closed_form(result: ClosedForm) -> str:
+    """Return the coefficients in LaTeX, "" where they are too long."""
+    return _latex(result, "coefficients")
+
+
+def sympy_equations(result: SympyEquations) -> list[Markup]:
+    """Return what there is, matrix by matrix, those in full that are short."""
+    from sympy.physics.vector.printing import vlatex
+
+    names = {
+        symbol: latex for name, latex in latex_symbols(result.scene).items() if (symbol := result.symbols.get(name))
+    }
+    rows = []
+    for name, text in MATRICES.items():
+        matrix = getattr(result, name)
+        if not matrix.rows or (name == "k_E" and matrix.is_zero_matrix):
+            continue
+        entries: str | Markup = f"{matrix.rows} × {matrix.cols}"
+        if sum(entry.count_ops() for entry in matrix) <= SHORT:
+            entries = formula(vlatex(matrix, symbol_names=names, mat_str="bmatrix", mat_delim=""))
+        rows.append((text, formula(LETTERS.get(name, name)), entries))
+    elastic = "" if result.k_E.is_zero_matrix else " + k_E"
+    loops = r" + G^{\mathsf T} \lambda" if result.G.rows else ""
+    law = rf"M \ddot q + C \dot q + g{elastic} = \tau{loops}"
+    return [head(result.scene.name, "equations of motion in SymPy"), formula(law), table(("", "", ""), rows)]
+
+
+MATRICES = {
+    "M": "mass matrix",
+    "C": "Coriolis matrix, Ṁ - 2 C is skew",
+    "g": "gravity",
+    "k_E": "springs",
+    "tau": "drives and other forces",
+    "G": "rows of loops and contacts",
+    "multipliers": "multipliers",
+}
+"""What is shown of equations in SymPy."""
+
+LETTERS = {"k_E": "k_E", "tau": r"\tau", "multipliers": r"\lambda"}
+SHORT = 120
+"""Operations of a matrix that is shown in full."""
+
+
+def _length(closed: ClosedForm) -> int:
+    """Return the number of terms in normal form, which is known before anything is written."""
+    return sum(len(closed[key]) for key in closed.coefficient_names() if key[0] != "k_E")
+
+
+def _too_long(terms: int, way: str) -> str:
+    return f"{terms} terms are more than a notebook shows; {way} give them"
+
+
+def _latex(closed: ClosedForm, group: str) -> str:
+    return "" if _length(closed) > MOST else printed_text(closed, "latex", group)
+
+
+def _equations(page: Printable) -> Iterator[str]:
+    write = page.writer()
+    for i in range(len(page.rows)):
+        yield f"{write(page.left(i)) or '0'} {BREAK}= {write(page.driving(i))}"
+    for name, form in (*page.motions, *page.definitions):
+        yield f"{write.symbols[name]} {BREAK}= {write(form)}"
+
+
+def _constraints(page: Printable) -> Iterator[Markup]:
+    """Yield what multipliers are, and the rows."""
+    found, write = page.constraints, page.writer()
+    rows = [(formula(write.symbols[row.multiplier]), row.text, row.unit) for row in found.rows]
+    yield table(("multiplier", "", "unit"), rows)
+    if found.missing:
+        yield note(f"G has no closed form: {found.missing}")
+    forms = {"positions": found.positions(), "velocities": found.rates(), "accelerations": found.accelerations()}
+    for name, rows_of in forms.items():
+        if rows_of and not found.missing:
+            yield note(f"loops and contacts, {name}")
+            yield formulas(f"{write(form)} {BREAK}= 0" for form in rows_of)
+
+
+def _coefficients(page: Printable) -> Iterator[str]:
+    write = page.writer()
+    for c in page.written:
+        yield f"{' = '.join(c.names)} {BREAK}= {write(c.form)}"
+    for zero in page.vanishing:
+        yield f" {BREAK}= ".join([*(c.names[0] for c in zero), "0"])
+    for name, form in page.definitions:
+        yield f"{write.symbols[name]} {BREAK}= {write(form)}"

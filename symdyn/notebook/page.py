@@ -40,8 +40,7 @@ MATHEMATICS = EXTRAS["teach"]
 
 def page(*parts: Markup) -> str:
     """Return the parts as one element, with its style."""
-    inside = "\n".join(part.html for part in parts)
-    return f'<div class="symdyn-shown"><style>{verbatim("notebook/style.css")}</style>\n{inside}\n</div>'
+    return f'<div class="symdyn-shown"><style>{verbatim("notebook/style.css")}</style>\n{_lines(parts)}\n</div>'
 
 
 def head(name: str, text: str = "") -> Markup:
@@ -82,21 +81,19 @@ def frame(html: str, text: str) -> Markup:
     return Markup(f'<iframe title="{in_html(text)}" sandbox="allow-scripts" srcdoc="{in_html(html)}"></iframe>')
 
 
-def beside(*parts: Markup) -> Markup:
-    """Return parts side by side where there is room."""
-    inside = "\n".join(part.html for part in parts)
-    return Markup(f'<div class="beside">{inside}</div>')
+def beside(*parts: Markup | Sequence[Markup]) -> Markup:
+    """Return parts side by side where there is room; several that are one part are one below the other."""
+    whole = [part.html if isinstance(part, Markup) else f"<div>{_lines(part)}</div>" for part in parts]
+    return Markup('<div class="beside">' + "\n".join(whole) + "</div>")
 
 
-def together(*parts: Markup) -> Markup:
-    """Return parts one below the other, as one."""
-    return Markup("<div>" + "\n".join(part.html for part in parts) + "</div>")
+def _lines(parts: Iterable[Markup]) -> str:
+    return "\n".join(part.html for part in parts)
 
 
 def folded(summary: str, *parts: Markup) -> Markup:
     """Return parts that are seen when the reader opens them."""
-    inside = "\n".join(part.html for part in parts)
-    return Markup(f"<details><summary>{in_html(summary)}</summary>\n{inside}</details>")
+    return Markup(f"<details><summary>{in_html(summary)}</summary>\n{_lines(parts)}</details>")
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[Cell]], caption: str = "") -> Markup:
@@ -146,10 +143,10 @@ NOUNS = {
     "symdyn.runtime.numeric_function:NumericFunction": "mechanisms:numeric",
     "symdyn.draw.pictures:HtmlText": "page:html",
     "symdyn.draw.pictures:SvgText": "page:svg",
-    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:closed_form",
+    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mechanisms:closed_form",
     "symdyn.dynamics.outputs.named_functions:Equations": "mechanisms:derived",
-    "symdyn.emit.print.equations_text:EquationsOfMotion": "mathematics:equations_of_motion",
-    "symdyn.emit.print.sympy_page:SympyEquations": "mathematics:sympy_equations",
+    "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:equations_of_motion",
+    "symdyn.emit.print.sympy_page:SympyEquations": "mechanisms:sympy_equations",
     "symdyn.identification.identification:Identification": "mechanisms:identification",
     "symdyn.identification.identified_scene:Identified": "mechanisms:identified",
     "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",
@@ -170,8 +167,8 @@ NOUNS = {
 """Noun, and what returns the parts that are shown of one: a function of a file of this package."""
 
 LATEX = {
-    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:latex_of_closed_form",
-    "symdyn.emit.print.equations_text:EquationsOfMotion": "mathematics:latex_of_equations",
+    "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mechanisms:latex_of_closed_form",
+    "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:latex_of_equations",
     "symdyn.linear.linearization:Linearization": "mechanisms:latex_of_linearization",
 }
 """Those that are LaTeX too, for notebooks that become documents; "" where there is none."""
