@@ -153,7 +153,7 @@ def shown_bytes(folder: Path) -> Refusal:
 
 def arrays(folder: Path) -> Refusal:
     """A small file that unpacks to more than is read; its directory says so, whatever comes of it."""
-    from symdyn.linear.run_files import read_run
+    from symdyn.linear.system import read_run
 
     path = folder / "run.npz"
     np.savez_compressed(path, t=np.zeros(9))

@@ -21,16 +21,14 @@ from symdyn.cli import main
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
-from symdyn.linear.bode import bode
-from symdyn.linear.linearized import complete
+from symdyn.linear.evolution import along_a_step, sampled
+from symdyn.linear.linearized import complete, systems
 from symdyn.linear.locus import CROSSINGS, read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
-from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
 from symdyn.linear.regulator import kalman, lqr, read_weights
-from symdyn.linear.sampled import along_a_step, sampled
 from symdyn.linear.search import Search
-from symdyn.linear.transfer import controllability, observability, transfers, zeros
+from symdyn.linear.transfer import bode, controllability, observability, transfers, zeros
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate

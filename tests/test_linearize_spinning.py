@@ -167,7 +167,7 @@ def test_what_is_no_body_of_rotation_is_looked_at_in_its_own_axes_and_it_is_said
 @pytest.mark.mends("30.numbers.2")
 def test_every_speed_of_a_locus_is_looked_at_in_axes_that_do_not_spin() -> None:
     """λ² = 4g/(5r) - 12ω²/5 of a rolling disc, at the first value and at the others."""
-    from symdyn.linear.over_values import systems
+    from symdyn.linear.linearized import systems
 
     disc = symdyn.example("rolling_disc")
     system = systems(Problem(disc, (), {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": "s"}), "s")
@@ -178,8 +178,8 @@ def test_every_speed_of_a_locus_is_looked_at_in_axes_that_do_not_spin() -> None:
 
 @pytest.mark.parametrize("drive", ["false", "true"])
 def test_both_formulations_to_a_sampled_system_meet_in_axes_that_do_not_spin(drive: str) -> None:
+    from symdyn.linear.evolution import along_a_step, sampled
     from symdyn.linear.prepared import prepared
-    from symdyn.linear.sampled import along_a_step, sampled
 
     scene = read_text(HEAD + top(drive=drive))
     one = symdyn.linearize(scene)
@@ -234,8 +234,8 @@ def test_angles_of_what_is_no_body_of_rotation_turn_with_the_first_and_it_is_sai
 
 
 def test_both_formulations_to_a_sampled_system_meet_for_angles_in_axes_that_do_not_spin() -> None:
+    from symdyn.linear.evolution import along_a_step, sampled
     from symdyn.linear.prepared import prepared
-    from symdyn.linear.sampled import along_a_step, sampled
 
     scene = read_text(by_angles(1, "zyx", [0.4, 0, HALF_TURN], [SPIN, 0, 0], "true"))
     one = symdyn.linearize(scene)

@@ -173,7 +173,7 @@ def test_a_run_without_coordinates_is_refused_before_its_arrays_are_read(
     told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An array that says it is of 80 TB is not made either."""
-    from symdyn.linear.run_files import read_run
+    from symdyn.linear.system import read_run
 
     path = tmp_path / "run.npz"
     names = {"q": np.zeros((9, 1)), "qd": np.zeros((9, 1)), "tau": np.zeros((9, 1)), "velocities": ["q1_dot"]}

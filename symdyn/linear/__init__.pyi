@@ -1,7 +1,7 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
-from .bode import Bode as Bode, bode as bode
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
+from .evolution import Sampled as Sampled, sampled as sampled
 from .linearization import (
     Linearization as Linearization,
     Point as Point,
@@ -12,17 +12,19 @@ from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,
     linearize_at_rest as linearize_at_rest,
+    locus_over as locus_over,
     rests as rests,
+    systems as systems,
 )
 from .locus import root_locus as root_locus
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
-from .over_values import locus_over as locus_over, systems as systems
 from .regulator import Axis as Axis, Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
-from .sampled import Sampled as Sampled, sampled as sampled
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile
 from .transfer import (
+    Bode as Bode,
     Reach as Reach,
+    bode as bode,
     controllability as controllability,
     observability as observability,
     shown as shown,

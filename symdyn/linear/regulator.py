@@ -15,19 +15,22 @@ Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990),
 from __future__ import annotations
 
 import json
+import math
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
+from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError
+from symdyn.linear.evolution import sampled
 from symdyn.linear.locus import number_in
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
-from symdyn.linear.run_files import check_arrays
-from symdyn.linear.sampled import sampled
 from symdyn.linear.transfer import shown, staircase
 from symdyn.scene.values import Faults, FormulaError, suggestion
 
@@ -101,6 +104,45 @@ def _arrays(name: str, requested: Sequence[str], faults: Faults) -> dict[str, An
     if not found:
         faults.add(name, f"has no array {' or '.join(requested)}")
     return found
+
+
+ENDING = ".npy"
+"""Of the arrays in a .npz file."""
+
+
+def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
+    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
+
+    Args:
+        path: of the file.
+        needed: names of arrays that must be there.
+
+    Raises:
+        LinearizeError: more than is read.
+        OSError, ValueError: it is no such file, lacks an array, or an array says that it has more than is there.
+    """
+    most = BOUNDS["bytes of the arrays of a file"]
+    try:
+        with ZipFile(path) as packed:
+            inside = {one.filename.removesuffix(ENDING): one for one in packed.infolist()}
+            if (size := sum(one.file_size for one in packed.infolist())) > most:
+                raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
+            if missing := [name for name in needed if name not in inside]:
+                raise ValueError(f"it has no {', '.join(missing)}")
+            for name, one in inside.items():
+                if one.filename.endswith(ENDING) and _told(packed, one) > one.file_size:
+                    raise ValueError(f"{name} says that it has more numbers than are there")
+    except (BadZipFile, zlib.error, NotImplementedError, RuntimeError) as fault:
+        raise ValueError(fault) from None
+
+
+def _told(packed: ZipFile, one: ZipInfo) -> int:
+    """Return the bytes that an array of a .npz file says it has."""
+    with packed.open(one) as file:
+        newer = np.lib.format.read_magic(file) != (1, 0)
+        read = np.lib.format.read_array_header_2_0 if newer else np.lib.format.read_array_header_1_0
+        shape, _, kind = read(file)
+    return math.prod(shape) * kind.itemsize
 
 
 def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False) -> Array:

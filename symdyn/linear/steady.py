@@ -16,11 +16,11 @@ from symdyn.algebra import Array
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
+from symdyn.linear.evolution import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
-from symdyn.linear.spinning import EQUAL, STILL, SpinAxes, seen, ways
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation import Problem, opened

@@ -1,6 +1,6 @@
 """Linear systems with what they came from: at a point, at all positions of rest, or along the run of a file.
 
-On disk they are NumPy's .npz, MATLAB's .mat, and CSV with names on rows and columns.
+A run on disk, as `simulate -o` writes it, is read back as states and driving forces over time.
 """
 
 from __future__ import annotations
@@ -15,25 +15,85 @@ from typing import IO, Any
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
-from symdyn.linear.bode import Bode, bode
 from symdyn.linear.equilibrium import equilibria
+from symdyn.linear.evolution import Sampled, along_a_step, sampled
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.linearized import along, search_report
 from symdyn.linear.modes import MODE_PERIOD, Mode, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.regulator import Axis, Observer, Regulator, kalman, lqr, read_weights
+from symdyn.linear.regulator import Axis, Observer, Regulator, check_arrays, kalman, lqr, read_weights
 from symdyn.linear.report import Symbolic, as_json, latex, text
-from symdyn.linear.run_files import read_run
-from symdyn.linear.sampled import Sampled, along_a_step, sampled
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
-from symdyn.linear.transfer import shown
+from symdyn.linear.transfer import Bode, bode, shown
 from symdyn.rounding import in_digits
-from symdyn.simulation import Problem
+from symdyn.scene import Scene
+from symdyn.simulation import Problem, Trajectory
+from symdyn.simulation.prescribed import Columns, drive_names
 from symdyn.table import Table
+
+NUMBERS, NAMES = ("t", "q", "qd", "tau"), ("coordinates", "velocities")
+"""Arrays of a .npz file that simulate writes: those of numbers, and those of names."""
+
+WRITTEN = (*NUMBERS, *NAMES)
+
+
+def read_run(scene: Scene, path: Path) -> Trajectory:
+    """Return the run in a .csv or .npz file: coordinates and velocities of a scene, and its driving forces if told.
+
+    Raises:
+        LinearizeError: no such file, another ending, or columns that are not the scene's.
+        SimulateError: with every fault of a CSV file.
+    """
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise LinearizeError(f"{path}: runs are read from {' or '.join(READERS)} files, as simulate -o writes them")
+    if not path.is_file():
+        raise LinearizeError(f"{path}: there is no such file")
+    t, columns = reader(path, [one.name for one in scene.inputs])
+    missing = [name for name in (*scene.coordinates, *scene.velocities) if name not in columns]
+    if missing:
+        raise LinearizeError(
+            f"{path}: has no column {', '.join(missing)}; a run of {scene.name} has t, coordinates, velocities, drives"
+        )
+    still = np.zeros(len(t))
+    q = np.stack([columns[name] for name in scene.coordinates], axis=-1)
+    u = np.stack([columns[name] for name in scene.velocities], axis=-1)
+    forces = (columns.get(f"force {k}", columns.get(name, still)) for k, name in enumerate(drive_names(scene)))
+    tau = np.stack(list(forces), axis=-1)
+    lacking = [one.name for one in scene.inputs if one.name not in columns]
+    if lacking:
+        raise LinearizeError(f"{path}: has no column {', '.join(lacking)}, which {scene.name} is given over time")
+    given = {one.name: columns[one.name] for one in scene.inputs}
+    return Trajectory(scene, t, q, u, np.zeros_like(u), tau, given)
+
+
+def _csv(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
+    found = Columns.read(path)
+    return found.t, found.values
+
+
+def _npz(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
+    try:
+        check_arrays(path, WRITTEN)
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: np.asarray(file[name]) for name in NUMBERS}
+            names = [str(name) for key in NAMES for name in file[key]]
+            more = {name: np.asarray(file[name]) for name in inputs if name in file}
+    except (OSError, ValueError, KeyError, EOFError) as fault:
+        raise LinearizeError(f"{path}: is no run that simulate has written: {fault}") from None
+    wide = np.hstack([arrays["q"], arrays["qd"]])
+    if wide.shape != (len(arrays["t"]), len(names)) or not np.isfinite(wide).all():
+        raise LinearizeError(f"{path}: its rows do not fit its names, or are not finite")
+    found = {name: wide[:, k] for k, name in enumerate(names)}
+    return arrays["t"], found | more | {f"force {k}": column for k, column in enumerate(arrays["tau"].T)}
+
+
+READERS = {".csv": _csv, ".npz": _npz}
 
 
 @dataclass(frozen=True)
