@@ -17,7 +17,7 @@ from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
 from symdyn.scene.values import OUTLINES
 from symdyn.scene.values.body import OutlineKind
-from symdyn.teach.interactive import interactive_page
+from symdyn.teach.render.page import interactive_page
 
 
 def pendulum(**said: object) -> Scene:

@@ -20,7 +20,7 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
 from symdyn.scene.forces.force_table import FORCES
-from symdyn.teach.interactive.controls import held
+from symdyn.teach.render.controls import held
 from symdyn.teach.student.derivation_check import check_derivation
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"

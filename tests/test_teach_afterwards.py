@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.derivations.afterwards.charts import contours
+from symdyn.teach.derivations.charts import contours
 from symdyn.teach.document import Formula, Matrix, Picture, Step, Words
 
 ROOT = Path(__file__).parent.parent
@@ -290,7 +290,7 @@ def test_formulas_and_matrices_are_named() -> None:
 @pytest.mark.long
 def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
     """By hand, by virtual work of centrifugal forces, weights and spring; s = -2 l cos α, balls at 2 l sin α."""
-    from symdyn.teach.derivations.afterwards.equilibria import closed_sections
+    from symdyn.teach.derivations.equilibria import closed_sections
     from symdyn.teach.lesson import Prose
 
     (section,) = closed_sections(Prose(read(ROOT / "examples/governor.toml"), "en"))

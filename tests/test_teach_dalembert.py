@@ -20,7 +20,7 @@ from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
 from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
 from symdyn.teach.derivations.dalembert.solved_loops import less
-from symdyn.teach.derivations.lagrange.rotations import expanded_squares
+from symdyn.teach.derivations.rotations import expanded_squares
 from symdyn.teach.document import Formula, Matrix
 
 ROOT = Path(__file__).parent

@@ -22,10 +22,10 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints.joint_table import start_of
 from symdyn.teach import walkthrough
-from symdyn.teach.interactive import absence, interactive, interactive_page, live
-from symdyn.teach.interactive.live import by_hand
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.render.html import html_page
+from symdyn.teach.render.live import absence, by_hand, live
+from symdyn.teach.render.page import interactive, interactive_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -21,8 +21,9 @@ from symdyn.program import lower
 from symdyn.runtime import run_python
 from symdyn.scene import Scene, read
 from symdyn.teach import walkthrough
-from symdyn.teach.interactive import Live, interactive_page, live
 from symdyn.teach.render.html import html_page
+from symdyn.teach.render.live import Live, live
+from symdyn.teach.render.page import interactive_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -17,7 +17,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substit
 from symdyn.scene import read, read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.derivations.lagrange.walkthrough import ANY
+from symdyn.teach.derivations.lagrange import ANY
 from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.shown_state import choose_state, picture_letters

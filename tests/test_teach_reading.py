@@ -14,8 +14,7 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.interactive.numbered import BY_STEP, POINTING, SHOWN, Numbered, Owners, pointed
-from symdyn.teach.render.html import html_page
+from symdyn.teach.render.html import BY_STEP, POINTING, SHOWN, Numbered, Owners, html_page, pointed
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LESSONS = [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("slider_crank", "dalembert")]
@@ -244,7 +243,7 @@ def test_names_speak_of_vectors() -> None:
 @pytest.mark.long(0)
 def test_a_lesson_of_too_many_terms_has_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 'data-n="' in html_page(lesson("pendulum"))
-    monkeypatch.setattr("symdyn.teach.interactive.numbered.MOST", 10)
+    monkeypatch.setattr("symdyn.teach.render.html.MOST", 10)
     page = html_page(lesson("pendulum"))
     assert 'data-n="' not in page
     assert 'data-do="numbers"' not in page

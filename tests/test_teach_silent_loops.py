@@ -15,8 +15,8 @@ from symdyn.cli import main
 from symdyn.graph import Graph
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.derivations.lessons import usual_formulation
 from symdyn.teach.practice.exercises import with_exercises
+from symdyn.teach.render.handout import usual_formulation
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 

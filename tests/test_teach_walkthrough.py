@@ -28,13 +28,13 @@ from symdyn.scene.scene_files import Starter
 from symdyn.scene.toml import read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.derivations import meaning as meaning_room
 from symdyn.teach.derivations.dalembert.laws import LAW
-from symdyn.teach.derivations.lagrange import meaning as meaning_room
-from symdyn.teach.derivations.lessons import FORMULATIONS, usual_formulation
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.notation import NUMBERS, READS
+from symdyn.teach.render.handout import FORMULATIONS, usual_formulation
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DIGITS = {"scara": 2e-4}  # numbers of six digits

@@ -1,10 +1,9 @@
 """Names that `symdyn.teach` offers; each is imported when it is first used."""
 
-from .derivations.lessons import walkthrough as walkthrough
 from .document import Document as Document
 from .languages import languages as languages
 from .mathematics import flow as flow, inline as inline
 from .render import rendered as rendered
-from .render.handout import Handout as Handout
+from .render.handout import Handout as Handout, walkthrough as walkthrough
 from .student.answer import in_words as in_words
 from .student.derivation_check import check_derivation as check_derivation

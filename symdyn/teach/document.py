@@ -239,7 +239,7 @@ class Step:
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.
         level: "brief" for what a short document keeps, "full" for the rest.
-        show: what the figure of a page shows while the step is read, words of `symdyn.teach.interactive.numbered`; none
+        show: what the figure of a page shows while the step is read, words of `symdyn.teach.render.html`; none
             for what the step before showed.
         needs: keys of blanks that are answered or given up before the step is shown.
     """
@@ -271,7 +271,7 @@ class Document:
         language: "en", "sk".
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
-        formulation: a key of `FORMULATIONS` in `lessons.py`.
+        formulation: a key of `FORMULATIONS` in `handout.py`.
     """
 
     title: str

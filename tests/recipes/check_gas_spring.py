@@ -24,7 +24,7 @@ from symdyn.scene.values import Place
 from symdyn.scene.values.entry import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
-from symdyn.teach.interactive.page import interactive_page
+from symdyn.teach.render.page import interactive_page
 
 pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
 

@@ -13,7 +13,7 @@ from symdyn.emit.print import Letters, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import cross, sub, zero_vector
 from symdyn.teach.derivations.dalembert.balance import Balance, Cut
-from symdyn.teach.derivations.lagrange.velocities import MOST, length
+from symdyn.teach.derivations.velocities import MOST, length
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.shown_state import Chosen

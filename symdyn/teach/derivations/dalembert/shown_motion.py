@@ -24,7 +24,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.table import Table
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.lagrange.velocities import PAGE, folded, length
+from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates

@@ -24,7 +24,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.lagrange.velocities import PAGE, length
+from symdyn.teach.derivations.velocities import PAGE, length
 from symdyn.teach.document import Block, Formula, Letter, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.shown_state import Chosen

@@ -34,8 +34,8 @@ from symdyn.teach.derivations.dalembert.laws import LAW, law_errata, law_steps
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion, formulations_step, numbers_step, solved_steps
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.dalembert.solved_loops import solved_loops
-from symdyn.teach.derivations.lagrange.velocities import PAGE, defined_lengths, folded, length
-from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step
+from symdyn.teach.derivations.lagrange import scene_picture, state_step
+from symdyn.teach.derivations.velocities import PAGE, defined_lengths, folded, length
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step, with_appendix

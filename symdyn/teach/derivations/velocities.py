@@ -17,7 +17,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
 from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, cross, dot
-from symdyn.teach.derivations.lagrange.rotations import angular_velocity, expanded_squares, is_rate, rate_of, read_from
+from symdyn.teach.derivations.rotations import angular_velocity, expanded_squares, is_rate, rate_of, read_from
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named
 

@@ -24,7 +24,7 @@ from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.teach.derivations.lagrange.velocities import kinetic_form, length
+from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen

@@ -19,9 +19,9 @@ from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, add, cross, dot, sub, zero_vector
-from symdyn.teach.derivations.lagrange.equation_steps import WIDEST, coefficient_key, node_of
-from symdyn.teach.derivations.lagrange.rotations import angular_velocity
-from symdyn.teach.derivations.lagrange.velocities import folded, length
+from symdyn.teach.derivations.equation_steps import WIDEST, coefficient_key, node_of
+from symdyn.teach.derivations.rotations import angular_velocity
+from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Box, Formula, Name, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, Mass, named
 

@@ -12,8 +12,8 @@ from symdyn.algebra import Form, Number, Polynomial, Power, Symbol
 from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, SceneUnits
-from symdyn.teach.derivations.lagrange.velocities import folded, length
-from symdyn.teach.derivations.multipliers.constrained import Condition, Constrained
+from symdyn.teach.derivations.constrained import Condition, Constrained
+from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 

@@ -23,16 +23,16 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
-from symdyn.teach.derivations.afterwards.equilibria import closed_sections
-from symdyn.teach.derivations.lagrange.equation_steps import (
+from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.equation_steps import (
     coefficient_steps,
     equation_steps,
     kane_steps,
     name_coefficients,
 )
-from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
-from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multipliers.balance import (
+from symdyn.teach.derivations.equilibria import closed_sections
+from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
+from symdyn.teach.derivations.multiplier_steps import (
     condition_steps,
     multiplier,
     name_forces,
@@ -43,7 +43,7 @@ from symdyn.teach.derivations.multipliers.balance import (
     unit_of,
     valued,
 )
-from symdyn.teach.derivations.multipliers.constrained import Constrained
+from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Block, Document, Formula, Step, Words
 from symdyn.teach.lesson import named, silent_steps
 from symdyn.teach.notation import acting_steps, coordinate_step, notation_step, scene_step

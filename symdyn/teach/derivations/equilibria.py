@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateEr
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import SceneUnits
-from symdyn.teach.derivations.lagrange.velocities import length
+from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen

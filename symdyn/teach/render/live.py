@@ -37,8 +37,8 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint, Strut
 from symdyn.spatial import Mat, Vec, add, cross, dot, scale, sub, zero_vector
-from symdyn.teach.interactive.controls import ACTING, STATE, Held, function, held, reduced_functions
 from symdyn.teach.languages import language_of
+from symdyn.teach.render.controls import ACTING, STATE, Held, function, held, reduced_functions
 from symdyn.teach.shown_state import shown_state
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove

@@ -17,19 +17,17 @@ from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat
-from symdyn.teach.derivations.afterwards.equilibria import closed_sections
-from symdyn.teach.derivations.lagrange.rotations import angular_velocity
-from symdyn.teach.derivations.lagrange.velocities import folded
-from symdyn.teach.derivations.lagrange.walkthrough import scene_picture, state_step, task_step, with_figures
-from symdyn.teach.derivations.multipliers.balance import (
+from symdyn.teach.derivations.equilibria import closed_sections
+from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
+from symdyn.teach.derivations.multiplier_steps import (
     condition_steps,
     meaning_step,
     name_forces,
     name_ties,
     system_step,
 )
-from symdyn.teach.derivations.multipliers.walkthrough import choose_tied_motion, forces_step, tied_power_step
-from symdyn.teach.derivations.quaternions.equations import (
+from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_step
+from symdyn.teach.derivations.quaternion_steps import (
     Turning,
     energy_steps,
     equation_steps,
@@ -38,6 +36,8 @@ from symdyn.teach.derivations.quaternions.equations import (
     right_sides,
     weight_step,
 )
+from symdyn.teach.derivations.rotations import angular_velocity
+from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, named, silent_steps, together
 from symdyn.teach.notation import acting_steps, parameter_rows, scene_step

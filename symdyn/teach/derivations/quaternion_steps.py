@@ -33,11 +33,11 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import unit
 from symdyn.scene.values import Contact, Joint
 from symdyn.spatial import Vec, add, cross, dot, scale, sub
-from symdyn.teach.derivations.lagrange.equation_steps import supplied
-from symdyn.teach.derivations.lagrange.rotations import angular_velocity
-from symdyn.teach.derivations.lagrange.velocities import HALF, MOST_TERMS, folded, kinetic_form, length
-from symdyn.teach.derivations.multipliers.balance import valued
-from symdyn.teach.derivations.multipliers.constrained import Condition, Constrained
+from symdyn.teach.derivations.constrained import Condition, Constrained
+from symdyn.teach.derivations.equation_steps import supplied
+from symdyn.teach.derivations.multiplier_steps import valued
+from symdyn.teach.derivations.rotations import angular_velocity
+from symdyn.teach.derivations.velocities import HALF, MOST_TERMS, folded, kinetic_form, length
 from symdyn.teach.document import Block, Brace, Braced, Formula, Letter, Name, Rate, Step, Words
 from symdyn.teach.lesson import AXES, Mass, named, together
 from symdyn.unlocked import cached_property

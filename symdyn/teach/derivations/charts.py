@@ -19,8 +19,8 @@ from symdyn.draw import Diagram, Text
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
-from symdyn.teach.derivations.afterwards.equilibria import Rests
-from symdyn.teach.derivations.afterwards.reduced import GRID, Reduced
+from symdyn.teach.derivations.equilibria import Rests
+from symdyn.teach.derivations.reduced import GRID, Reduced
 from symdyn.teach.document import Block, Letter, Picture, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen

@@ -21,8 +21,8 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.values import force_unit
 from symdyn.spatial import add, cross
 from symdyn.table import Table
-from symdyn.teach.derivations.lagrange.rotations import angular_velocity, is_rate, rate_of
-from symdyn.teach.derivations.lagrange.velocities import MOST_TERMS, folded, length
+from symdyn.teach.derivations.rotations import angular_velocity, is_rate, rate_of
+from symdyn.teach.derivations.velocities import MOST_TERMS, folded, length
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Words
 from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named, together
 from symdyn.teach.shown_state import Chosen

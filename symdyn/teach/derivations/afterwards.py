@@ -26,7 +26,7 @@ from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.scene import Quantity, SceneUnits
-from symdyn.teach.derivations.afterwards.charts import (
+from symdyn.teach.derivations.charts import (
     DASHED,
     DOTTED,
     HIGH,
@@ -37,11 +37,11 @@ from symdyn.teach.derivations.afterwards.charts import (
     landscape_step,
     phase_step,
 )
-from symdyn.teach.derivations.afterwards.equilibria import equilibrium_step, near_rest_steps, places_of_rest
-from symdyn.teach.derivations.afterwards.reduced import Reduced, cyclic_of, led_by, limit_steps, reduced, zero
-from symdyn.teach.derivations.lagrange.equation_steps import coefficient_key, momentum_form, node_of
-from symdyn.teach.derivations.lagrange.meaning import axes_of
-from symdyn.teach.derivations.lagrange.velocities import folded, length
+from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
+from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
+from symdyn.teach.derivations.meaning import axes_of
+from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, limit_steps, reduced, zero
+from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen

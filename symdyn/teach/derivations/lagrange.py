@@ -21,9 +21,9 @@ from symdyn.emit.print import Printable
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
-from symdyn.teach.derivations.afterwards.afterwards import after_sections
+from symdyn.teach.derivations.afterwards import after_sections
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.lagrange.equation_steps import (
+from symdyn.teach.derivations.equation_steps import (
     coefficient_key,
     coefficient_steps,
     coefficient_unit,
@@ -32,9 +32,9 @@ from symdyn.teach.derivations.lagrange.equation_steps import (
     name_coefficients,
     node_of,
 )
-from symdyn.teach.derivations.lagrange.meaning import meaning_steps
-from symdyn.teach.derivations.lagrange.rotations import rotation_steps
-from symdyn.teach.derivations.lagrange.velocities import energy_steps, length_steps, position_steps, velocity_steps
+from symdyn.teach.derivations.meaning import meaning_steps
+from symdyn.teach.derivations.rotations import rotation_steps
+from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
 from symdyn.teach.lesson import Lesson, Mass, Prose, named, silent_steps, together
 from symdyn.teach.notation import (
@@ -303,7 +303,7 @@ SHOWS: Mapping[str, tuple[str, ...]] = {
     "torque": ("inertia", "weights", "forces"),
     "power": ("energies", "plots"),
 }
-"""Words of `symdyn.teach.interactive.numbered`; of two beginnings the longer one counts."""
+"""Words of `symdyn.teach.render.html`; of two beginnings the longer one counts."""
 
 OF_A_MASS = ("position", "velocity", "turning", "square", "spin", "offset", "kinetic", "potential")
 """Steps whose key ends with the index of a mass: the figure points at its body."""

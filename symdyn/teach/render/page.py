@@ -25,11 +25,11 @@ from symdyn.graph import Expr
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import acceleration_name
-from symdyn.teach.derivations.lagrange.equation_steps import coefficient_unit
-from symdyn.teach.interactive.controls import UNITS, controls, start
-from symdyn.teach.interactive.live import Live, Term, by_hand, live
+from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import inline
+from symdyn.teach.render.controls import UNITS, controls, start
+from symdyn.teach.render.live import Live, Term, by_hand, live
 
 
 def plotted(scene: Scene) -> list[dict[str, Any]]:

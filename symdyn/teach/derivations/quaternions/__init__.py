@@ -1,1 +1,0 @@
-"""Rotations by quaternions: their kinematics, momenta in turning axes, Euler's equations."""
