@@ -26,7 +26,7 @@ from symdyn.scene import read_text
 from symdyn.simulation.equations import implicit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.integrate import scipy_ivp, sundials
+from symdyn.simulation.integrate import stepwise
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -165,9 +165,8 @@ def _as(way: str, counted: bool = True) -> Iterator[dict[str, int]]:
         if counted:
             enter(patch(StateEquations, "rates", counting(StateEquations.rates, "f")))
             enter(patch(implicit.Implicit, "residual", counting(implicit.Implicit.residual, "f")))
-            for place in (scipy_ivp, sundials):
-                make = implicit.slopes_in_turn
-                enter(patch(place, "slopes_in_turn", lambda system, make=make: counting(make(system), "J")))
+            make = implicit.slopes_in_turn
+            enter(patch(stepwise, "slopes_in_turn", lambda system: counting(make(system), "J")))
         yield numbers
 
 

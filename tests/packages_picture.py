@@ -60,11 +60,9 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
     },
     "simulation": {
         "prescribed": [],
-        "feedback": ["prescribed"],
-        "equations": ["feedback", "prescribed"],
-        "integrate": ["equations", "feedback", "prescribed"],
-        "": ["integrate", "equations", "feedback", "prescribed"],
-        "ensemble": ["", "integrate", "equations", "feedback", "prescribed"],
+        "equations": ["prescribed"],
+        "integrate": ["equations", "prescribed"],
+        "": ["integrate", "equations", "prescribed"],
     },
     "bench": {"": [], "stress": [""]},
     "teach": {
@@ -73,8 +71,7 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
         "student": ["", "languages"],
         "derivations": ["student", "", "languages"],
         "practice": ["student", "", "languages"],
-        "interactive": ["derivations", "", "languages"],
-        "render": ["interactive", "practice", "derivations", "", "languages"],
+        "render": ["practice", "derivations", "", "languages"],
     },
     "verify": {"written": [], "": ["written"]},
 }

@@ -105,7 +105,7 @@ def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None
 def test_without_a_library_for_more_digits_the_finest_run_stands_in_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("symdyn.simulation.integrate.method.importable", lambda module: False)
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.importable", lambda module: False)
     runs = runs_of(read(EXAMPLES / "double_pendulum.toml"))
     asked = []
 

@@ -216,7 +216,7 @@ def test_sundials_keeps_its_own_words_to_itself(method: str, capfd: pytest.Captu
 LISTENING = """
 import os, signal, sys, threading
 from symdyn.cli import main
-from symdyn.simulation.integration import Outlook
+from symdyn.simulation.integrate.integration import Outlook
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores Ctrl-C
 look, soon = Outlook.look, threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
 def first(self, t):

@@ -19,7 +19,7 @@ from symdyn.extras import EXTRAS
 from symdyn.notebook import bundle
 from symdyn.scene import bind, read_text
 from symdyn.scene.values import velocity_name
-from symdyn.simulation.ensemble.measures import FOLDS, Sums
+from symdyn.simulation.measures import FOLDS, Sums
 from symdyn.study.runs import ENDED, STOPPED
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]

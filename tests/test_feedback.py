@@ -20,11 +20,11 @@ from symdyn.errors import SimulateError
 from symdyn.linear.regulator import lqr
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import Feedback, Forces, read_feedback, simulate
+from symdyn.simulation.equations.control_loop import Loop, lateness
+from symdyn.simulation.equations.controller import placed
 from symdyn.simulation.equations.implicit import Implicit, differences, slopes
+from symdyn.simulation.equations.linear_feedback import Gains, rotation_vector, state_names
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.controller import placed
-from symdyn.simulation.feedback.gains import Gains, rotation_vector, state_names
-from symdyn.simulation.feedback.loop import Loop, lateness
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 

@@ -14,7 +14,7 @@ import symdyn
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.simulation import Sensitivity, sensitivity, simulate
-from symdyn.simulation.feedback.gains import Gains, state_names
+from symdyn.simulation.equations.linear_feedback import Gains, state_names
 from symdyn.simulation.initial import Start, read_start
 
 pytestmark = pytest.mark.runs()
@@ -257,7 +257,9 @@ def test_a_gradient_that_would_take_years_is_ended_in_words(by: str, monkeypatch
     def ring(*_: object) -> None:
         raise WaitedError
 
-    monkeypatch.setattr("symdyn.simulation.integration.FIRST", 0.05)  # as a run is ended, by two looks at its pace
+    monkeypatch.setattr(
+        "symdyn.simulation.integrate.integration.FIRST", 0.05
+    )  # as a run is ended, by two looks at its pace
     sensitivity(example("pendulum"), until=0.1, by=by)  # compiled, and all that
     before = signal.signal(signal.SIGALRM, ring)
     signal.setitimer(signal.ITIMER_REAL, 10.0)
@@ -299,8 +301,8 @@ def test_progress_of_a_gradient_goes_from_zero_to_one(by: str) -> None:
 
 
 def test_a_gradient_that_takes_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.simulation.integration.FIRST", 0.0)
-    monkeypatch.setattr("symdyn.simulation.integration.LONG", 0.0)
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.FIRST", 0.0)
+    monkeypatch.setattr("symdyn.simulation.integrate.integration.LONG", 0.0)
     lines: list[str] = []
     sensitivity(example("cart_pole"), until=1, say=lines.append)
     assert any("at this pace the end at t = 1 s" in line for line in lines)

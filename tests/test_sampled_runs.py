@@ -83,7 +83,7 @@ def test_samples_between_rows_are_told() -> None:
 
 
 def test_of_very_many_samples_some_have_no_row_and_that_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.simulation.feedback.loop.MOST", 100)
+    monkeypatch.setattr("symdyn.simulation.equations.control_loop.MOST", 100)
     run = simulate(BLOCK, until=1.0, feedback=Feedback(lambda t, q, u: t, period=0.004))
 
     assert np.allclose(np.diff(run.t)[:-1], 0.012)
@@ -339,7 +339,7 @@ def test_a_run_tells_the_same_at_every_door(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_chatter_is_listed_in_part_and_counted() -> None:
-    from symdyn.simulation.feedback.controller import cut_lines
+    from symdyn.simulation.equations.controller import cut_lines
 
     run = simulate(BLOCK, until=2, feedback=Feedback(alternating(), ("F",), period=0.025, limits={"F": 0.5}))
 

@@ -15,8 +15,8 @@ from patience import HANG
 from symdyn.cli import main
 from symdyn.scene import read
 from symdyn.simulation import read_forces, simulate
-from symdyn.simulation.integrate.method import IntegrationError
-from symdyn.simulation.integrate.steps import Pace
+from symdyn.simulation.integrate.integration import IntegrationError
+from symdyn.simulation.integrate.stepwise import Pace
 
 pytestmark = pytest.mark.runs()
 
@@ -159,7 +159,7 @@ def test_an_end_that_no_run_reaches_ends_it_with_its_rows_and_says_why() -> None
 
 
 def test_a_run_that_is_long_says_how_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symdyn.simulation import integration
+    from symdyn.simulation.integrate import integration
 
     now, said = [0.0], list[str]()
     monkeypatch.setattr(integration.time, "perf_counter", lambda: now[0])

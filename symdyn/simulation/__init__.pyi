@@ -1,19 +1,17 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
-from .columns import read_output as read_output
-from .ensemble.measures import Measure as Measure
-from .ensemble.one_by_one import measure_slopes as measure_slopes
-from .ensemble.read_task import read_task as read_task
-from .ensemble.task import RunBlock as RunBlock
+from .columns import axes_of as axes_of, read_output as read_output
+from .ensemble_task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
+from .equations.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
+from .equations.linear_feedback import state_names as state_names
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
-from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
-from .feedback.gains import state_names as state_names
 from .forward import simulate as simulate
 from .initial import Start as Start
 from .integrate import METHODS as METHODS
 from .inverse_run import inverse as inverse
+from .measures import Measure as Measure, measure_slopes as measure_slopes
 from .panels import CHECKS as CHECKS, write_picture as write_picture
 from .prescribed.forces import (
     Forces as Forces,
@@ -23,7 +21,7 @@ from .prescribed.forces import (
 )
 from .prescribed.point_path import read_path as read_path
 from .problem import Problem as Problem, Run as Run
-from .run_columns import axes_of as axes_of
+from .read_ensemble import read_task as read_task
 from .timed_runs import TimedRuns as TimedRuns
 from .trajectory import Trajectory as Trajectory
 from .variations import Sensitivity as Sensitivity, sensitivity as sensitivity

@@ -26,9 +26,9 @@ from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
 from symdyn.simulation.following import CLOSED, Followed, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
+from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.path_equations import AGREED, PathEquations, PathPlace
 from symdyn.simulation.prescribed.point_path import Approach, ScenePath
-from symdyn.simulation.trajectory import END
 
 CLEAR = 1e-2
 """σ over its usual size below which a sample loses digits."""

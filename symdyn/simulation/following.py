@@ -26,7 +26,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values import Joint, velocity_name
 from symdyn.simulation.initial import no_equations
-from symdyn.simulation.trajectory import END
+from symdyn.simulation.integrate.integration import END
 
 Known = Callable[[Array], tuple[Array, Array, Array]]
 

@@ -22,10 +22,9 @@ from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, suggestion
-from symdyn.simulation.equations.implicit import differences
-from symdyn.simulation.equations.system import Projection, StateEquations
-from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.controller import (
+from symdyn.simulation.columns import axes_of
+from symdyn.simulation.equations.control_loop import Loop, Loops, held_columns, hidden, sampled_rows
+from symdyn.simulation.equations.controller import (
     Feedback,
     Law,
     Placed,
@@ -35,17 +34,26 @@ from symdyn.simulation.feedback.controller import (
     read_feedback,
     saturation_report,
 )
-from symdyn.simulation.feedback.gains import Gains
-from symdyn.simulation.feedback.loop import Loop, Loops, held_columns, hidden, sampled_rows
+from symdyn.simulation.equations.implicit import differences
+from symdyn.simulation.equations.linear_feedback import Gains
+from symdyn.simulation.equations.system import Projection, StateEquations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
-from symdyn.simulation.integrate.method import DOUBLES, Method
-from symdyn.simulation.integration import STOPPED, Integration, integrated, valueless
+from symdyn.simulation.integrate.integration import (
+    DOUBLES,
+    END,
+    INTERRUPTED,
+    STOPPED,
+    Integration,
+    Method,
+    integrated,
+    valueless,
+)
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
-from symdyn.simulation.run_columns import axes_of
-from symdyn.simulation.trajectory import END, INTERRUPTED, Trajectory
+from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import (
     at_start,
     nothing_ignored,

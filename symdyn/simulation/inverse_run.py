@@ -24,7 +24,7 @@ from symdyn.program import identifier
 from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
-from symdyn.simulation.columns import apart
+from symdyn.simulation.columns import apart, axes_of, input_columns, output_columns, reaction_columns
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
     Compiled,
@@ -39,15 +39,14 @@ from symdyn.simulation.equations.monitors import SLACK, limits_of
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations
-from symdyn.simulation.integration import valueless
+from symdyn.simulation.integrate.integration import END, valueless
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.point_path import ScenePath, read_path
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.run_columns import axes_of, input_columns, output_columns, reaction_columns
-from symdyn.simulation.trajectory import END, Trajectory
+from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import passages, passed
 
 

@@ -30,7 +30,7 @@ from symdyn.simulation.forward import check_start
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import taylor_of
-from symdyn.simulation.integrate.method import InitialValueProblem, Piece, integrate
+from symdyn.simulation.integrate.integration import InitialValueProblem, Piece, integrate
 from symdyn.simulation.trajectory_builder import observe
 
 Long = npt.NDArray[np.longdouble]

@@ -23,14 +23,12 @@ from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
-from symdyn.simulation.columns import apart
+from symdyn.simulation.columns import apart, axes_of, multipliers, output_columns, reaction_columns
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import Hit
-from symdyn.simulation.integration import STOPPED, Integration, valueless
-from symdyn.simulation.run_columns import axes_of, multipliers, output_columns, reaction_columns
-from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
+from symdyn.simulation.integrate.integration import END, INTERRUPTED, STOPPED, Hit, Integration, valueless
+from symdyn.simulation.trajectory import Event, Trajectory
 
 DATA = "the limit is data for controllers, nothing in the equations keeps it"
 

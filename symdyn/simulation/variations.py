@@ -27,19 +27,18 @@ from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, SceneLike, bind
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
+from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_start, is_stiff
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.integrate.method import DOUBLES, IntegrationError
+from symdyn.simulation.integrate.integration import DOUBLES, END, Integration, IntegrationError, Outlook
 from symdyn.simulation.integrate.tape import UNHEARD, Tape, Told, taped
-from symdyn.simulation.integration import Integration, Outlook
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.problem import Problem
-from symdyn.simulation.trajectory import END, Trajectory
+from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import trajectory_of
 from symdyn.unlocked import cached_property
 

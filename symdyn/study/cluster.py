@@ -17,7 +17,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 import dask
@@ -27,7 +27,9 @@ from distributed.scheduler import KilledWorker, NoValidWorkerError
 from symdyn.errors import StudyError, quoted
 from symdyn.interrupts import interrupts_wait
 from symdyn.resources import version
-from symdyn.study.executor import Block, Say, heard_ctrl_c
+
+if TYPE_CHECKING:
+    from symdyn.study.job import Block, Say
 
 Task = distributed.Future[Any]
 
@@ -74,7 +76,7 @@ class Cluster:
 
         told, most = False, AHEAD * max(1, self.workers)
         try:
-            with heard_ctrl_c() as stopped:
+            with interrupts_wait(once=True) as stopped:
                 begin(most)
                 while under_way:
                     some = _all_that_ended(ended)

@@ -1,30 +1,79 @@
 """Jobs of a study in blocks of runs, their results, and the executors that compute blocks, a row of `EXECUTORS` each.
 
 A job holds what a block needs and no more; it is frozen and goes to a worker once.
+
+A block is a function of an importable module, called with a job and a number; it gives the same bytes wherever it runs.
+So an executor may lose a worker and do its blocks again, and nobody can tell. What comes back is handed to the caller
+one block at a time, each once, in the order in which blocks end; who writes files is the caller.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import StudyError
 from symdyn.extras import install
+from symdyn.interrupts import interrupts_wait
 from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten
 from symdyn.study.design import Design
-from symdyn.study.executor import Executor, Here, Say
 
 if TYPE_CHECKING:
     from distributed import Client
+
+Block = Callable[[Any, int], Any]
+"""A function of a module, (job, number of a block) -> what was found, which can be pickled."""
+
+Say = Callable[[str], None]
+"""Takes a line for the user."""
+
+
+class Executor(Protocol):
+    """Something that computes blocks."""
+
+    @property
+    def workers(self) -> int:
+        """How many blocks it computes at the same time."""
+
+    @property
+    def place(self) -> str:
+        """Where that is, for messages."""
+
+    def results(self, block: Block, job: Any, numbers: Iterable[int]) -> Iterator[tuple[int, Any]]:
+        """Yield number and result of every block, each once, as they end; no more than a few are ever held.
+
+        After Ctrl-C no block is begun any more, those that are under way are still yielded, and then it raises. A
+        second Ctrl-C does not wait for them.
+
+        Raises:
+            KeyboardInterrupt: after Ctrl-C.
+            SymdynError: what a block raised; a StudyError where workers or a scheduler are at fault.
+        """
+
+
+@dataclass(frozen=True)
+class Here:
+    """This process, one block after the other."""
+
+    workers: int = 1
+    place: str = "this process"
+
+    def results(self, block: Block, job: Any, numbers: Iterable[int]) -> Iterator[tuple[int, Any]]:
+        """Yield number and result of every block, in their order."""
+        with interrupts_wait(once=True) as stopped:
+            for number in numbers:
+                yield number, block(job, number)
+                if stopped():
+                    raise KeyboardInterrupt
 
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

@@ -1,1 +1,1 @@
-"""State equations: rates, energies, rows and projection as functions, with named parameters free at run time."""
+"""State equations: rates, energies, rows, projection and controllers; named parameters are free at run time."""

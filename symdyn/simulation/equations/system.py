@@ -40,8 +40,8 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
+from symdyn.simulation.equations.control_loop import Loops
 from symdyn.simulation.equations.monitors import Candidates, Limit
-from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property
 

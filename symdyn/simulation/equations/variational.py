@@ -28,9 +28,9 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
+from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.prescribed.forces import Forces
 
 ALONG, AGAINST = "along", "against"

@@ -1,7 +1,7 @@
-"""Integrators, one file a library; `METHODS` is the table of all."""
+"""Integrators; `METHODS` is the table of all."""
 
-from symdyn.simulation.integrate import gauss, scipy_ivp, sundials, taylor
-from symdyn.simulation.integrate.method import (
+from symdyn.simulation.integrate import gauss, stepwise, taylor
+from symdyn.simulation.integrate.integration import (
     DOUBLES,
     Hit,
     InitialValueProblem,
@@ -12,7 +12,7 @@ from symdyn.simulation.integrate.method import (
     integrate,
 )
 
-METHODS: dict[str, Method] = {**taylor.METHODS, **scipy_ivp.METHODS, **sundials.METHODS, **gauss.METHODS}
+METHODS: dict[str, Method] = {**taylor.METHODS, **stepwise.SCIPY, **stepwise.SUNDIALS, **gauss.METHODS}
 
 FINEST = min(method.finest for method in METHODS.values())
 """The finest relative tolerance that there is a method for."""

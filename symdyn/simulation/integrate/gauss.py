@@ -32,7 +32,7 @@ from symdyn.program import Program, lower
 from symdyn.runtime import load_functions
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import InitialValueProblem, IntegrationError, Method, Piece
+from symdyn.simulation.integrate.integration import InitialValueProblem, IntegrationError, Method, Piece
 
 FIRST = 1e-3
 """First step, s."""

@@ -26,7 +26,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.simulation.equations.variational import Flow
-from symdyn.simulation.integrate.method import LIBRARIES_RAISE, IntegrationError
+from symdyn.simulation.integrate.integration import LIBRARIES_RAISE, IntegrationError
 
 Told = Callable[[float], None]
 """Hears a time or a share."""

@@ -33,7 +33,7 @@ from symdyn.simulation.integrate.heyoka_expressions import (
     size,
     translate,
 )
-from symdyn.simulation.integrate.method import Hit, InitialValueProblem, IntegrationError, Method, Piece
+from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 COMPACT = 250

@@ -32,7 +32,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.simulation.equations.monitors import SLACK
-from symdyn.simulation.integrate.method import Hit, InitialValueProblem
+from symdyn.simulation.integrate.integration import Hit, InitialValueProblem
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
-from symdyn.simulation.feedback.controller import Cuts, Feedback, Placed
+from symdyn.simulation.equations.controller import Cuts, Feedback, Placed
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.simulation.prescribed.formulas_in_time import SAMPLES
 

@@ -25,7 +25,7 @@ from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
-from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
+from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 

@@ -17,11 +17,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array, Batches
+from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, spell, substituted
-from symdyn.simulation.columns import column_units, unit_of
+from symdyn.simulation.columns import column_units, multiplier_columns, unit_of
+from symdyn.simulation.equations.compiled_routines import opened
+from symdyn.simulation.forward import simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
+from symdyn.simulation.problem import Problem, Run
+from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.variations import variations
 
 
 @dataclass(frozen=True)
@@ -195,6 +201,52 @@ def fold_over(fold: str, t: Array, y: Array) -> Array:
         return FOLDS[fold].of(sums_of(t, y))
     one, zero = y[:, 0], np.zeros(len(y))
     return FOLDS[fold].of(Sums(one, one, one, one, zero + t[0], zero + t[0], zero, zero, zero))
+
+
+def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity, Sums]:
+    """Return what is kept of formulas over the rows of a run."""
+    if not insides:
+        return {}
+    known = dict(zip(*(run.names, run.table()[1].T), strict=True))
+    if any(name.startswith(LETTERS.multiplier) for one in insides for name in one.symbols):
+        known |= multiplier_columns(run)
+    known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    graph = Graph()
+    letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}
+    with np.errstate(all="ignore"):
+        found = evaluate([one.express(graph) for one in insides], Batches(), letters)
+        rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
+        return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
+
+
+def measured(run: Trajectory, measures: Sequence[Measure]) -> Array:
+    """Return measures of one run, shape (measures,)."""
+    sums = sums_over(tuple(dict.fromkeys(inside for one in measures for inside in one.insides)), run)
+    known = {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    return np.array([float(one.value(sums, known)) for one in measures])
+
+
+def measure_slopes(problem: Problem, run: Run, measures: Sequence[str], names: Sequence[str]) -> Array:
+    """Return the derivatives of measures of a run by each of the names, shape (measures, names); NaN where none is.
+
+    A fold is taken of the run as it is to first order on both sides of every name: the largest value follows the
+    sample where it is, and a measure that jumps from one sample to another has no derivative there.
+    Names are as of `variations`; of the run only `until` and `every` are looked at.
+
+    Raises:
+        SimulateError: with every fault.
+    """
+    faults = Faults("")
+    read = read_measures(problem.scene, measures, faults)
+    faults.close(SimulateError)
+    made = simulate(problem.as_read, until=run.until, every=run.every, say=lambda _: None)
+    found = variations(made, problem.driving, problem.initial, names)
+    slopes = np.zeros((len(read), len(names)))
+    for k in range(len(names)):
+        step = found.step(k)
+        ahead, behind = (measured(found.beside(made, k, sign * step), read) for sign in (1, -1))
+        slopes[:, k] = (ahead - behind) / (2 * step)
+    return slopes
 
 
 _FOLDED = re.compile(rf"\b({'|'.join(FOLDS)})\s*\(")

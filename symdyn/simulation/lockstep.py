@@ -35,17 +35,15 @@ from symdyn.program import Program, assemble, lower, prepare
 from symdyn.runtime import find_compiler, load_functions
 from symdyn.scene import Quantity
 from symdyn.scene.values import LETTERS, Faults
-from symdyn.simulation.ensemble import one_by_one
-from symdyn.simulation.ensemble.measures import Sums
-from symdyn.simulation.ensemble.task import RunBlock, RunMode, Runner, Task, replaced
+from symdyn.simulation.ensemble_task import RunBlock, RunMode, Runner, Task, one_after_other, replaced
 from symdyn.simulation.equations.compiled_routines import Kept, Opened, acting, function_of, opened
 from symdyn.simulation.equations.monitors import SLACK, STOPS, limits_of
 from symdyn.simulation.forward import dies_out_fast
-from symdyn.simulation.integrate.method import DOUBLES
+from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED
 from symdyn.simulation.integrate.watch import CLOSER, FIRST, ROUNDING, Looks
+from symdyn.simulation.measures import Sums
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
-from symdyn.simulation.trajectory import END, INTERRUPTED
 
 TAKEN = ("q", "qd", TIME)
 
@@ -340,7 +338,7 @@ def ready(task: Task) -> Runner:
     names = list(scene.coordinates)
     firsts = [names.index(group[0]) for group in quaternions(scene)]
     made = _LIBRARIES.get(key, lambda: library(parts, firsts))
-    again = one_by_one.ready(task)
+    again = one_after_other(task)
     halt = np.zeros(1, dtype=np.int32)
 
     def run(part: slice) -> RunBlock:

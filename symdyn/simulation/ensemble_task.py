@@ -1,11 +1,13 @@
 """What a mode of many runs is given, what it gives back for a part of them, and how parts are handed out.
 
-Parts have a fixed number of runs, so that the same runs give the same bytes on any number of threads.
+Parts have a fixed number of runs, so that the same runs give the same bytes on any number of threads. The mode that
+takes whatever `simulate` takes runs one after the other by it, and reads what measures fold from the columns of each.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -18,13 +20,16 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
+from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import spell
-from symdyn.simulation.ensemble.measures import Measure, Sums
+from symdyn.scene.values import LETTERS, spell
+from symdyn.simulation.forward import simulate
+from symdyn.simulation.integrate.integration import END, INTERRUPTED
+from symdyn.simulation.measures import Measure, Sums, sums_over
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.trajectory import END, INTERRUPTED
+from symdyn.simulation.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -338,3 +343,63 @@ def joined(task: Task, blocks: Sequence[RunBlock]) -> RunBlock:
         together([part.samples for part in parts]) if task.keep else None, sum(part.steps for part in parts),
         tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )  # fmt: skip
+
+
+def one_after_other(task: Task) -> Runner:
+    """Return what runs a part, one run after the other."""
+
+    def run(part: slice) -> RunBlock:
+        runs = range(task.lanes.count)[part]
+        found = nothing(task, len(runs))
+        t, q, u, sums, samples = found.t, found.q, found.u, found.sums, found.samples
+        why, steps, notes = [], 0, dict[str, None]()
+        for row, k in enumerate(runs):
+            one = _one(task, k, notes)
+            if isinstance(one, str):
+                why.append(one)
+                continue
+            if one.stopped == INTERRUPTED:
+                raise KeyboardInterrupt
+            t[row], q[row], u[row] = one.t[-1], one.q[-1], one.qd[-1]
+            why.append(_why(one))
+            steps += one.steps
+            for inside, kept in sums_over(task.insides, one).items():
+                for name in Sums.__dataclass_fields__:
+                    getattr(sums[inside], name)[row] = getattr(kept, name)
+            if samples is not None:
+                count = min(len(one.t), len(task.times))
+                samples[row, :count] = np.hstack([one.q, one.qd])[:count]
+        return RunBlock(t, q, u, tuple(why), sums, samples, steps, tuple(notes))
+
+    return Runner(run)
+
+
+def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
+    """Return one run, or why there is none."""
+    values, start, rates = task.lanes.one(k)
+    named = {name for one in task.insides for name in one.symbols}
+    try:
+        return simulate(
+            task.scene, forces=task.forces, start=start, start_rates=rates, values=values or None, until=task.until,
+            every=task.every, method=task.method, rtol=task.rtol, atol=task.atol, stops=task.stops,
+            ignore_limits=task.ignore_limits, reactions=any(name.startswith(LETTERS.reaction) for name in named),
+            say=notes.setdefault,
+        )  # fmt: skip
+    except MethodError:  # nor would it apply to another run
+        raise
+    except SymdynError as fault:
+        return " ".join(str(fault).split())
+
+
+def _why(run: Trajectory) -> str:
+    """Return why a run ended in words that many runs share: when it was is told apart."""
+    ended = run.events[-1] if run.events and run.events[-1].stops else None
+    return _AT.sub("t", run.stopped) if ended is None else ended.formula
+
+
+_AT = re.compile(r"\bt = [-+.\deinf]+ s\b")
+
+
+ONE_BY_ONE = RunMode(
+    "one by one", "each run by `simulate`", "symdyn", 1, one_after_other, lambda task: "", threads=False
+)
