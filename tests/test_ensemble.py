@@ -314,7 +314,7 @@ def test_series_lockstep_need_no_measure(monkeypatch: pytest.MonkeyPatch) -> Non
 
     No run is lost and run again by `simulate`.
     """
-    again = "symdyn.simulation.ensemble.taylor_lockstep.replaced"
+    again = "symdyn.simulation.read_ensemble.replaced"
     monkeypatch.setattr(again, lambda task, block, part, lost, runner: block)
     runs = symdyn.ensemble(bound("pendulum"), until=3.0, start={"q1": [0.0, 0.1, 1.0]}, method="taylor", rtol=1e-13)
     one = symdyn.simulate(bound("pendulum"), until=3.0, start={"q1": 1.0}, method="taylor", rtol=1e-13)
