@@ -43,8 +43,8 @@ def main() -> None:
         scene = symdyn.read(EXAMPLES / f"{name}.toml")
         if parameter not in [one.name for one in scene.parameters]:
             continue
-        starts: dict[str, Start | None] = {"assembled" if scene.is_closed else "read": None}
-        if scene.is_closed:
+        starts: dict[str, Start | None] = {"assembled" if scene.is_constrained else "read": None}
+        if scene.is_constrained:
             starts["given"] = read_start(scene)
         for place, (words, start) in enumerate(starts.items()):
             print(f"{name:16} {method:8} {words:10}", *_measured(scene, parameter, method, start, place))

@@ -188,7 +188,7 @@ def counts() -> None:
         slopes = slopes_of(w, found, "balance", [symbol for _, _, symbol in inputs_of(found, balance)])
         row, _ = row_of("forward_dynamics", w.scene)
         forward = list(derive_one(w, "forward_dynamics", row.preferred(w)).entries)
-        if w.scene.is_closed:
+        if w.scene.is_constrained:
             explicit = partials(forward, list(chain(*(found.kinds[kind] for kind in ("q", "u", "force"))))).values()
         else:
             explicit = derive_one(w, "forward_dynamics_derivatives").entries

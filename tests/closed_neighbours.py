@@ -14,7 +14,7 @@ from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.mechanism.state import TIME, quaternions
-from symdyn.dynamics.outputs import closed_outputs
+from symdyn.dynamics.outputs import constrained_outputs
 from symdyn.graph import Expr, evaluate, reachable, tangents
 from symdyn.scene import Scene
 
@@ -154,7 +154,7 @@ class Neighbours:
     def entries(self, output: str) -> list[Expr]:
         """Return what is differentiated, by Lagrange's equations."""
         if output == "inverse_dynamics":
-            return closed_outputs.lagrange_inverse(self.w)
+            return constrained_outputs.lagrange_inverse(self.w)
         accelerations, multipliers = self.w.loops.lagrange_solution
         kept = len(self.w.loops.decisions.independent_rows)
         return list(accelerations) if output == "forward_dynamics" else list(multipliers[:kept])

@@ -205,7 +205,7 @@ def test_how_functions_are_called_is_known_before_they_are_derived(path):
         )
         assert first == second
         told += not function.entries
-    assert bool(told) is not (scene.is_closed or bool(scene.loads) or bool(scene.inputs))
+    assert bool(told) is not (scene.is_constrained or bool(scene.loads) or bool(scene.inputs))
 
 
 def test_nothing_is_derived_before_it_is_called(cache, monkeypatch):

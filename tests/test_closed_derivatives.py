@@ -387,9 +387,11 @@ def test_the_benchmark_bicycle_at_five_metres_a_second() -> None:
 @pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
 def test_state_matrices_are_what_linearize_eliminates_in_numbers(name: str) -> None:
     there = linearize(scene(name), anywhere=True)
-    closing = LoopChoices(independent=there.states.names[there.positions :] if there.scene.is_closed else ())
+    closing = LoopChoices(independent=there.states.names[there.positions :] if there.scene.is_constrained else ())
     w = Workspace(scene(name), closing)
-    known = w.loops.values(there.point.q) if w.scene.is_closed else dict(zip(w.state.q, there.point.q, strict=True))
+    known = (
+        w.loops.values(there.point.q) if w.scene.is_constrained else dict(zip(w.state.q, there.point.q, strict=True))
+    )
     known |= {x: float(v) for x, v in zip(w.state.qd, there.point.u, strict=True)}
     known |= {x: float(v) for x, v in zip(w.state.tau, there.point.tau, strict=True)}
     function = derive_one(w, "state_matrices")

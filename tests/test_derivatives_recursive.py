@@ -26,7 +26,7 @@ from symdyn.verify import certify
 pytestmark = pytest.mark.long
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-OPEN = [scene for scene in map(symdyn.read, sorted(EXAMPLES.glob("*.toml"))) if not scene.is_closed]
+OPEN = [scene for scene in map(symdyn.read, sorted(EXAMPLES.glob("*.toml"))) if not scene.is_constrained]
 
 LOADED = [with_loads(tree, seed) for seed, tree in enumerate([*TREES[:2], *COUPLED[:2]])]
 OF_KINDS = [
@@ -103,7 +103,7 @@ def test_drawn_mechanisms_agree(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("begin", range(0, 400, 50))
 def test_hundreds_of_drawn_mechanisms_agree(begin: int) -> None:
-    scenes = [scene for scene in map(drawn, range(begin, begin + 50)) if not scene.is_closed]
+    scenes = [scene for scene in map(drawn, range(begin, begin + 50)) if not scene.is_constrained]
     assert scenes
     for scene in scenes:
         agree(scene)

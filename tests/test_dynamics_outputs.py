@@ -216,7 +216,7 @@ def may_fail(name: str) -> None:
     """Some scene lacks what a scene may lack; all else each has."""
     missing = []
     for one in lacking():
-        if one.is_closed or of_trees(name):
+        if one.is_constrained or of_trees(name):
             try:
                 entries(name, one)
             except DerivationError as fault:
@@ -543,10 +543,10 @@ def test_a_fault_in_any_one_formulation_fails_the_certificate(name: str, monkeyp
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
     one = next(one for one in (looked(name, each) for each in some) if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
-    known = row.constrained if one.is_closed else row
+    known = row.constrained if one.is_constrained else row
     for way in formulations_of(request(name, one), one):
         wrong = {**known.formulations, way: faulty(known.formulations[way])}
-        monkeypatch.setitem(OUTPUTS, name, with_formulations(row, wrong, one.is_closed))
+        monkeypatch.setitem(OUTPUTS, name, with_formulations(row, wrong, one.is_constrained))
         assert not certify(one, (request(name, one),)).passed, way
 
 

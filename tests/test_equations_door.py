@@ -63,7 +63,7 @@ def test_matrices_have_the_values_of_generated_code(name: str) -> None:
     found = symdyn.equations(scene).sympy()
     at = state(found)
     q, qd, qdd = (np.array([at[x] for x in column]) for column in (found.q, found.qd, found.qdd))
-    forces = "tree_forces" if scene.is_closed else "inverse_dynamics"
+    forces = "tree_forces" if scene.is_constrained else "inverse_dynamics"
     M, g, tau = symdyn.lambdify(scene, ("mass_matrix", "gravity_forces", forces))
 
     assert numbers(found.M, found, at) == pytest.approx(M(q), abs=1e-12)

@@ -250,7 +250,7 @@ def test_derivatives_under_a_controller_are_those_of_the_whole(scene: Scene) -> 
     system = state_equations(scene, Forces(fed=control.places))
     system.__dict__["loop"] = loop = Loop(control, nq, nv, 1.0)
     start = read_start(scene)
-    x = np.concatenate([start.q, start.u + (0.0 if scene.is_closed else 0.3), np.zeros(int(system.works))])
+    x = np.concatenate([start.q, start.u + (0.0 if scene.is_constrained else 0.3), np.zeros(int(system.works))])
 
     assert np.allclose(slopes(system)(0.4, x), differences(system, 0.4, x, 1e-6), atol=2e-6 if nq != nv else 1e-7)
     equations = Implicit(system)

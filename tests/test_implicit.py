@@ -22,7 +22,7 @@ TREES, LOOPS = ("cart_pole", "scara", "puma560"), ("four_bar", "governor", "slid
 
 def at_work(name: str) -> tuple[Workspace, implicit.Implicit]:
     w = Workspace(read(EXAMPLES / f"{name}.toml"))
-    return w, w.once(implicit.motion, MANIFOLD if w.scene.is_closed else FREE)
+    return w, w.once(implicit.motion, MANIFOLD if w.scene.is_constrained else FREE)
 
 
 def numbers(entries: Sequence[Expr]) -> np.ndarray:

@@ -9,7 +9,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, row_of
-from symdyn.dynamics.outputs.closed_derivatives import CLOSED
+from symdyn.dynamics.outputs.constrained_derivatives import CLOSED
 from symdyn.dynamics.outputs.requests import MANY, words
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -19,8 +19,8 @@ CLOSED_SCENES = ("four_bar", "governor", "rolling_disc", "slider_crank")
 
 def requests(scene: Scene) -> list[str]:
     """Return everything that can be asked of a scene, derivatives too."""
-    of = [*OUTPUTS, *(CLOSED if scene.is_closed else ())]
-    of += [word for one in MANY for word in words(one, scene.is_closed) if word.isidentifier() and word.islower()]
+    of = [*OUTPUTS, *(CLOSED if scene.is_constrained else ())]
+    of += [word for one in MANY for word in words(one, scene.is_constrained) if word.isidentifier() and word.islower()]
     found = []
     for one in dict.fromkeys(of):
         places = {"body": scene.bodies, "point": scene.points, "output": scene.outputs}

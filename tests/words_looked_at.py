@@ -23,7 +23,12 @@ def _forces(scene: symdyn.Scene) -> object:
     ties = ["constraint_residual", "constraint_jacobian", "constraint_bias"]
     poses = [f"pose:{one.name}" for one in scene.points]
     found: list[Any] = [scene.coordinates]
-    for name in ["kinetic_energy", "potential_energy", *(ties if scene.is_closed else ["inverse_dynamics"]), *poses]:
+    for name in [
+        "kinetic_energy",
+        "potential_energy",
+        *(ties if scene.is_constrained else ["inverse_dynamics"]),
+        *poses,
+    ]:
         try:
             found.append(_values(scene, name))
         except symdyn.SymdynError:  # rows in velocities alone have no residual

@@ -251,7 +251,7 @@ def positions_of(scene: Scene, seed: int = 1) -> Positions:
     """Return a scene's coordinates without any singular positions; free parameters as `draw` gives them."""
     units = SceneUnits(scene).coordinates
     loops = None
-    if scene.is_closed:
+    if scene.is_constrained:
         numbers = Numbers(scene)
         numbers.free = {p.name: float(x) for p, x in zip(scene.free_parameters, parameters(seed), strict=False)}
         loops = Loops(numbers)

@@ -144,7 +144,7 @@ def _fresh_cache() -> Iterator[None]:
 def _positions(scene: Scene, seed: int) -> Positions:
     """Return the coordinates, and positions near which M, a Jacobian or the rows of loops are singular."""
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
-    rows = ["constraint_jacobian"] if scene.is_closed else []
+    rows = ["constraint_jacobian"] if scene.is_constrained else []
     program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
     module = RUNNERS["numpy"].run(emit(program))
     anywhere = positions_of(scene, seed)

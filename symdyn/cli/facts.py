@@ -258,7 +258,7 @@ def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
 
     Beside it are entries of reactions, axes of the children, that rigid bodies do not tell, in words; "" for none.
     """
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return None
     from symdyn.dynamics import loose_reactions
     from symdyn.dynamics.loops import mobility

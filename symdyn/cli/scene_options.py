@@ -34,7 +34,7 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
         DerivationError: a choice that means nothing, or a scene without loops and rows.
     """
     given = [f"--{name}" for name in ("independent", "baumgarte") if getattr(options, name) is not None]
-    if given and not scene.is_closed:
+    if given and not scene.is_constrained:
         raise DerivationError(
             f"{scene.name}: {' and '.join(given)}: it has no loops and no rows, all its coordinates are independent; "
             f"leave {' and '.join(given)} out"

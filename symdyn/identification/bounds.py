@@ -211,7 +211,7 @@ def _number(
 
 def fits(scene: Scene) -> list[str]:
     """Return why motions of a scene cannot be chosen freely, nothing where they can."""
-    if scene.is_closed:
+    if scene.is_constrained:
         return [
             f"{scene.name}: its loops or contacts tie coordinates to each other, and an exciting motion would have to "
             "keep them; excite the mechanism with its loops opened, or give a motion of your own to `identify`"

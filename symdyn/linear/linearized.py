@@ -60,7 +60,12 @@ MOST_UNKNOWNS, MOST_SOLUTIONS = 4, 32
 def complete(equilibria: Equilibria) -> bool:
     """Tell whether it is proved that a tree has no positions of rest but those found; False where nothing is proved."""
     prepared = equilibria.prepared
-    if prepared.scene.is_closed or prepared.functions.multipliers or prepared.functions.inputs or equilibria.singular:
+    if (
+        prepared.scene.is_constrained
+        or prepared.functions.multipliers
+        or prepared.functions.inputs
+        or equilibria.singular
+    ):
         return False
     if prepared.forces.tables or any(place.family for place in equilibria.places):
         return False

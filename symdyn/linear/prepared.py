@@ -360,7 +360,7 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
     found = opened(scene)
     if not scene.velocities:
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    if independent and not scene.is_closed:
+    if independent and not scene.is_constrained:
         raise LinearizeError(
             f"{scene.name}: --independent: it has no loops and no rows, all its coordinates are independent; leave "
             "--independent out"
@@ -370,10 +370,10 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
     faults.close(LinearizeError)
     looked = read_outputs(scene, outputs)
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
-    if not scene.is_closed:
+    if not scene.is_constrained:
         closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values
     usual = {k: one.value for k, one in enumerate(scene.inputs, len(scene.velocities)) if k not in forces.outside}
     v = variations(found.scene, closing, tuple((usual | dict(forces.formulas)).items()), looked.formulas)
     every = range(len(scene.velocities))
-    wanted = v.w.loops.decisions.partition.independent if scene.is_closed else every
+    wanted = v.w.loops.decisions.partition.independent if scene.is_constrained else every
     return Prepared(scene, forces, looked, v, tuple(k for k in wanted if k not in v.w.prescribed.place))

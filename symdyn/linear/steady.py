@@ -278,7 +278,7 @@ def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
 def _closed(numbers: Numbers, q: Array) -> Array:
     """Return the closed position next to one."""
     q = numbers.normalised(q)
-    for _ in range(CLOSING if numbers.scene.is_closed else 0):
+    for _ in range(CLOSING if numbers.scene.is_constrained else 0):
         back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
         q = numbers.retract(q, np.asarray(back, dtype=np.float64))
     return q

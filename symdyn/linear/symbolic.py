@@ -227,7 +227,7 @@ def _exact(prepared: Prepared, system: Linearization) -> tuple[dict[Expr, Expr],
         else:
             exact = exact and q not in needed
             held.append(q)
-    if exact or not system.scene.is_closed:
+    if exact or not system.scene.is_constrained:
         return place, tuple(str(q.value) for q in held if q in needed)
     kept = [q for q in w.state.q if q in needed]  # loops hold positions: exact ones beside others would not close
     return {}, tuple(str(q.value) for q in kept)

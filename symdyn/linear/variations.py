@@ -80,7 +80,7 @@ def on_graph(
     """
 
     def reactions(axes: str) -> list[Expr]:
-        name = "forward_reactions" if w.scene.is_closed else "reactions"
+        name = "forward_reactions" if w.scene.is_constrained else "reactions"
         return substitute(derive_one(w, name if axes == LETTERS.axes[0] else f"{name}:{axes}").entries, acting)
 
     moving = Moving(
@@ -237,7 +237,7 @@ def _written(
     q, u, a = along, each(state.qd), each(state.qdd)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
-    if not scene.is_closed and not own:  # in the formulation that is preferred
+    if not scene.is_constrained and not own:  # in the formulation that is preferred
         direct = derive_one(w, "inverse_dynamics_derivatives")
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
@@ -267,7 +267,7 @@ def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[
     G: list[list[Expr]] = []
     residual: list[Expr] = []
     holding: list[bool] = []
-    if w.scene.is_closed:
+    if w.scene.is_constrained:
         rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
         holding = [rows.labels[k].closes for k in kept]

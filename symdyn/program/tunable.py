@@ -41,7 +41,7 @@ def tunable(
         DerivationError: as `formulate`; or loops close a scene of which a parameter has no value.
     """
     free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
-    if scene.is_closed:
+    if scene.is_constrained:
         if scene.free_parameters:
             names = [one.name for one in scene.free_parameters]
             raise DerivationError(

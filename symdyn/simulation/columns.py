@@ -312,7 +312,7 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
     """
     scene = motion.scene
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return {}
     decisions = written_decisions(scene)
     return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.letters else {}
@@ -330,7 +330,7 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
         axes: one of `AXES`.
     """
     scene = motion.scene
-    name = "forward_reactions" if scene.is_closed and (given or not any(scene.drives)) else "reactions"
+    name = "forward_reactions" if scene.is_constrained and (given or not any(scene.drives)) else "reactions"
     request, found = name if axes == "body" else f"{name}:{axes}", opened(scene)
 
     def make() -> Compiled:
@@ -351,7 +351,7 @@ def choices(scene: Scene, axes: str) -> Hashable:
     Beside rows and velocities these are the wrenches that close loops, node by node, which in a plane have nothing
     across it, and the entries that rigid bodies determine.
     """
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return None
     found = opened(scene)
     w = Workspace(found.scene, found.closing)

@@ -94,7 +94,7 @@ def _exact(run: Trajectory, motion: SceneMotion, names: Sequence[str]) -> Array 
     scene = run.scene
     if scene.prescribed_velocities:
         return None
-    given = tuple(name for name in scene.coordinates if name in motion.laws) if scene.is_closed else ()
+    given = tuple(name for name in scene.coordinates if name in motion.laws) if scene.is_constrained else ()
     choices = LoopChoices(independent=given)
     try:
         labels = derive_one(Workspace(scene, choices), DERIVATIVES).labels

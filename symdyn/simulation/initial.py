@@ -218,7 +218,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
     ]
     q = numbers.normalised(q)
-    if scene.is_closed:
+    if scene.is_constrained:
         q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
         notes += more
         faults.close(SimulateError)

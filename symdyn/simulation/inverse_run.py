@@ -126,7 +126,7 @@ def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     """Return functions of a scene, its parameters free."""
     w = Workspace(scene.scene, scene.closing)
     names = ["inverse_dynamics"]
-    if w.scene.is_closed:
+    if w.scene.is_constrained:
         names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
     names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
     functions = [derive_one(w, name) for name in names]
@@ -146,7 +146,7 @@ def _kinematics(w: Workspace) -> Function:
 def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     """Return the rates of kinematics, rows and Jacobians."""
     w = Workspace(scene.scene, scene.closing)
-    names = ["constraint_jacobian"] if w.scene.is_closed else []
+    names = ["constraint_jacobian"] if w.scene.is_constrained else []
     names += [f"jacobian:{name}" for name in points_on_paths]
     functions = [_kinematics(w), *(derive_one(w, name) for name in names)]
     moved = [

@@ -289,7 +289,7 @@ def shape(task: Task) -> str:
     scene, forces = task.scene, task.forces
     if task.rtol < DOUBLES:
         return "doubles have no such tolerance"
-    if scene.is_closed:
+    if scene.is_constrained:
         return "loops close"
     if not scene.velocities:
         return "nothing moves"

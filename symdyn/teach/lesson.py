@@ -107,7 +107,7 @@ def is_tied(scene: Scene) -> bool:
     Raises:
         DerivationError: its loops cannot be assembled.
     """
-    return scene.is_closed and bool(Workspace(scene).loops.decisions.independent_rows)
+    return scene.is_constrained and bool(Workspace(scene).loops.decisions.independent_rows)
 
 
 @dataclass
@@ -378,7 +378,7 @@ def together(forms: Sequence[Form]) -> Words:
 
 def silent_steps(lesson: Lesson) -> list[Step]:
     """Return the step that names what ties nothing, and why; none where everything ties something."""
-    if not lesson.scene.is_closed:
+    if not lesson.scene.is_constrained:
         return []
     loops = lesson.workspace.loops
     owners = [(one.owner, one.loop) for one in loops.recursive.labels]

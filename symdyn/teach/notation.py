@@ -38,7 +38,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         if joint.coupling:
             places = [Form.of(joint.position(Graph()))]
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
-    key = "scene.closed" if scene.is_closed else "scene"
+    key = "scene.closed" if scene.is_constrained else "scene"
     claim = lesson.say(key, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
     return Step("scene", claim, (shown, joints), lesson.say(f"{key}.reason"))

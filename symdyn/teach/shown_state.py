@@ -94,7 +94,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
     Those of the others stay. Where a mass that is zero leaves some open, they are the least.
     """
     idle = idle_velocities(scene)
-    if scene.is_closed or not idle:
+    if scene.is_constrained or not idle:
         return chosen
     w = Workspace(scene)
     qdd = w.state.qdd
@@ -125,7 +125,7 @@ def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]
 def shown_state(scene: Scene) -> Chosen:
     """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
     graph = Graph()
-    return choose_state(scene, State.of(scene, graph), graph, moving=not scene.is_closed)
+    return choose_state(scene, State.of(scene, graph), graph, moving=not scene.is_constrained)
 
 
 def rates_of(energies: Energies, state: State, chosen: Chosen) -> list[float]:
@@ -200,7 +200,7 @@ def _distinct(
     scene: Scene, q: Mapping[str, float], held: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
     """Return coordinates that are held, and others where none hides another; with loops or rows only driven ones."""
-    found, seen, tied = dict(held), list(held.values()), scene.is_closed
+    found, seen, tied = dict(held), list(held.values()), scene.is_constrained
     for joint, name, unit in SceneUnits(scene).each_coordinate():
         if name in held or unit == "1" or (tied and not any(joint.drives)):
             continue

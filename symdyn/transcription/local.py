@@ -133,7 +133,7 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
     G: list[list[Expr]] = []
     residual: list[Expr] = []
     bias: list[Expr] = []
-    if w.scene.is_closed:
+    if w.scene.is_constrained:
         rows = w.loops.recursive
         G, residual, bias = w.loops.G(rows), w.loops.residual(rows), w.loops.bias(rows)
     rate = [graph.total(x * y for x, y in zip(row, u, strict=True)) for row in G]

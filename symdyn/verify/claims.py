@@ -66,7 +66,7 @@ class About:
 
     def fits(self, scene: Scene, outputs: Collection[str]) -> bool:
         """Tell whether it is a law of scenes of this kind, and about nothing but these outputs."""
-        needed = self.loops if scene.is_closed else self.trees
+        needed = self.loops if scene.is_constrained else self.trees
         return needed is not None and set(needed) <= set(outputs)
 
 
@@ -126,7 +126,7 @@ def _product(w: Workspace, rows: Sequence[Expr], values: Sequence[Expr]) -> list
 
 
 def _driving(w: Workspace) -> tuple[Expr, ...]:
-    return entries(w, DRIVING_TREE if w.scene.is_closed else DRIVING)
+    return entries(w, DRIVING_TREE if w.scene.is_constrained else DRIVING)
 
 
 def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
@@ -135,7 +135,7 @@ def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
         if not known:
             return None
         rest = Linear.of(w).remainder()
-        rest = w.loops.drives_of(rest) if w.scene.is_closed else rest
+        rest = w.loops.drives_of(rest) if w.scene.is_constrained else rest
         sums = [a + b for a, b in zip(_product(w, entries(w, output), known), rest, strict=True)]
         return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), entries(w, DRIVING))
 
@@ -162,7 +162,7 @@ def _passive(w: Workspace) -> Claim:
 
 
 def _passive_columns(w: Workspace) -> Claim | None:
-    if w.scene.is_closed:  # one is of the drives, the other one of the spanning tree
+    if w.scene.is_constrained:  # one is of the drives, the other one of the spanning tree
         return None
     along, own = _along_itself(w, "slotine_li_regressor"), entries(w, "base_regressor")
     return Claim("regressor along a reference", "at qd_r = qd", "base regressor", along, own)

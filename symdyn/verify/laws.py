@@ -152,7 +152,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
     Else those that driving forces give; None where forward dynamics does not exist.
     """
-    if not w.scene.is_closed or len(w.scene.passive_velocities) == len(w.loops.decisions.independent_rows):
+    if not w.scene.is_constrained or len(w.scene.passive_velocities) == len(w.loops.decisions.independent_rows):
         return {}
     passive = {w.state.tau[k]: w.graph.zero for k in w.scene.passive_velocities}
     try:
@@ -166,7 +166,7 @@ def _contacts(w: Workspace) -> list[tuple[JointFrames, Wrench]]:
     """Return contacts with what they exert on their bodies, axes of the bodies."""
     hanging, first = w.hanging, len(w.hanging.loops)
     total = [Wrench.none(w.graph)] * len(hanging.cuts)
-    for one, size in w.hanging.carried() if w.scene.is_closed else []:
+    for one, size in w.hanging.carried() if w.scene.is_constrained else []:
         if one.wrench is not None:
             total[one.loop] = total[one.loop] + one.wrench.scaled(size)
     return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
@@ -209,7 +209,7 @@ def drives_in_reactions(w: Workspace) -> Claim | None:
         return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
     tau = list(entries(w, "inverse_dynamics"))
-    for one, size in w.hanging.carried() if w.scene.is_closed else []:
+    for one, size in w.hanging.carried() if w.scene.is_constrained else []:
         if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
             tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
     sides = substitute([*driving, *tau], motion)
@@ -235,7 +235,7 @@ def power_of_reactions(w: Workspace) -> Claim | None:
         pushes = zip(hinge.rates, hanging.own_forces(hinge), strict=True)
         given += [rate * force for rate, force in pushes]
     sides = substitute([graph.total(terms), graph.total(given)], motion)
-    if w.scene.is_closed:
+    if w.scene.is_constrained:
         sides = substitute(sides, dict(zip(u, entries(w, "velocities"), strict=True)))
     return Claim("power of reactions", "R.(relative motion)", "(tau + Q of joints).qd", (sides[0],), (sides[1],))
 
@@ -314,7 +314,7 @@ DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
 
 
 def _driving(w: Workspace) -> tuple[Expr, ...]:
-    return entries(w, DRIVING_TREE if w.scene.is_closed else DRIVING)
+    return entries(w, DRIVING_TREE if w.scene.is_constrained else DRIVING)
 
 
 def _of_driving(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:

@@ -83,7 +83,7 @@ def forward_findings(w: Workspace) -> Looked:
 
 def lost_rank(w: Workspace, q: Array) -> str:
     """Return why the equations of motion of a closed scene have no one solution at a position, "" where they have."""
-    if not w.scene.is_closed:
+    if not w.scene.is_constrained:
         return ""
     found = _state(w, {}, _entries(w), 0, "the state", q)
     return found if isinstance(found, str) else ""
@@ -328,7 +328,7 @@ def positive_definite(seen: Seen) -> Looked:
     with np.errstate(all="ignore"):
         matrices = [getattr(module, mass.name)(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if not _is_definite(M, scene.is_closed)), -1)
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, scene.is_constrained)), -1)
     why = "" if real else f"M has finite entries at none of {len(states)} states"
     return [Finding(DEFINITE, Verdict.of(len(real), where >= 0), len(real), 0, 0.0, where, why)], []
 

@@ -323,7 +323,7 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
         low, high = joint.range(values)
         low, high = (x if math.isfinite(x) else sign * wide[unit] for x, sign in ((low, -1), (high, 1)))
         spans.append((name, scene.shown_unit(unit), low, high))
-    numbers = Numbers(scene) if scene.is_closed else None
+    numbers = Numbers(scene) if scene.is_constrained else None
     if numbers is not None:
         numbers = numbers.bound_to({p.name: values[p.name] for p in scene.free_parameters})
     return Standing(scene, q, values, tuple(spans), numbers)

@@ -66,7 +66,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     tiny["q"] = given["q"]
     metric = "error / running error bound"
     yield Case(f"denormal rates and forces, {kind}", metric, Real.ALLOWED, *_worst_share(made, names, tiny))
-    if not one.is_closed and "1" not in positions_of(one).units:
+    if not one.is_constrained and "1" not in positions_of(one).units:
         tiny["q"] = given["q"] * 1e-310
         yield Case(f"denormal states, {kind}", metric, Real.ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")

@@ -100,7 +100,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
         for formulation in _formulations(one):
             try:
-                if scene.is_closed:
+                if scene.is_constrained:
                     yield _closed(f"{name}, {formulation}", one, calls(one, FORWARD, formulation=formulation), given)
                 else:
                     yield from cases(

@@ -1,6 +1,6 @@
 """Closed mechanisms, with loops, contacts or other constraint rows: what these demand, where they close, what is free.
 
-Inverse dynamics of them: outputs/closed_outputs.py.
+Inverse dynamics of them: outputs/constrained_outputs.py.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
 """Names that `symdyn.dynamics.outputs` offers; each is imported when it is first used."""
 
 from .base_columns import BaseColumns as BaseColumns, Linear as Linear
-from .closed_outputs import unique as unique
+from .constrained_outputs import unique as unique
 from .derivative_outputs import differentiable as differentiable, kinks as kinks
 from .named_functions import DIRECTIONS as DIRECTIONS, Counts as Counts, arguments as arguments
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives

@@ -14,7 +14,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.state import INPUTS, TIME, has_motion, refuse_ideal_friction
-from symdyn.dynamics.outputs.closed_derivatives import RESIDUAL, UNPROJECTED
+from symdyn.dynamics.outputs.constrained_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.outputs.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.outputs.output import DefaultIn, Output
 from symdyn.dynamics.outputs.output_table import OUTPUTS
@@ -100,7 +100,7 @@ def derive_one(workspace: Workspace, request: str, formulation: str | None = Non
             workspace.derived[request, name] = _derived(workspace, request, row, place, name)
         return workspace.derived[request, name]
     except Singular as fault:
-        if workspace.scene.is_closed:  # a reduced matrix, whose rows are no velocities
+        if workspace.scene.is_constrained:  # a reduced matrix, whose rows are no velocities
             raise
         raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
 
@@ -142,7 +142,7 @@ def _named(
 def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:
     """Return how an output is called, as a function without entries; `timed` are arguments that its row has not."""
     scene = workspace.scene
-    tree = row.when_constrained == "tree" and scene.is_closed
+    tree = row.when_constrained == "tree" and scene.is_constrained
     labels = tuple(axis(workspace) for axis in row.axes)
     return Function(
         name=name_in_code(row, request, scene),
@@ -173,7 +173,7 @@ def called(workspace: Workspace, request: str) -> Function | None:
     scene = workspace.scene
     request = request_of(request, scene)
     row, place = row_of(request, scene)
-    if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
+    if scene.is_constrained or scene.loads or scene.inputs or has_motion(scene):
         return None
     refuse_large(workspace, request)
     return derive_one(workspace, request) if row.may_fail != "never" else _called(workspace, request, row, place)
@@ -190,7 +190,7 @@ def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
 
 def _chosen(workspace: Workspace, row: Output) -> str:
     """Return what the user chose about loops, behind the text of an output that it changes."""
-    if not workspace.scene.is_closed:
+    if not workspace.scene.is_constrained:
         return ""
     chosen = {choice: getattr(workspace.closing, choice) for choice in row.depends}
     words = replace(LoopChoices(), **chosen).words
@@ -274,7 +274,7 @@ class Requested:
     def on_request(self) -> list[str]:
         """The outputs of the whole scene that no one has by default, and how derivatives of all are asked for."""
         scene = self.workspace.scene
-        alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_closed else ())]
+        alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_constrained else ())]
         return [*(name for name in expected(scene, "request") if name not in expected(scene)), *alone, *WORDS]
 
     @growing()

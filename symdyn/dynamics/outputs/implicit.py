@@ -32,7 +32,7 @@ from functools import partial
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.reduction import rows_of
 from symdyn.dynamics.mechanism.linear_solve import RowSolve, solve
-from symdyn.dynamics.outputs import closed_outputs as closed, recursive_derivatives, tree_formulations
+from symdyn.dynamics.outputs import constrained_outputs as closed, recursive_derivatives, tree_formulations
 from symdyn.dynamics.outputs.named_functions import WEIGHTS, direction, multiplier_symbols
 from symdyn.dynamics.outputs.tangent_space import FREE, TangentSpace, by_row, cheaper
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -68,7 +68,7 @@ Equations = Callable[[Workspace, TangentSpace], Implicit]
 
 def motion(w: Workspace, space: TangentSpace) -> Implicit:
     """Return the equations of motion, and accelerations, then multipliers."""
-    if not w.scene.is_closed:
+    if not w.scene.is_constrained:
         return Implicit(
             w.state.qdd, partial(_unbalanced, w), lambda: tree_formulations.forward(w), partial(_accelerated, w)
         )

@@ -191,7 +191,7 @@ class Output:
 
     def exists_in(self, scene: Scene) -> bool:
         """Tell whether a scene has it without being asked, if it may not fail."""
-        return self.when_constrained != ("refuse" if scene.is_closed else "only") and self.exists(scene)
+        return self.when_constrained != ("refuse" if scene.is_constrained else "only") and self.exists(scene)
 
     def is_default_in(self, who: DefaultIn) -> bool:
         """Tell whether someone takes it that nobody names it to."""

@@ -16,7 +16,7 @@ from symdyn.dynamics.mechanism import centroidal, kinematics
 from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.state import has_motion
 from symdyn.dynamics.outputs import recursive_derivatives, result_labels as labels, tree_formulations as formulations
-from symdyn.dynamics.outputs.closed_outputs import (
+from symdyn.dynamics.outputs.constrained_outputs import (
     CONSTRAINED_DRIVES,
     CONSTRAINED_FORWARD,
     CONSTRAINED_INVERSE,

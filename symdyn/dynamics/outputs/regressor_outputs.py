@@ -44,7 +44,7 @@ from symdyn.dynamics.outputs.base_columns import (
     lagrange_driving,
     others,
 )
-from symdyn.dynamics.outputs.closed_outputs import lagrange_drives_of
+from symdyn.dynamics.outputs.constrained_outputs import lagrange_drives_of
 from symdyn.dynamics.outputs.named_functions import REFERENCE, REFERENCE_RATE, direction
 from symdyn.dynamics.outputs.output import FORCES, Constrained, Formulation, Output, Size, by_lagrange
 from symdyn.dynamics.outputs.tree_formulations import shorter_coriolis_times

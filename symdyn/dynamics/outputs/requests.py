@@ -33,7 +33,7 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.state import INPUTS, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.outputs.closed_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
+from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
 from symdyn.dynamics.outputs.derivative_outputs import BESIDE, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
@@ -147,7 +147,7 @@ def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], 
 
 
 def _state(w: Workspace) -> tuple[str, ...]:
-    if w.scene.is_closed:
+    if w.scene.is_constrained:
         return (*independent_positions(w), *independent_velocities(w))
     return (*COLUMNS["q"](w), *w.scene.velocities)
 
@@ -201,7 +201,7 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
 
 def name_in_code(row: Output, request: str, scene: Scene) -> str:
     """Return what the function of a request is called in code."""
-    return (TREE_NAME if row.when_constrained == "tree" and scene.is_closed else "") + request.replace(":", "_")
+    return (TREE_NAME if row.when_constrained == "tree" and scene.is_constrained else "") + request.replace(":", "_")
 
 
 def request_of(name: str, scene: Scene) -> str:
@@ -211,7 +211,7 @@ def request_of(name: str, scene: Scene) -> str:
     places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
     places += [one.name for one in scene.outputs]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
-    plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_closed else []))
+    plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_constrained else []))
     tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places
                                  if one.endswith(f"_{at}"))]  # fmt: skip
     for request in dict.fromkeys(tried):
@@ -237,7 +237,7 @@ def of_place(name: str, by: DefaultIn = "generate") -> list[str]:
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
     """Return the same of a request alone."""
     name, _, place = request.partition(":")
-    closed = scene is not None and scene.is_closed
+    closed = scene is not None and scene.is_constrained
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
         place = ""
@@ -256,13 +256,13 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{name} is about the whole scene; write {' or '.join(there_is)}")
     if scene is None:
         return row, place
-    if row.when_constrained == "only" and not scene.is_closed:
+    if row.when_constrained == "only" and not scene.is_constrained:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
-    if row.when_constrained == "refuse" and scene.is_closed:
+    if row.when_constrained == "refuse" and scene.is_constrained:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
     if row.place in KINDS:
         check_place(scene, place, KINDS[row.place])
-    return row.constrained if scene.is_closed else row, place
+    return row.constrained if scene.is_constrained else row, place
 
 
 def _those_there(name: str, closed: bool) -> str:

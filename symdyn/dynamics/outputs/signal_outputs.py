@@ -14,8 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.outputs import closed_outputs as loops, result_labels as labels, tree_formulations as trees
-from symdyn.dynamics.outputs.closed_outputs import forward_reactions, unique as unique_entries
+from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -51,7 +51,7 @@ class Moving:
     @classmethod
     def driven(cls, w: Workspace, formulation: str = "recursive") -> Moving:
         """Return what letters stand for while driving forces move the scene, "recursive" or "lagrange"."""
-        closed, reduced = w.scene.is_closed, formulation == "recursive"
+        closed, reduced = w.scene.is_constrained, formulation == "recursive"
         of = {
             "accelerations": ((trees.forward, trees.lagrange_forward), (loops.forward, loops.lagrange_forward)),
             "drives": ((trees.drives_recursive, trees.drives_lagrange), (loops.drives, loops.lagrange_drives)),
@@ -96,7 +96,7 @@ class Moving:
         for one in dict.fromkeys(axes[name] for name in named if name in axes):
             told = reaction_names(w.scene, w.once(unique_entries, one), one)
             found |= zip(map(graph.symbol, told), self.reactions(one), strict=True)
-        if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
+        if w.scene.is_constrained and any(name.startswith(LETTERS.multiplier) for name in named):
             told = w.once(independent_multipliers)
             found |= zip(map(graph.symbol, told), self.multipliers(), strict=False)  # of prescribed motions, others
         return substitute([one.express(graph) for one in formulas], found)
@@ -133,7 +133,7 @@ def reaction_names(scene: Scene, unique: Sequence[bool], axes: str = "body") -> 
 
 def independent_multipliers(w: Workspace) -> tuple[str, ...]:
     """Return the letters of the multipliers of independent rows."""
-    if not w.scene.is_closed:
+    if not w.scene.is_constrained:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
     from symdyn.dynamics.loops.loop_decisions import indeterminate_rows  # with NumPy, which trees do without

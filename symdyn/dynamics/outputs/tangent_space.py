@@ -230,7 +230,7 @@ class AlongManifold(TangentSpace):
 
 def manifold_of(w: Workspace, formulation: str) -> Manifold:
     """Return the manifold as derivatives of a formulation take it: all states of a tree."""
-    if not w.scene.is_closed:
+    if not w.scene.is_constrained:
         every = Partition(tuple(range(w.state.n)), (), ())
         return Manifold(w.graph, w.state, w.directions.along, [], every, [], [], every, Partition.solve_dependent)
     return w.loops.differentiated_manifold if formulation == "lagrange" else w.loops.recursive_manifold

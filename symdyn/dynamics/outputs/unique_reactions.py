@@ -177,7 +177,7 @@ def reactions_at(
 
 def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Array, tuple[Array, ...], float]:
     """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return q, (), 0.0
     numbers = Numbers(scene).bound_to(parameters)
     fault = numbers.lying_flat(q)

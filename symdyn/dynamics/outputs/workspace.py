@@ -157,7 +157,7 @@ class Workspace:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.free_bodies import FreeBodies  # with NumPy, which printing can do without
 
-        closed = self.scene.is_closed
+        closed = self.scene.is_constrained
         return FreeBodies(self.scene, self.tree, self.state, self.loops.decisions if closed else None)
 
     @cached_property

@@ -381,7 +381,7 @@ def _unknowns(hanging: FreeBodies, normal: int | None, whole: bool) -> list[Unkn
 def _passive(hanging: FreeBodies, with_idle: bool) -> set[int]:
     """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
     scene, decisions = hanging.scene, hanging.decisions
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return set()
     if with_idle and decisions is not None and decisions.actuated is not None:
         return set(decisions.actuated.dependent)

@@ -116,7 +116,7 @@ def lacking(scene: Scene) -> str:
     tree = build_tree(scene, Graph())
     shared = tree.coupled or tree.balls or any(tree.b) or any(len(block) > 1 for block in tree.block)
     reasons = {
-        "loops or rows close it": scene.is_closed,
+        "loops or rows close it": scene.is_constrained,
         "parameters have no value": scene.free_parameters,
         "springs, dampers or loads act on it": scene.struts or scene.loads,
         "friction, damping or declared forces act at its joints": any(map(_resists, scene.joints)),

@@ -381,7 +381,7 @@ def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
 
 def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[str]) -> PrintedConstraints:
     """Return the rows of a scene, every form as `write` makes it; names that are `taken` stand for something else."""
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return PrintedConstraints((), scene.velocities)
     from symdyn.dynamics import closed_constraints
 

@@ -71,7 +71,7 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
     for k, place, speed in zip(motion.place, found[:count], found[count:], strict=True):
         q[scene.coordinates.index(scene.velocities[k].removesuffix("_dot"))] = place
         u[k] = speed
-    if scene.is_closed:
+    if scene.is_constrained:
         held = list(motion.place)
         q = numbers.normalised(q)
         assembly = numbers.closed_position(q if held or any(q) else None, held or None)
@@ -109,7 +109,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
     names = ["forward_dynamics"]
     names += ["coordinate_rates"] if OUTPUTS["coordinate_rates"].exists(scene) else []
     names += ["outputs"] if scene.outputs else []
-    if scene.is_closed:
+    if scene.is_constrained:
         names += ["constraint_residual", "constraint_jacobian"]
     else:
         names += [f"{name}_derivatives" for name in names]
@@ -126,7 +126,7 @@ def _write(draft: Draft) -> dict[str, bytes]:
     there = variables(program, *starting_state(scene))
     code = C.write(C.draft(program, draft.real, draft.page.command))
     values = _values(draft, there)
-    facts = described(draft, there, not scene.is_closed, TOLERANCE)
+    facts = described(draft, there, not scene.is_constrained, TOLERANCE)
     return {
         f"{draft.stem}_{version}.fmu": packed(_members(version, draft.stem, code, values, facts))
         for version in ("fmi2", "fmi3")
@@ -167,7 +167,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
     given = [one.name for one in inputs]
     names, velocities = list(scene.coordinates), scene.velocities
     pinned = scene.prescribed_velocities
-    rows = shapes["constraint_residual"][0] if scene.is_closed else 0
+    rows = shapes["constraint_residual"][0] if scene.is_constrained else 0
     along = PLACES | {"qd": "along"}
     return {
         "about": draft.about,
@@ -193,7 +193,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         }
         if pinned
         else {},
-        "differentiated": not scene.is_closed,
+        "differentiated": not scene.is_constrained,
         "calls": {name: _call(draft, name, PLACES) for name in shapes},
         "calls_along": {name: _call(draft, name, along) for name in shapes if name == "coordinate_rates"},
     }

@@ -156,7 +156,9 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
     def found(entry: Expr) -> tuple[int, ...]:
         names = [str(node.value) for node in reachable([entry]) if node.op is Op.SYMBOL]
         names = [forces.get(name, name) for name in names]
-        if scene.is_closed and any(name in states for name in names):  # states are brought to where loops are closed
+        if scene.is_constrained and any(
+            name in states for name in names
+        ):  # states are brought to where loops are closed
             names += states
         names += [other for name in names for other in groups.get(name, ())]
         wanted = {place[name] for name in names if name in place and name not in moved}
@@ -169,7 +171,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
     for k, name in enumerate(scene.coordinates):
         if rates is not None:
             depends[f"der({name})"] = found(rates.entries[k])
-        elif scene.is_closed:
+        elif scene.is_constrained:
             depends[f"der({name})"] = tuple(place[one] for one in states if one not in moved)
         else:
             rate = velocity_name(name)

@@ -193,7 +193,7 @@ class Word:
             along = differentiable(row)
         except DerivationError:
             return None
-        if scene.is_closed or ("q" in along and not _are_rates(scene)):
+        if scene.is_constrained or ("q" in along and not _are_rates(scene)):
             return None
         lengths = dict(self.arguments)
         varied = tuple((name, prod(lengths[name])) for name in along if name in lengths)

@@ -242,8 +242,8 @@ class Scene(Shown):
         return tuple(one for one in self.rows if isinstance(one, Contact))
 
     @property
-    def is_closed(self) -> bool:
-        """Whether it has loops or rows."""
+    def is_constrained(self) -> bool:
+        """Whether loops, contacts or other constraint rows constrain it."""
         return bool(self.loops or self.rows)
 
     @cached_property
@@ -331,7 +331,7 @@ class Scene(Shown):
         (specified,) = walked(Scene.letters, locals(), "specified", error=SceneError)
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
-        late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_closed)
+        late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
         names = (*self.plain_letters, *accelerations, *drives, *self.point_letters, *self.reaction_axes, *late)
         return tuple(dict.fromkeys(names))
 

@@ -77,7 +77,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
     `accelerations` are u̇ in terms of q, u and t, shape (nv,).
     """
     scene, state = w.scene, w.state
-    if scene.is_closed or tabulated or not state.n:
+    if scene.is_constrained or tabulated or not state.n:
         return Candidates(scene)
     momenta = list(derive_one(w, "momentum").entries)
     names = [f"momentum_{velocity.removesuffix('_dot')}" for velocity in scene.velocities]

@@ -95,7 +95,7 @@ def written_decisions(scene: Scene) -> WrittenDecisions:
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return WrittenDecisions()
     return WrittenDecisions.of(opened(scene).numbers(), opened(scene).closing)
 
@@ -123,7 +123,7 @@ def state_equations(
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     asked = (opened(scene).scene, *forces.form, tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
-    decisions = others[-1][-1] if others and scene.is_closed else None
+    decisions = others[-1][-1] if others and scene.is_constrained else None
     if decisions is None or start is None or not decisions.hold(opened(scene).numbers(), start):
         decisions = written_decisions(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
@@ -179,7 +179,7 @@ def _written(
     if kept:
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
-    if scene.is_closed:
+    if scene.is_constrained:
         G = derive_one(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)

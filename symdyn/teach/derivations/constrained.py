@@ -147,7 +147,9 @@ class Constrained(Lesson):
         """
         refuse_quaternions(self.scene)
         if not is_tied(self.scene):
-            idle = "these loops and rows forbid nothing that joints do not" if self.scene.is_closed else "it is open"
+            idle = (
+                "these loops and rows forbid nothing that joints do not" if self.scene.is_constrained else "it is open"
+            )
             raise DerivationError(
                 f"{self.scene.name}: nothing ties the coordinates ({idle}), so there are no multipliers; "
                 "--formulation lagrange shows it"
@@ -156,7 +158,7 @@ class Constrained(Lesson):
     @cached_property
     def ties(self) -> tuple[Condition, ...]:
         """The conditions, none that says what others say; DerivationError where nobody knows which those are."""
-        return self.tied() if self.scene.is_closed else ()
+        return self.tied() if self.scene.is_constrained else ()
 
     def tied(self) -> tuple[Condition, ...]:
         """Return the conditions of a scene that has some."""

@@ -168,7 +168,7 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
         return None, ()
     if len(found.idle) == len(lesson.scene.coordinates):
         return None, found.idle
-    of = "closed" if lesson.scene.is_closed else "open"
+    of = "closed" if lesson.scene.is_constrained else "open"
     searched = lesson.say(f"{of}.search", starts=str(found.starts))
     blocks: list[Block] = [_places(lesson, found.places, found.idle, systems)] if systems else []
     if found.crossings:

@@ -71,9 +71,9 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
     pairs = zip(symbols, units, strict=True)
     rows = [(named(x), lesson.written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
-    reason = lesson.say("state.reason.closed" if scene.is_closed else "state.reason")
+    reason = lesson.say("state.reason.closed" if scene.is_constrained else "state.reason")
     blocks: tuple[Block, ...] = (lesson.table(("symbol", "value", "unit"), rows),)
-    if not scene.is_closed and idle_velocities(scene):
+    if not scene.is_constrained and idle_velocities(scene):
         blocks = (*blocks, lesson.say("state.undriven"))
     return Step("state", lesson.say("state"), blocks, reason)
 

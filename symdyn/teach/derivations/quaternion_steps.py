@@ -111,7 +111,7 @@ class Turning(Constrained):
         if not self.spheres:
             raise DerivationError(
                 f"{self.scene.name}: no joint turns by a quaternion, so there are none to explain; --formulation "
-                f"{'multipliers' if self.scene.is_closed else 'lagrange'} shows the equations of this mechanism"
+                f"{'multipliers' if self.scene.is_constrained else 'lagrange'} shows the equations of this mechanism"
             )
 
     @cached_property

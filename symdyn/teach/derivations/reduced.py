@@ -269,7 +269,7 @@ def without(scene: Scene, body: str) -> Scene | None:
     """Return an open scene without one of its last bodies; None where something else is fixed to it."""
     (joint,) = [joint for joint in scene.joints if joint.child == body]
     followed = {one.coupling.coordinate for one in scene.joints if one.coupling}
-    if len(scene.bodies) < 2 or scene.is_closed or scene.elements or joint.armature != Quantity.ZERO:
+    if len(scene.bodies) < 2 or scene.is_constrained or scene.elements or joint.armature != Quantity.ZERO:
         return None
     if joint.coupling or followed.intersection(joint.coordinates) or body in (one.parent for one in scene.joints):
         return None

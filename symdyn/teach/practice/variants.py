@@ -98,7 +98,7 @@ def with_changes(document: Document, drawn: Variant) -> Document:
 
 def _moves(scene: Scene) -> bool:
     """Whether a scene has a mass matrix that can be solved at some place: a change may leave a motion without mass."""
-    if scene.is_closed:  # where masses and springs change alone
+    if scene.is_constrained:  # where masses and springs change alone
         return True
     graph = Graph()
     entries = [x for row in Energies.of(scene, graph).mass_matrix() for x in row]
@@ -129,7 +129,7 @@ def _mass(scene: Scene, rng: random.Random) -> Drawn:
 
 
 def _length(scene: Scene, rng: random.Random) -> Drawn:
-    if scene.is_closed:  # its loops would not close any more
+    if scene.is_constrained:  # its loops would not close any more
         return None
     long = [body for body in scene.bodies if _stretched(scene, body, FACTORS[0]) != scene]
     if not long:
@@ -186,7 +186,7 @@ def _longer(pose: Pose, c: Quantity) -> Pose:
 
 
 def _sense(scene: Scene, rng: random.Random) -> Drawn:
-    able = [one for one in _single(scene) if JOINTS[one.type].turned is not None and not scene.is_closed]
+    able = [one for one in _single(scene) if JOINTS[one.type].turned is not None and not scene.is_constrained]
     if not able:
         return None
     joint = rng.choice(able)
@@ -198,7 +198,7 @@ def _sense(scene: Scene, rng: random.Random) -> Drawn:
 
 def _direction(scene: Scene, rng: random.Random) -> Drawn:
     """Turn the axis of a slide in its plane; in space that of any joint: what moves in a plane stays there."""
-    able = [one for one in _single(scene) if not scene.is_closed and "axis" in dict(one.shape)]
+    able = [one for one in _single(scene) if not scene.is_constrained and "axis" in dict(one.shape)]
     across = _plane(scene)
     if across is not None:
         able = [one for one in able if _units(scene)[one.coordinate] == "m"]

@@ -397,13 +397,13 @@ def start(scene: Scene) -> Start:
     Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: closed ones begin at rest where the
     scene says nothing.
     """
-    chosen, still = shown_state(scene), scene.is_closed
+    chosen, still = shown_state(scene), scene.is_constrained
     if still and not quaternions(scene):
         with suppress(SymdynError):  # too large for a lesson
             chosen, still = choose_motion(Balance(scene, "en")), False
     led = any(joint.motion is not None for joint in scene.joints)
     declared = any(joint.start_rates for joint in scene.joints)
-    if still or (declared and not led and not scene.is_closed):
+    if still or (declared and not led and not scene.is_constrained):
         rates = dict(zip(scene.velocities, starting_rates(scene, chosen.parameters), strict=True))
         chosen = undriven(
             scene, chosen.with_values({x: rates[str(x.value)] for x in chosen.values if str(x.value) in rates})

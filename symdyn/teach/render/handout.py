@@ -63,7 +63,7 @@ FORMULATIONS: Mapping[str, LessonFormulation] = {
     ),
     "quaternions": LessonFormulation(quaternions.UNTIL, quaternions.quaternions_walkthrough, _turns_by_quaternion),
     "multipliers": LessonFormulation(
-        multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_closed
+        multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_constrained
     ),
     "dalembert": LessonFormulation(dalembert.UNTIL, dalembert.dalembert_walkthrough, lambda scene: False),
 }

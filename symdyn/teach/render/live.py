@@ -314,7 +314,7 @@ def live(
 
 def by_hand(scene: Scene) -> Scene:
     """Return the scene that a page moves: a closed one without its prescribed motions, which sliders take over."""
-    if not scene.is_closed:
+    if not scene.is_constrained:
         return scene
     return replace(scene, joints=tuple(replace(joint, motion=None) for joint in scene.joints))
 
@@ -344,7 +344,7 @@ def unmovable(scene: Scene) -> str:
 
 def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
     """Return the functions that rows are made of, and how loops and rows of the scene tie its state together."""
-    if workspace.scene.is_closed:
+    if workspace.scene.is_constrained:
         tied = held(workspace)
         if not tied.velocities:
             raise TeachError(f"{workspace.scene.name}: there is no interactive page, {language_of('en').page['still']}")
@@ -357,7 +357,7 @@ def _terms(equations: Equations, rows: Sequence[int]) -> list[Term]:
     """Return all terms of all rows, in the order of (5.40)."""
     names = [function.name for function in equations.functions]
     n = len(rows)
-    acting = ACTING if equations.scene.is_closed else "applied_forces"
+    acting = ACTING if equations.scene.is_constrained else "applied_forces"
     present = {name: columns for name, columns in coefficients(n).items() if name in names}
     terms = []
     for i in range(n):

@@ -165,7 +165,7 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
 def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation with the rule that was forgotten."""
     scene = diagnosis.scene
-    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or scene.is_closed:
+    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or scene.is_constrained:
         return answer
     found = less(*statement.forms)
     named = set(found.symbols)

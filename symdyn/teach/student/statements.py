@@ -215,7 +215,7 @@ def _ties(chunk: Sequence[Token], names: Names) -> bool:
     """Whether coordinates of a closed mechanism are set in relation, and nothing but its symbols stands there."""
     words = {token.text for token in chunk if token.kind == "word"}
     coordinates = {words for words in words if names.symbols.get(words) in names.dotted}
-    return names.scene.is_closed and bool(names.others) and len(coordinates) > 1 and all(map(names.read, words))
+    return names.scene.is_constrained and bool(names.others) and len(coordinates) > 1 and all(map(names.read, words))
 
 
 def _lone(part: Sequence[Token]) -> bool:

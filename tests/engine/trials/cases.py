@@ -83,7 +83,7 @@ def _drawn(seed: int, choice: Choice, rng: random.Random) -> Case:
     for loop in state.contacts()[: len(m.scene.loops)]:  # not between bodies that are one
         if not np.any(abs((state.D(loop.parent, loop.child, loop.point.x) @ state.columns)[:, free]) > 1e-9):
             raise Undrawable
-    closed = m.scene.is_closed
+    closed = m.scene.is_constrained
     if freedoms < 1 or (closed and len(places) < 3) or not _clear(G[1], typical):
         raise Undrawable
     where = [one for one in G[:2] if rank(one) == typical]  # a choice is to hold at the start too, if that is typical

@@ -56,7 +56,7 @@ class Code:
         names = case.mechanism.scene.coordinates
         self.q = [names.index(name) for name in self.scene.coordinates]
         self.u = [case.mechanism.names.index(name) for name in self.scene.velocities]
-        self.closed = self.scene.is_closed
+        self.closed = self.scene.is_constrained
         rates = (5, 3) if choice["closing"] == "baumgarte" and self.closed else (0, 0)
         closing = LoopChoices(case.independent, *rates, parameters=tuple(values.items()))  # type: ignore[arg-type]
         workspace, functions = Workspace(self.scene, closing), []

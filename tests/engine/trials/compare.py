@@ -44,7 +44,7 @@ class Truth:
         self.q, self.u, self.t = case.states[k]
         rng = np.random.default_rng([case.seed, k])
         self.n = len(self.m.names)
-        self.closed = self.m.scene.is_closed
+        self.closed = self.m.scene.is_constrained
         self.still: State = self.m.at(self.q, self.u, t=self.t)
         known = np.array([k in case.driven or not self.closed for k in range(self.n)])
         self.tau = np.where(known, rng.uniform(-5, 5, self.n), 0.0)

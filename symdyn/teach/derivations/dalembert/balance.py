@@ -114,7 +114,7 @@ class Balance(Prose):
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
-        self.closed = self.scene.is_closed
+        self.closed = self.scene.is_constrained
         self.order = order_of(self.scene)
         hanging = self.workspace.hanging
         self.proved = Equilibrium.for_readers(hanging)

@@ -220,7 +220,7 @@ def side_by_side(lesson: Prose) -> Step | None:
     """Return the table of both methods; None where there are no closed forms, or rows wider than a page."""
     scene = lesson.scene
     try:
-        terms = [] if scene.is_closed else terms_of_both(scene)
+        terms = [] if scene.is_constrained else terms_of_both(scene)
     except DerivationError:
         return None
     if not terms or max(map(_width, terms)) > WIDEST:

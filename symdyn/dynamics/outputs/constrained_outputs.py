@@ -291,14 +291,14 @@ def forward_reactions(
     """
     from symdyn.dynamics.reactions.free_bodies import reactions
 
-    accelerations = w.once(moved[w.scene.is_closed])
+    accelerations = w.once(moved[w.scene.is_constrained])
     multipliers = w.once(moved[2]) if w.hanging.cuts else ()
     return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, accelerations, strict=True)))
 
 
 def unique(w: Workspace, axes: str) -> tuple[bool, ...]:
     """Return which entries rigid bodies determine, () for all."""
-    if not w.scene.is_closed:
+    if not w.scene.is_constrained:
         return ()
     from symdyn.dynamics.outputs.unique_reactions import unique_entries
 

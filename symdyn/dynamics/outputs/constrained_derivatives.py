@@ -17,7 +17,7 @@ from functools import partial
 
 from symdyn.dynamics.loops.manifold import Manifold
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.outputs import closed_outputs as closed, implicit
+from symdyn.dynamics.outputs import constrained_outputs as closed, implicit
 from symdyn.dynamics.outputs.derivative_outputs import (
     BESIDE,
     derivatives,
