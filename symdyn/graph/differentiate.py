@@ -15,6 +15,7 @@ import functools
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from operator import attrgetter
+from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
 from symdyn.graph.expression import Expr, Graph
@@ -153,27 +154,40 @@ def evaluate(
 
 
 def repeated(
-    outputs: Sequence[Expr], algebra: Algebra[T], key: Callable[[Expr], Any] = lambda symbol: symbol
+    outputs: Sequence[Expr],
+    algebra: Algebra[T],
+    key: Callable[[Expr], Any] = lambda symbol: symbol,
+    fixed: Mapping[Expr, T] = MappingProxyType({}),
 ) -> Callable[[Mapping[Any, T]], list[T]]:
     """Return what gives the values of `outputs` over `algebra`, for those of symbols, as often as it is called.
 
-    Constants are worked out here, and no node is looked up again. `key` tells what the values are given by.
+    Constants and what depends on `fixed` alone are worked out here, and no node is looked up again. `key` tells what
+    the other values are given by.
     """
-    order, apply = reachable(outputs), arithmetic(algebra)
+    order, apply = reachable(outputs, fixed or ()), arithmetic(algebra)
     place = {node: k for k, node in enumerate(order)}
-    start: list[Any] = [None] * len(order)
+    start: list[Any] = [fixed.get(node) for node in order]
     symbols: list[tuple[int, Any]] = []
     steps: list[tuple[int, Callable[..., T], int, int]] = []
+    moving = set[Expr]()
     for k, node in enumerate(order):
+        if node in fixed:
+            continue
         if node.op is Op.CONSTANT:
             start[k] = algebra.constant(node.value)  # type: ignore[arg-type]
         elif node.op is Op.PI:
             start[k] = algebra.pi()
         elif node.op is Op.SYMBOL:
+            moving.add(node)
             symbols.append((k, key(node)))
         else:
             step = apply.get(node.op) or functools.partial(_function, algebra, node)
-            steps.append((k, step, place[node.args[0]], place[node.args[1]] if len(node.args) > 1 else -1))
+            places = [place[arg] for arg in node.args]
+            if moving.isdisjoint(node.args):
+                start[k] = step(*[start[j] for j in places])
+                continue
+            moving.add(node)
+            steps.append((k, step, places[0], places[1] if len(places) > 1 else -1))
     ends = [place[node] for node in outputs]
 
     def values_at(values: Mapping[Any, T]) -> list[T]:

@@ -24,7 +24,7 @@ from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, repeated
 from symdyn.scene import Quantity, SceneUnits
 from symdyn.teach.derivations.charts import (
     DASHED,
@@ -277,9 +277,10 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
             )
             for row in page.rows
         ]
-    outputs = [*M, *parts, *acting]
-    order = reachable(outputs)
-    fixed = {x: np.float64(value) for x, value in chosen.values.items()}
+    moving = (*state.q, *state.qd)
+    fixed = {x: np.float64(value) for x, value in chosen.values.items() if x not in moving}
+    with np.errstate(all="ignore"):
+        terms_at = repeated([*M, *parts, *acting], Batches(), fixed=fixed)
     switch = np.array([[kind not in out for out in left_out] for kind in ("k_C", "k_D")], dtype=np.float64)
     lanes = len(left_out)
 
@@ -291,9 +292,7 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
         if calls > MOST_CALLS[n > 2]:
             raise _TooLongError(t)
         z = y.reshape(2 * n + 1, lanes)
-        fixed.update(zip(state.q, z[:n], strict=True))
-        fixed.update(zip(state.qd, z[n : 2 * n], strict=True))
-        found = evaluate(outputs, Batches(), fixed, order)
+        found = terms_at(dict(zip(moving, z[: 2 * n], strict=True)))
         shaped = np.array([np.broadcast_to(x, lanes) for x in found])
         mass = shaped[: n * n].reshape(n, n, lanes).transpose(2, 0, 1)
         terms = shaped[n * n : n * n + 3 * n].reshape(3, n, lanes)
@@ -302,7 +301,7 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
         faster = np.linalg.solve(mass, right.T[:, :, None])[:, :, 0].T
         return np.concatenate([z[n : 2 * n], faster, [(force * z[n : 2 * n]).sum(axis=0)]]).ravel()
 
-    start = [chosen.values[x] for x in (*state.q, *state.qd)]
+    start = [chosen.values[x] for x in moving]
     first = np.repeat(np.array([*start, 0.0])[:, None], lanes, axis=1).ravel()
     last = SECONDS if n < 3 else SECONDS / 2
     while last >= SHORTEST:

@@ -14,7 +14,9 @@ Reference: Routh; Goldstein, Classical Mechanics, 8.3.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +24,13 @@ from symdyn.algebra import Array, Batches, Form, Symbol, with_squares
 from symdyn.dynamics import Energies
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
-from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.teach.derivations.velocities import kinetic_form, length
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
+from symdyn.unlocked import cached_property
 
 POLE = 0.1
 """Of a curvature: where half the step changes it by more, V has a pole and no level place."""
@@ -78,15 +81,10 @@ class Reduced:
 
         V is NaN where m is negative: numbers that no bodies have, and no motion near such a place is told.
         """
-        lesson, others = self.lesson, [self.r, *self.cyclic]
-        M = [gradient(p, lesson.state.qd) for p in lesson.momenta]
-        entries = [M[i][j] for i in others for j in others]
-        potential = self.static if self.led else lesson.energy.P
-        values = {**self.chosen.values, self.q: x}
         with np.errstate(all="ignore"):
-            found = evaluate([*entries, potential], Batches(), values)
+            found = self._inertia_and_potential({self.q: x})
             shaped = [np.broadcast_to(np.asarray(one, dtype=np.float64), x.shape) for one in found]
-            n, V = len(others), shaped[-1]
+            n, V = 1 + len(self.cyclic), shaped[-1]
             matrix = np.stack(shaped[:-1], axis=-1).reshape(*x.shape, n, n)
             m = matrix[..., 0, 0]
             if n > 1:
@@ -96,6 +94,16 @@ class Reduced:
                 V = V + 0.5 * np.einsum("i,...ij,j", self.momenta, inverse, self.momenta)
                 V = np.where(np.linalg.cond(inner) < 1e13, V, np.inf)
         return m, np.where(m < 0, np.nan, V)
+
+    @cached_property
+    def _inertia_and_potential(self) -> Callable[[Mapping[Expr, Any]], list[Any]]:
+        """What gives the entries of M of r and cyclic coordinates, and the potential, at values of r."""
+        lesson, others = self.lesson, [self.r, *self.cyclic]
+        M = [gradient(p, lesson.state.qd) for p in lesson.momenta]
+        entries = [M[i][j] for i in others for j in others]
+        potential = self.static if self.led else lesson.energy.P
+        fixed = {x: value for x, value in self.chosen.values.items() if x is not self.q}
+        return repeated([*entries, potential], Batches(), fixed=fixed)
 
     def rates(self, x: float) -> Array:
         """Return the rates of cyclic coordinates when r rests at a place, shape (len(cyclic),)."""

@@ -320,19 +320,19 @@ class _Probe:
     """Values at two points as a mark, of what is free by a constant its changes; None where there is none."""
 
     def __init__(self, course: Course) -> None:
-        self.points: tuple[dict[str, float], ...] = ({}, {}, {}, {})
+        self.points: tuple[dict[Expr, float], ...] = ({}, {}, {}, {})  # of nodes, which wrong results have in common
         self.fixed = {p.name for p in course.scene.parameters}
 
     def __call__(self, node: Expr, free: bool = False) -> tuple[float, ...] | None:
-        symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
         values = []
-        for k, point in enumerate(self.points if free else self.points[:2]):
-            for x in symbols:
-                name = str(x.value)
-                seed = f"{k % 2 if name in self.fixed else k}:{name}:mistakes"
-                point.setdefault(name, random.Random(seed).uniform(0.25, 2.0))
+        for k, known in enumerate(self.points if free else self.points[:2]):
+            order = reachable([node], known)
+            for x in order:
+                if x.op is Op.SYMBOL and x not in known:
+                    seed = f"{k % 2 if x.value in self.fixed else k}:{x.value}:mistakes"
+                    known[x] = random.Random(seed).uniform(0.25, 2.0)
             try:
-                values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
+                values.append(evaluate([node], Floats(), known, order, known)[0])
             except (ArithmeticError, ValueError):
                 return None
         marks = [values[k + 2] - values[k] for k in range(2)] if free else values
