@@ -83,6 +83,8 @@ class Course:
         self.placed = body_placements(scene, self.graph)
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
+        self._slopes: dict[tuple[Expr, Expr], Expr] = {}
+        self._steps: dict[tuple[int, Expr, Expr], tuple[Expr, Expr, Expr, Expr]] = {}
 
     @cached_property
     def parts(self) -> list[Parts]:
@@ -181,21 +183,29 @@ class Course:
             by = {str(x.value): x for x in (*state.q, *state.qd)}.get(key.partition(":/d")[2])
             if by is None:
                 return None
-            slope = gradient(K - P, [by])[0]
+            slope = self.slope(K - P, by)
             return tangents([slope], state.acceleration)[0] if kind == "d/dt dL" else slope
         if kind == "tau":
             return self.balance(int(of) - 1, K, P, e.Q)
         indices = [int(x) - 1 for x in of.split(",") if x.isdigit()]
         return self.coefficient(kind, indices, K, e.P) if kind.startswith("k_") and indices else None
 
+    def slope(self, node: Expr, by: Expr) -> Expr:
+        """Return ∂node/∂by; quantities with the same energies ask for the same ones."""
+        if (node, by) not in self._slopes:
+            self._slopes[node, by] = gradient(node, [by])[0]
+        return self._slopes[node, by]
+
     def steps(self, i: int, K: Expr, P: Expr) -> tuple[Expr, Expr, Expr, Expr]:
         """Return Σ M q̈, Ṁ q̇, ∂K/∂q_i and ∂P/∂q_i."""
-        state = self.state
-        p = gradient(K, [state.qd[i]])[0]
-        still = dict.fromkeys(state.q, self.graph.zero)
-        inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
-        product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
-        return inertial, product, gradient(K, [state.q[i]])[0], gradient(P, [state.q[i]])[0]
+        if (i, K, P) not in self._steps:
+            state = self.state
+            p = self.slope(K, state.qd[i])
+            still = dict.fromkeys(state.q, self.graph.zero)
+            inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
+            product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
+            self._steps[i, K, P] = inertial, product, self.slope(K, state.q[i]), self.slope(P, state.q[i])
+        return self._steps[i, K, P]
 
     def balance(self, i: int, K: Expr, P: Expr, Q: Sequence[Expr]) -> Expr:
         """Return what drive i is."""
@@ -207,12 +217,12 @@ class Course:
         state, i = self.state, at[0]
         if kind in ("k_G", "k_E"):
             total = self.graph.total(node for key, node in P.items() if (key == "E") == (kind == "k_E"))
-            return gradient(total, [state.q[i]])[0]
+            return self.slope(total, state.q[i])
         if kind == "k_z":
-            return gradient(gradient(K, [state.qd[i]])[0], [state.qd[at[1]]])[0]
+            return self.slope(self.slope(K, state.qd[i]), state.qd[at[1]])
         _, product, kinetic, _ = self.steps(i, K, self.graph.zero)
-        second = [at[1], at[1]] if kind == "k_D" else list(at[1:3])
-        found = gradient(gradient(product - kinetic, [state.qd[second[0]]])[0], [state.qd[second[1]]])[0]
+        first, second = [at[1], at[1]] if kind == "k_D" else list(at[1:3])
+        found = self.slope(self.slope(product - kinetic, state.qd[first]), state.qd[second])
         return found / 2 if kind == "k_D" else found
 
     def with_part(self, of: Mapping[str, tuple[Expr | None, Expr | None, Expr | None]]) -> Energies:

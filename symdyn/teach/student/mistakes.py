@@ -152,7 +152,7 @@ def _of_coefficients(course: Course, key: str) -> Iterator[Wrong]:
         a, b = (course.state.qd[k] for k in (at[1:3] if kind == "k_C" else (at[1], at[1])))
         for rule, form in (("slope", product), ("product", -kinetic), ("slope", product + kinetic),
                            ("chain", -product - kinetic), ("slope", kinetic)):  # fmt: skip
-            second = gradient(gradient(form, [a])[0], [b])[0]
+            second = course.slope(course.slope(form, a), b)
             yield rule, second / 2 if kind == "k_D" else second
     if kind in ("k_G", "k_E"):
         yield "gravity" if kind == "k_G" else "spring", -right
