@@ -15,7 +15,7 @@ forces and constraints.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -27,7 +27,7 @@ from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
-from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, growing, reachable, repeated, substitute, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import read_output
@@ -108,7 +108,7 @@ class VariationBlock:
         Raises:
             NoValueError: something has no value there.
         """
-        flat = iter(evaluate(self._entries, Floats(), values, self.order))
+        flat = iter(self._of_one(values))
         return {
             name: np.array([next(flat) for _ in entries], dtype=np.float64).reshape(shape)
             for name, (shape, entries) in self.parts.items()
@@ -117,7 +117,7 @@ class VariationBlock:
     def over(self, values: Mapping[Expr, Any], count: int) -> dict[str, Array]:
         """Return the arrays at many states, each of shape (count, ...); NaN where something has no value."""
         with np.errstate(all="ignore"):
-            flat = iter(evaluate(self._entries, Batches(), values, self.order))
+            flat = iter(self._of_many(values))
         found = {}
         for name, (shape, entries) in self.parts.items():
             array = np.empty((count, len(entries)))
@@ -125,6 +125,14 @@ class VariationBlock:
                 array[:, k] = next(flat)
             found[name] = array.reshape(count, *shape)
         return found
+
+    @cached_property
+    def _of_one(self) -> Callable[[Mapping[Expr, float]], list[float]]:
+        return repeated(self._entries, Floats())
+
+    @cached_property
+    def _of_many(self) -> Callable[[Mapping[Expr, Any]], list[Any]]:
+        return repeated(self._entries, Batches())
 
     @property
     def _entries(self) -> list[Expr]:

@@ -13,10 +13,10 @@ constraint row is "force along x of loop cut", "moment about (0.6, 0, 0.8)".
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,7 @@ from symdyn.dynamics.mechanism.kinematics import directions
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate, operands, reachable
+from symdyn.graph import Expr, Graph, evaluate, operands, reachable, repeated
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.unlocked import cached_property
@@ -51,10 +51,16 @@ LARGE, TIMES = 5000, 20
 """Nodes from which on they are evaluated level by level, and how many times faster that is."""
 
 
-def _ordered(entries: Sequence[Expr]) -> Levels | tuple[Expr, ...]:
-    """Return how entries are evaluated."""
-    order = reachable(entries)
-    return order if len(order) < LARGE else Levels(entries)
+ValuesAt = Callable[[Mapping[Expr, float]], Union[Array, list[float]]]
+
+
+def _prepared(entries: Sequence[Expr]) -> tuple[int, ValuesAt]:
+    """Return what evaluates entries, and what that takes, in nodes."""
+    size = len(reachable(entries))
+    if size < LARGE:
+        return size, repeated(entries, Floats())
+    levels = Levels(entries)
+    return levels.size // TIMES, levels.at
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +125,7 @@ class Numbers:
         self.constraints = recursive(scene, self.tree, self.state)
         self.free: dict[str, float] = {}
         # Newton's method asks for the same entries many times
-        self._orders: dict[tuple[Expr, ...], Levels | tuple[Expr, ...]] = {}
+        self._known: dict[tuple[Expr, ...], tuple[int, ValuesAt]] = {}
         self._spent = [0]
 
     def bound_to(self, free: Mapping[str, float]) -> Numbers:
@@ -170,13 +176,12 @@ class Numbers:
         """Return the values of entries at q, and at values of other symbols; DerivationError where one has none."""
         values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
         wanted = tuple(entries)
-        order = self._orders.get(wanted) or self._orders.setdefault(wanted, _ordered(wanted))
         try:
-            if isinstance(order, Levels):
-                self._spent[0] += AT_LEAST + order.size // TIMES
-                return order.at(values)
-            self._spent[0] += AT_LEAST + len(order)
-            return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
+            if wanted not in self._known:
+                self._known[wanted] = _prepared(wanted)
+            size, values_at = self._known[wanted]
+            self._spent[0] += AT_LEAST + size
+            return np.array(values_at(values), dtype=np.float64)
         except (ArithmeticError, ValueError) as fault:
             raise DerivationError(f"{self.scene.name}: {self._valueless(wanted, values, q)}") from fault
 
