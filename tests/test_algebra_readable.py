@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.compact import with_added_angles, with_squares
 from symdyn.algebra.form import Form
@@ -12,7 +13,6 @@ from symdyn.algebra.numeric import Floats
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
-from symdyn.teach import walkthrough
 from symdyn.teach.render.markdown import markdown
 from symdyn.teach.student.statements import read_formula
 
@@ -66,7 +66,7 @@ def test_addition_theorems_keep_the_value(p: str, q: str, first: str, second: st
 
 @pytest.mark.mends("5.10")
 def test_the_lesson_of_a_four_bar_shows_squares_of_rates_and_differences_of_angles() -> None:
-    text = next(iter(markdown(walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")).values()))
+    text = next(iter(markdown(lesson_of(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")).values()))
 
     assert r"(\dot{\phi} + \dot{\psi})^2" in text
     assert r"(\dot{\phi} + 2 \dot{\psi}) \dot{\phi}" not in text

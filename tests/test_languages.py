@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.cli import main
 from symdyn.errors import SceneError
@@ -246,7 +247,7 @@ def test_no_word_of_another_language_is_in_an_answer(
 @pytest.mark.wide("slider_crank")
 @pytest.mark.parametrize(("scene", "formulation"), [("slider_crank", "multipliers"), ("heavy_top", "quaternions")])
 def test_slovak_lessons_have_decimal_commas(scene: str, formulation: str) -> None:
-    page = rendered(walkthrough(read(EXAMPLES / f"{scene}.toml"), "sk", formulation=formulation), "md")[f"{scene}.md"]
+    page = rendered(lesson_of(read(EXAMPLES / f"{scene}.toml"), "sk", formulation=formulation), "md")[f"{scene}.md"]
 
     assert "9,81" in page
     assert re.findall(r"(?<![\d.(])\d+\.\d+", re.sub(r"\\tag\{[^}]*\}|\(5\.[\d.,() -]*\)", "", page)) == []

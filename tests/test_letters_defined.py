@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lessons import lesson_of
 from page_letters import Letter, letters, page_of
 
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, read
-from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach import Document, rendered
 from symdyn.teach.practice.exercises import with_exercises
 from symdyn.teach.render.html import html_page
 
@@ -35,7 +36,7 @@ def lessons(name: str) -> dict[str, Document]:
     found = {}
     for formulation in FORMULATIONS:
         try:
-            found[formulation] = walkthrough(scene(name), formulation=formulation)
+            found[formulation] = lesson_of(scene(name), formulation=formulation)
         except SymdynError:  # not a formulation of this scene
             continue
     return found
@@ -86,7 +87,7 @@ def test_no_sentence_of_a_lesson_tells_of_an_empty_list(name: str) -> None:
 @pytest.mark.mends("30.lessons.1.0")
 def test_where_nothing_is_driven_no_drives_are_compared() -> None:
     """And no formulation agrees with another; what is proved of the reactions stays."""
-    page = markdown(walkthrough(read(FOUND / "wheel_with_pendulum.toml"), formulation="dalembert"))
+    page = markdown(lesson_of(read(FOUND / "wheel_with_pendulum.toml"), formulation="dalembert"))
 
     assert not EMPTY.search(page)
     assert "Lagrange's formulation gives the same drives" not in page

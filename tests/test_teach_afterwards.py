@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from lesson_by_sympy import Tree, at
+from lessons import lesson_of
 from scipy.special import ellipk
 
 from symdyn.algebra.numeric import Floats
@@ -53,7 +54,7 @@ start_rates = [2, 0, 60]
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read_text(TOP, "top") if name == "top" else read(SCENES[name]), language)
+    return lesson_of(read_text(TOP, "top") if name == "top" else read(SCENES[name]), language)
 
 
 def step(document: Document, key: str) -> Step:
@@ -207,7 +208,7 @@ def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
 @pytest.mark.mends("30.lessons.1.4")
 def test_a_gyroscope_that_rests_in_its_frame_stands_at_every_tilt() -> None:
     """∂W/∂β = sin β α̇ (C γ̇ - (A - C) α̇ cos β): three ways to be zero, and a rate is zero, not some 1e-11 rad/s."""
-    one = step(walkthrough(read(ROOT / "tests/data/found/gimbal.toml")), "steady")
+    one = step(lesson_of(read(ROOT / "tests/data/found/gimbal.toml")), "steady")
     parts = [part for block in one.blocks if isinstance(block, Words) for part in block.parts]
     words = "".join(part if isinstance(part, str) else text_of(part) for part in parts)
     assert "sin(beta) = 0" in words
@@ -249,7 +250,7 @@ def test_a_parameter_that_vanishes_may_stand_in_the_bodies_that_are_left() -> No
 
 
 def test_a_name_of_ours_is_none_of_the_scene() -> None:
-    document = walkthrough(read(ROOT / "tests/data/found/collide.toml"))
+    document = lesson_of(read(ROOT / "tests/data/found/collide.toml"))
     assert {"near:stable", "landscape", "compare", "limits"} <= keys(document)
 
 
@@ -309,7 +310,7 @@ def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
 
 @pytest.mark.long
 def test_a_closed_lesson_tells_where_it_rests() -> None:
-    document = walkthrough(read(ROOT / "examples/four_bar.toml"), formulation="multipliers")
+    document = lesson_of(read(ROOT / "examples/four_bar.toml"), formulation="multipliers")
     rows = table(step(document, "equilibria"))
     assert [row[-2] for row in rows] == ["oscillates", "oscillates", "unstable", "unstable"]
 
@@ -327,15 +328,15 @@ def test_frequencies_by_formula_are_numbered_as_the_shapes() -> None:
 @pytest.mark.long(0)
 def test_a_mass_whose_centre_is_off_the_axis_has_a_centrifugal_force() -> None:
     """Of angles zyx the third turns the top about x, and its centre of mass lies on y."""
-    document = walkthrough(read(ROOT / "tests/data/found/heavy_top_zyx.toml"))
+    document = lesson_of(read(ROOT / "tests/data/found/heavy_top_zyx.toml"))
     assert not any("there is no centrifugal force" in row[2] for row in table(step(document, "meaning:k_D")))
 
 
 @pytest.mark.long(0)
 def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
-    assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
+    assert "equilibria" not in keys(lesson_of(read(ROOT / "examples/free_body.toml"), formulation="quaternions"))
     upright, *_ = table(
-        step(walkthrough(read(ROOT / "examples/heavy_top.toml"), formulation="quaternions"), "equilibria")
+        step(lesson_of(read(ROOT / "examples/heavy_top.toml"), formulation="quaternions"), "equilibria")
     )
     assert "3.108" in upright[-1], "sqrt(m g l / I)"
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
@@ -30,7 +31,7 @@ STARTS = ("four_bar", "slider_crank", "governor", "cart_with_wheel")
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation="dalembert")
+    return lesson_of(read(EXAMPLES / f"{name}.toml"), language, formulation="dalembert")
 
 
 def state_of(name: str) -> dict[str, float]:
@@ -175,7 +176,7 @@ def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: s
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_both_formulations_end_in_the_table_that_sets_them_side_by_side(formulation: str, language: str) -> None:
-    document = walkthrough(read(EXAMPLES / "cart_pole.toml"), language, formulation=formulation)
+    document = lesson_of(read(EXAMPLES / "cart_pole.toml"), language, formulation=formulation)
     step = next(step for section in document.sections for step in section.steps if step.key == "side")
     tables = [block for block in step.blocks if isinstance(block, Table)]
     rows = [[len(table.rows), {len(row) for row in table.rows}] for table in tables]

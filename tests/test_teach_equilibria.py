@@ -6,6 +6,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.form import Form
 from symdyn.algebra.numeric import Floats
@@ -51,7 +52,7 @@ def number(part: str | Form) -> float:
 @pytest.mark.mends("5.2")
 def test_a_top_rests_where_its_weight_has_no_moment_about_the_point() -> None:
     """At q2 = ±π/2 the angles of zyx are singular: k_G vanishes, and the weight pulls the top over."""
-    document = walkthrough(read(FOUND / "heavy_top_zyx.toml"))
+    document = lesson_of(read(FOUND / "heavy_top_zyx.toml"))
 
     found = places(document)  # of q2, q3: the centre of mass is at Rz Ry Rx (0, 1, 0)
     across = [((sin(a) * sin(b)) ** 2 + cos(b) ** 2) ** 0.5 for a, b in found]

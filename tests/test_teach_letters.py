@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -12,7 +13,7 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
-from symdyn.teach import Document, walkthrough
+from symdyn.teach import Document
 from symdyn.teach.document import Matrix, Picture
 from symdyn.teach.mathematics import Spelling
 
@@ -76,7 +77,7 @@ def scenes() -> dict[str, Scene]:
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("name", ["collide", "greedy"])
 def test_no_letter_of_a_lesson_is_a_symbol_of_the_scene(name: str, formulation: str) -> None:
-    document = walkthrough(scenes()[name], formulation=formulation)
+    document = lesson_of(scenes()[name], formulation=formulation)
 
     own = latex_symbols(document.scene)
     introduced = {key: text for key, text in Spelling(document).symbols.items() if key not in own}
@@ -89,7 +90,7 @@ def test_no_letter_of_a_lesson_is_a_symbol_of_the_scene(name: str, formulation: 
 @pytest.mark.mends("5.1")
 @pytest.mark.parametrize("name", ["collide", "greedy", "two_link"])
 def test_one_letter_of_a_lesson_has_one_value(name: str) -> None:
-    document = walkthrough(scenes()[name])
+    document = lesson_of(scenes()[name])
 
     values: dict[str, set[float]] = {}
     for key, text in Spelling(document).symbols.items():
@@ -109,7 +110,7 @@ def at_a_place(document: Document, key: str) -> float:
 @pytest.mark.mends("5.1")
 def test_a_quantity_is_never_said_to_be_itself_and_more() -> None:
     """m_1 = m_1 + m_2 stood there, x_1 = x_1, and E = 1/2 E x_1^2."""
-    document = walkthrough(read(COLLIDE))
+    document = lesson_of(read(COLLIDE))
     spell = Spelling(document)
 
     said = [
@@ -127,7 +128,7 @@ def test_a_quantity_is_never_said_to_be_itself_and_more() -> None:
 
 @pytest.mark.mends("5.1")
 def test_the_energy_of_all_is_no_watt() -> None:
-    document = walkthrough(read(EXAMPLES / "two_link.toml"))
+    document = lesson_of(read(EXAMPLES / "two_link.toml"))
 
     step = next(step for section in document.sections for step in section.steps if step.key == "power")
     said = " ".join(Spelling(document).words(block, str) for block in step.blocks if hasattr(block, "parts"))
@@ -137,7 +138,7 @@ def test_the_energy_of_all_is_no_watt() -> None:
 
 @pytest.mark.mends("5.1")
 def test_weights_in_a_picture_have_no_letter_of_the_scene() -> None:
-    document = walkthrough(scenes()["greedy"])
+    document = lesson_of(scenes()["greedy"])
 
     (weights,) = [block for _, block in document.blocks() if isinstance(block, Picture) and block.key == "weights"]
     assert "G_1" in latex_symbols(document.scene).values()

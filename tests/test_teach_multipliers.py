@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
+from lessons import lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -35,7 +36,7 @@ def scene(name: str) -> Scene:
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(scene(name), language, formulation="multipliers")
+    return lesson_of(scene(name), language, formulation="multipliers")
 
 
 # By hand
@@ -211,7 +212,7 @@ def test_rolling_of_a_disc_is_non_holonomic_and_that_of_a_wheel_on_a_cart_is_not
 @pytest.mark.parametrize("language", ["en", "sk"])
 @pytest.mark.parametrize(("name", "formulation"), [("two_link", "lagrange"), ("four_bar", "multipliers")])
 def test_kanes_form_is_the_same_equation_in_one_line(name: str, formulation: str, language: str) -> None:
-    document = walkthrough(scene(name), language, formulation=formulation)
+    document = lesson_of(scene(name), language, formulation=formulation)
     (line,) = (block for step, block in document.blocks() if step.key == "kane" and isinstance(block, Formula))
     assert line.right is not None
     assert worth(document.value(line.right)) == pytest.approx(worth(document.names["tau:1"].node))

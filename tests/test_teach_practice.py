@@ -9,12 +9,13 @@ from typing import Any
 
 import pytest
 from browser import opened
+from lessons import lesson_of
 
 from symdyn.algebra.form import Symbol
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import read
-from symdyn.teach import rendered, walkthrough
+from symdyn.teach import rendered
 from symdyn.teach.document import ERRATA, Blank, Document, Step
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.exercises import APART, GRADES, OF_ONE, with_exercises, written_out
@@ -26,7 +27,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 @cache
 def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation=formulation)
+    return lesson_of(read(EXAMPLES / f"{name}.toml"), language, formulation=formulation)
 
 
 def blanks(document: Document) -> list[Blank]:

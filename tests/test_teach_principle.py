@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.form import Symbol
 from symdyn.algebra.numeric import Floats
@@ -31,7 +32,7 @@ SCENES |= {
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read(SCENES[name]), language)
+    return lesson_of(read(SCENES[name]), language)
 
 
 def step(document: Document, key: str) -> Step:

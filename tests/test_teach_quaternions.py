@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from lessons import lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
@@ -26,7 +27,7 @@ UNIT = {"e0": 0.7, "e1": 0.1, "e2": 0.5, "e3": 0.5}
 
 @cache
 def lesson(name: str, language: str = "en") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, formulation="quaternions")
+    return lesson_of(read(EXAMPLES / f"{name}.toml"), language, formulation="quaternions")
 
 
 def value_of_symbol(name: str) -> float:

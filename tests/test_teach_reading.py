@@ -8,12 +8,13 @@ from typing import Any
 
 import pytest
 from browser import opened, pictured
+from lessons import lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import evaluate
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
-from symdyn.teach import Document, walkthrough
+from symdyn.teach import Document
 from symdyn.teach.render.html import BY_STEP, POINTING, SHOWN, Numbered, Owners, html_page, pointed
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -22,7 +23,7 @@ LESSONS = [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("slider_crank",
 
 @cache
 def lesson(name: str, formulation: str = "lagrange") -> Document:
-    return walkthrough(read(EXAMPLES / f"{name}.toml"), formulation=formulation)
+    return lesson_of(read(EXAMPLES / f"{name}.toml"), formulation=formulation)
 
 
 def saved(name: str, folder: Path, formulation: str = "lagrange") -> Path:

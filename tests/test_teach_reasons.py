@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lessons import lesson_of
 
 from symdyn.scene import read, read_text
 from symdyn.scene.scene_files import Starter
@@ -47,7 +48,7 @@ def test_a_lever_is_longer_only_where_it_is() -> None:
     assert about_1 == pytest.approx(m * h2**2 + m * h1 * h2 * cos(q2))
     assert about_1 < about_2
     assert about_1 - about_2 == pytest.approx(elbow[0] * force[1] - elbow[1] * force[0])
-    text = said(walkthrough(read(EXAMPLES / "two_link.toml")), "meaning:k_z:1,2")
+    text = said(lesson_of(read(EXAMPLES / "two_link.toml")), "meaning:k_z:1,2")
     assert "longer" not in text
     assert "that of their resultant placed on the second axis" in text
 
@@ -103,7 +104,7 @@ def test_a_coefficient_is_absent_for_a_reason_of_mechanics(name: str) -> None:
 @pytest.mark.mends("5.4")
 def test_a_coriolis_force_along_the_link_meets_its_axis() -> None:
     """k_C,2,12 of a point mass on two links: 2 m q1' q2' h2 points along the second link, through axis 2."""
-    found = reasons(walkthrough(read(EXAMPLES / "two_link.toml")), "k_C")
+    found = reasons(lesson_of(read(EXAMPLES / "two_link.toml")), "k_C")
 
     assert "its line meets the axis" in found["$k_{C,2,12}$"]
     assert "has a moment about axis 1" in found["$k_{C,1,12}$"]
@@ -112,7 +113,7 @@ def test_a_coriolis_force_along_the_link_meets_its_axis() -> None:
 @pytest.mark.mends("5.4")
 def test_a_slide_along_the_axis_of_a_turn_is_not_bent() -> None:
     """In a SCARA q3 slides along axes 1 and 2, so ω × v = 0."""
-    found = reasons(walkthrough(read(EXAMPLES / "scara.toml")), "k_C")
+    found = reasons(lesson_of(read(EXAMPLES / "scara.toml")), "k_C")
 
     assert "give no mass a Coriolis acceleration" in found["$k_{C,1,13}$"]
     assert "give no mass a Coriolis acceleration" in found["$k_{C,2,23}$"]
@@ -148,7 +149,7 @@ def test_branches_do_not_act_on_each_other() -> None:
 @pytest.mark.mends("5.4")
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_potential_energy_is_explained_by_the_work_of_the_weight(language: str) -> None:
-    text = said(walkthrough(read(EXAMPLES / "two_link.toml"), language), "potential:1")
+    text = said(lesson_of(read(EXAMPLES / "two_link.toml"), language), "potential:1")
 
     assert {"en": "work of the weight", "sk": "Práca tiaže"}[language] in text
     assert {"en": "scalar product", "sk": "skalárny súčin"}[language] in text
@@ -158,7 +159,7 @@ def test_potential_energy_is_explained_by_the_work_of_the_weight(language: str) 
 @pytest.mark.mends("5.4")
 def test_an_erratum_is_checked_by_energies_and_not_by_a_program() -> None:
     for language, words in (("en", "graph"), ("sk", "grafe")):
-        document = walkthrough(read(EXAMPLES / "two_link.toml"), language)
+        document = lesson_of(read(EXAMPLES / "two_link.toml"), language)
         parts = [
             part for _, b in document.blocks() if isinstance(b, Words) for part in b.parts if isinstance(part, str)
         ]
@@ -169,7 +170,7 @@ def test_an_erratum_is_checked_by_energies_and_not_by_a_program() -> None:
 @pytest.mark.mends("5.3")
 def test_the_couples_of_a_figure_are_those_of_the_formulas() -> None:
     """M^D of the formulas is about O_j, and so is that of the figure, where both points are marked."""
-    document = walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")
+    document = lesson_of(read(EXAMPLES / "four_bar.toml"), formulation="dalembert")
 
     pictures = [block for _, block in document.blocks() if isinstance(block, Picture) and block.key.startswith("free-")]
     assert len(pictures) == 3

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 from symdyn.algebra.form import Form
 from symdyn.cli import main
@@ -121,7 +122,7 @@ def test_a_door_on_two_hinges_has_a_lesson(tmp_path: Path, ending: str, more: li
 @pytest.mark.parametrize("language", ["en", pytest.param("sk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*SCENES, pytest.param("leaning", marks=pytest.mark.slow)])
 def test_what_ties_nothing_is_named_in_every_format(name: str, language: str) -> None:
-    document = walkthrough(scene(name), language)
+    document = lesson_of(scene(name), language)
 
     (silent,) = [step for section in document.sections for step in section.steps if step.key == "ties.silent"]
     assert {"hinges": "upper", "slides": "right", "balls": "two", "four_bar": "second", "leaning": "upper"}[

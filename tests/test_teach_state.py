@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
+from lessons import lesson_of
 
 import symdyn
 from symdyn.scene import Scene, read, read_text
@@ -79,7 +80,7 @@ def shown(document: Document, key: str = "state") -> dict[str, float]:
 @pytest.mark.parametrize("formulation", ["lagrange", "dalembert"])
 def test_a_prescribed_motion_is_shown_where_it_is(formulation: str) -> None:
     """The hoop is turned by phi = Omega t, so phi' is Omega and phi'' is zero, whatever else is chosen."""
-    state = shown(walkthrough(read(FOUND / "hoop_driven.toml"), formulation=formulation))
+    state = shown(lesson_of(read(FOUND / "hoop_driven.toml"), formulation=formulation))
 
     assert state["phi"] == pytest.approx(state["Omega"] * state["t"])
     assert state["phi_dot"] == state["Omega"] == 8
@@ -143,7 +144,7 @@ def test_rates_that_the_scene_starts_with_are_shown() -> None:
 @pytest.mark.parametrize("language", ["en", "sk"])
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 def test_rounded_results_follow_the_sign_for_it(name: str, language: str) -> None:
-    text = str(rendered(walkthrough(read(EXAMPLES / f"{name}.toml"), language), "md")[f"{name}.md"])
+    text = str(rendered(lesson_of(read(EXAMPLES / f"{name}.toml"), language), "md")[f"{name}.md"])
 
     prose = [line for line in text.splitlines() if not line.startswith(("|", "$$", "<"))]
     found = [n for line in prose for n in re.findall(r"(?<![A-Za-z]) ([=≈]) (−?\d+[.,]\d+)", line)]
@@ -204,25 +205,25 @@ def test_values_that_lessons_choose_for_parameters_are_no_two_alike_and_none_is_
 @pytest.mark.long(0)
 def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
     """l/3 theta'' = (g sin theta + x'' cos theta) / 2 of a rod on a cart; R theta'' of a bead by hand."""
-    cart = shown(walkthrough(read(EXAMPLES / "cart_pole.toml")))
+    cart = shown(lesson_of(read(EXAMPLES / "cart_pole.toml")))
     theta = cart["theta"]
     pull = cart["g"] * math.sin(theta) + cart["x_ddot"] * math.cos(theta)
     assert cart["theta_ddot"] == pytest.approx(1.5 * pull / cart["l"], rel=1e-3)
 
-    document = walkthrough(read(FOUND / "hoop_driven.toml"))
+    document = lesson_of(read(FOUND / "hoop_driven.toml"))
     bead = shown(document)
     turning = bead["Omega"] ** 2 * math.sin(bead["theta"]) * math.cos(bead["theta"])
     fall = bead["g"] / bead["R"] * math.sin(bead["theta"])
     assert bead["theta_ddot"] == pytest.approx(turning - fall, rel=1e-3)
     needed = next(step for section in document.sections for step in section.steps if step.key == "torque:2")
     assert "= 0 N m" in "".join(map(str, needed.claim.parts))
-    other = shown(walkthrough(read(EXAMPLES / "cart_pole.toml"), formulation="dalembert"))
+    other = shown(lesson_of(read(EXAMPLES / "cart_pole.toml"), formulation="dalembert"))
     assert other["theta_ddot"] == cart["theta_ddot"]
 
 
 @pytest.mark.long(0)
 def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
-    text = str(rendered(walkthrough(read(EXAMPLES / "cart_pole.toml")), "md")["cart_pole.md"])
+    text = str(rendered(lesson_of(read(EXAMPLES / "cart_pole.toml")), "md")["cart_pole.md"])
     assert "what the drive of $x$ and what else acts there have to supply together" in text
     assert "Nothing drives $\\theta$, and nothing else acts there: the terms add up to zero." in text
     assert "The drive of $x$ has to supply this" not in text
@@ -232,7 +233,7 @@ def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
 def test_a_lesson_at_a_dead_centre_shows_the_acceleration_that_gravity_gives_there() -> None:
     """The crank and the rod, whose rates are as 1 to -1/2, turn by I q'' = -m g s alone: no drive reaches them."""
     inertia = 0.0825 + 2 * 0.25**2 + 0.2 * 0.5**2
-    state = shown(walkthrough(read(ROOT / "data/dead_centre.toml"), formulation="dalembert"))
+    state = shown(lesson_of(read(ROOT / "data/dead_centre.toml"), formulation="dalembert"))
     assert state["q1_ddot"] == pytest.approx(-3 * 9.81 * 0.25 / inertia, rel=1e-3)
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 from lesson_by_sympy import Tree, at
+from lessons import lesson_of
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import evaluate
 from symdyn.scene import read
-from symdyn.teach import Document, walkthrough
+from symdyn.teach import Document
 from symdyn.teach.document import Braced, Formula
 
 ROOT = Path(__file__).parent.parent
@@ -28,7 +29,7 @@ DEFINED = {"k_D torque": "k_D:1,1"}
 
 @cache
 def derived(name: str) -> tuple[Document, Tree]:
-    document = walkthrough(read(SCENES[name]))
+    document = lesson_of(read(SCENES[name]))
     return document, Tree(document.scene)
 
 

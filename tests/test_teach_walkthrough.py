@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from calls import counted
 from latex_reader import LatexReader, displays
+from lessons import lesson_of
 from mechanisms import jointed
 
 from symdyn.algebra.form import Number, Symbol
@@ -82,7 +83,7 @@ def scene(name: str) -> Scene:
 
 @cache
 def lesson(name: str, language: str = "en", formulation: str = "lagrange") -> Document:
-    return walkthrough(scene(name), language, formulation=formulation)
+    return lesson_of(scene(name), language, formulation=formulation)
 
 
 def value_of_symbol(name: str) -> float:
@@ -175,7 +176,7 @@ def table(name: str, key: str) -> dict[str, list[float]]:
 @pytest.mark.mends("5.10")
 @pytest.mark.parametrize(("name", "tied"), [("four_bar", 2), ("slider_crank", 2), ("spatial_slider_crank", 3)])
 def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied: int) -> None:
-    document = walkthrough(scene(name), formulation="dalembert")
+    document = lesson_of(scene(name), formulation="dalembert")
     keys = [step.key for section in document.sections for step in section.steps]
     written = ("loops", "loops:rates", "loops:accelerations")
     formulas = [block for step, block in document.blocks() if step.key in written and isinstance(block, Formula)]

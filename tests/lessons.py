@@ -1,0 +1,20 @@
+"""Whole lessons, each derived once for all tests of a process; what a test changes it derives by itself."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from symdyn.scene import Scene
+from symdyn.teach import walkthrough
+from symdyn.teach.derivations.lessons import usual_formulation
+from symdyn.teach.document import Document
+
+
+def lesson_of(scene: Scene, language: str = "en", formulation: str = "") -> Document:
+    """Return `walkthrough` of the same."""
+    return _lesson_of(scene, language, formulation or usual_formulation(scene))
+
+
+@lru_cache(maxsize=64)
+def _lesson_of(scene: Scene, language: str, formulation: str) -> Document:
+    return walkthrough(scene, language, formulation=formulation)
