@@ -15,7 +15,7 @@ from typing import Any, get_args, get_type_hints
 
 import pages
 import pytest
-from test_layers import ROOT, arrows, modules, offered
+from test_layers import ROOT, arrows, modules, offered, statements
 
 import symdyn
 from symdyn.simulation import Problem, Run
@@ -43,7 +43,7 @@ def taken() -> tuple[tuple[str, str, str], ...]:
 
 
 def _imports(tree: ast.Module) -> Iterator[tuple[str, str]]:
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("symdyn."):
             yield from ((node.module, one.name) for one in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module == "symdyn":

@@ -50,6 +50,15 @@ def modules() -> dict[str, ast.Module]:
     return found
 
 
+def statements(tree: ast.AST) -> Iterator[ast.stmt]:
+    """Yield all statements, those inside others too; expressions hold none, and are most of a tree."""
+    for kind in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for node in getattr(tree, kind, ()):
+            if isinstance(node, ast.stmt):
+                yield node
+            yield from statements(node)
+
+
 def imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
     """Yield the imports that run, late ones too; those for type checkers alone do not."""
     for node in ast.iter_child_nodes(tree):
@@ -121,7 +130,7 @@ def test_every_import_points_down() -> None:
 
 def at_once(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
     """Yield the imports that run when a module is imported."""
-    late = {node for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) for node in imports(one)}
+    late = {node for one in statements(tree) if isinstance(one, ast.FunctionDef) for node in imports(one)}
     yield from (node for node in imports(tree) if node not in late)
 
 
@@ -130,14 +139,15 @@ def test_what_does_without_an_extra_imports_nothing_that_needs_it() -> None:
     needs: dict[str, set[str]] = {}
     targets: dict[str, set[str]] = {}
     for module, tree in modules().items():
+        found = list(at_once(tree))
         names = {
             (node.module or "" if isinstance(node, ast.ImportFrom) else node.names[0].name).partition(".")[0]
-            for node in at_once(tree)
+            for node in found
         }
         needs[module] = names & EXTRAS
         targets[module] = {
             home(node.module or "", alias.name)
-            for node in at_once(tree)
+            for node in found
             if isinstance(node, ast.ImportFrom)
             for alias in node.names
         }

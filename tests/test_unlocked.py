@@ -43,7 +43,8 @@ def test_it_is_worked_out_once_an_object() -> None:
 def test_nobody_takes_that_of_the_standard_library() -> None:
     taken = []
     for path in ROOT.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if "functools" in text else ():
             names = [one.name for one in node.names] if isinstance(node, ast.ImportFrom) else []
             if "cached_property" in names and node.module == "functools" and path.name != "unlocked.py":
                 taken.append(str(path.relative_to(ROOT)))

@@ -107,13 +107,17 @@ class Needs:
         floor = 1 << self.lowest_bit
         candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
         candidate -= (candidate - 1) % step
-        while not (
-            fmpz(candidate).is_prime()
-            and self.denominator % candidate
-            and all(_is_square(n, candidate) for n in self.radicands)
-        ):
-            candidate += step
-        return candidate
+        while not self.denominator % (found := _next_prime(candidate, step, self.radicands)):
+            candidate = found + step
+        return found
+
+
+@lru_cache(maxsize=4096)  # every proof about one scene asks for the same
+def _next_prime(candidate: int, step: int, radicands: tuple[int, ...]) -> int:
+    """Return the first prime in steps from a candidate on over which the radicands have roots."""
+    while not (fmpz(candidate).is_prime() and all(_is_square(n, candidate) for n in radicands)):
+        candidate += step
+    return candidate
 
 
 class FiniteField:
