@@ -153,7 +153,7 @@ ROUND = {"bicycle": {"0.9", "-0.9", "-0.7"}, "rolling_disc": {"6"}}
 
 
 @pytest.mark.long(0)
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(powers=st.lists(st.integers(-1, 1), min_size=6, max_size=6), extra=st.sampled_from(list(DIMENSIONS)[:5]))
 def test_a_product_of_letters_is_of_the_product_of_their_units(powers: list[int], extra: str) -> None:
     """The unit of an output by hand: right where it is so, refused with one letter more."""

@@ -313,6 +313,7 @@ def test_a_prescribed_motion_moves_its_joint_and_tells_its_drive():
     assert forward(q, qd, [0.0, tau[1]], t, params) == pytest.approx([a, swing], rel=1e-13)  # its tau is not read
 
 
+@pytest.mark.heavy("1")
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_hybrid_dynamics_of_trees_is_proved(seed):

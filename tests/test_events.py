@@ -303,7 +303,7 @@ UNREAL = {
 """Formulas that are not real for a while, or not finite: what they are, the motion, and when they pass zero."""
 
 
-@pytest.mark.wide("from below, past", "to and fro", "a pole")
+@pytest.mark.wide("to and fro", "a pole")
 @pytest.mark.long
 @pytest.mark.parametrize("name", UNREAL)
 def test_a_formula_without_a_real_value_for_a_while_passes_zero_where_it_has_one(name: str) -> None:

@@ -82,6 +82,7 @@ def parameters(scene: symdyn.Scene) -> dict[str, float]:
     return dict(opened(scene).values)
 
 
+@pytest.mark.heavy("governor")
 @pytest.mark.parametrize("name", PLAIN)
 def test_a_and_b_are_what_differences_of_the_equations_tend_to(name: str) -> None:
     scene = example(name)

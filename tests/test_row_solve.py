@@ -145,7 +145,7 @@ def test_forces_are_columns_unless_the_inverse_multiplies() -> None:
     assert {entry for row in arm.beside for entry in row} == {None}
 
 
-@pytest.mark.wide("arm7", "carried", "held")
+@pytest.mark.wide("arm7", "carried")
 @ALL
 @pytest.mark.long
 @pytest.mark.runs("cc")

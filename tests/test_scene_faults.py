@@ -366,7 +366,7 @@ def test_python_reports_its_faults_by_scene_and_table():
 
 
 @pytest.mark.long(0)
-@settings(max_examples=120)
+@settings(max_examples=40)
 @given(st.data())
 def test_a_damaged_file_gives_a_scene_or_a_scene_error(data):
     text = data.draw(st.sampled_from(EXAMPLES)).read_text()

@@ -86,7 +86,7 @@ UNSEEN = ("deleted", "folder", "bit at 0.5", "bit at 0.8", "bit at 1.0")
 """Damages that were once believed; readers of Zarr see the others."""
 
 
-@pytest.mark.wide("deleted", "cut", "bit at 0.5")
+@pytest.mark.wide("deleted", "bit at 0.5")
 @pytest.mark.parametrize(
     "damage",
     [pytest.param(name, marks=[pytest.mark.mends("30.attacks.3")] if name in UNSEEN else []) for name in DAMAGES],

@@ -397,7 +397,7 @@ PIECES = (*SIGNS.split(), *MARKS.split(), "é", "\x00", "\n", " ")
 
 
 @pytest.mark.long
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(st.lists(st.sampled_from(PIECES), max_size=14))
 def test_any_text_is_read_or_refused(pieces: list[str]) -> None:
     scene = read(EXAMPLES / "two_link.toml")
@@ -423,7 +423,7 @@ FORMS = st.recursive(
 
 
 @pytest.mark.long
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(FORMS)
 def test_what_is_printed_is_read_back(form: Form) -> None:
     scene = read(EXAMPLES / "two_link.toml")

@@ -22,7 +22,7 @@ SIMPLER = ("inverse_dynamics_hessian", "gravity_forces_by_q", "coriolis_matrix")
 REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 
 
-@pytest.mark.wide("8-requests0-plane", "16-requests1-tree", "32-requests2-any")
+@pytest.mark.wide("8-requests0-plane", "32-requests2-any")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("kind", ["any", "plane", "tree"])
 @pytest.mark.parametrize(

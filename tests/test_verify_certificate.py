@@ -30,7 +30,7 @@ EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 SLOW = ("bicycle",)  # two wheels, whose roots are looked at with all their signs; a part of it is proved in every run
 
 
-@pytest.mark.wide("cart_with_wheel", "free_body", "rsup")
+@pytest.mark.wide("free_body", "rsup")
 @pytest.mark.parametrize(
     "path",
     [pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else ()) for path in EXAMPLES],
