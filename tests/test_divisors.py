@@ -92,6 +92,7 @@ def test_a_mass_matrix_that_is_singular_at_zeros_alone_leaves_no_hole_there():
     assert found == pytest.approx([0.0, 0.7], abs=1e-14)
 
 
+@pytest.mark.heavy("bicycle")
 @pytest.mark.wide(3)
 @pytest.mark.parametrize("path", [*PINNED, *EXAMPLES], ids=lambda path: path.stem)
 def test_no_divisor_is_zero_everywhere(path):

@@ -374,6 +374,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
 }
 
 
+@pytest.mark.heavy("base_regressor", "k_D")
 @pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("name", OUTPUTS)
@@ -469,6 +470,7 @@ def loop(name: str, way: str, closed: bool) -> None:
     assert way not in formulations_of(name, two_link()), way
 
 
+@pytest.mark.heavy("base_regressor")
 @pytest.mark.wide(3)
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)

@@ -67,6 +67,7 @@ def test_every_verb_is_asked() -> None:
     assert set(LINES) == set(VERBS)
 
 
+@pytest.mark.heavy("bench")
 @pytest.mark.runs("cc")
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("verb", LINES)

@@ -86,6 +86,7 @@ def test_any_coordinate_is_no_letter_of_the_scene() -> None:
     assert shown["q_i"] not in [shown[key] for key in ANY]
 
 
+@pytest.mark.heavy("spatial_3r")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_product_rule_is_carried_out_term_by_term(name: str) -> None:
     document = lesson(name)

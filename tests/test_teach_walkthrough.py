@@ -306,6 +306,7 @@ def test_forms_are_worth_their_names(name: str) -> None:
         assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
 
 
+@pytest.mark.heavy("spatial_3r")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "spatial_3r"])
 def test_bars_add_up_to_the_torque(name: str) -> None:
