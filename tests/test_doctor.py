@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,14 @@ pytestmark = pytest.mark.runs("cc")
 ROOT = Path(symdyn.__file__).parent.parent
 
 Capture = pytest.CaptureFixture[str]
+
+
+DISTRIBUTIONS = cache(doctor.packages_distributions)
+
+
+@pytest.fixture(autouse=True)
+def distributions_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "packages_distributions", DISTRIBUTIONS)
 
 
 def looked(capsys: Capture) -> dict:
