@@ -355,7 +355,13 @@ class Lesson(Prose):
         return self.ring.is_zero(self._polynomial(node))
 
     def _polynomial(self, node: Expr) -> Polynomial:
-        return evaluate([node], self.ring, self.ring.values([node]))[0]
+        if node not in self._polynomials:  # reasons ask for the same again
+            (self._polynomials[node],) = evaluate([node], self.ring, self.ring.values([node]))
+        return self._polynomials[node]
+
+    @cached_property
+    def _polynomials(self) -> dict[Expr, Polynomial]:
+        return {}
 
     def number(self, key: str) -> str:
         """Return the equation number of a formula, "" without one."""
