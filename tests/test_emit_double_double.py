@@ -71,7 +71,7 @@ def worst(function, given: list[np.ndarray], found: np.ndarray) -> float:
     return float(largest)
 
 
-@pytest.mark.heavy("arm7")
+@pytest.mark.heavy("arm7", "puma560", "four_bar")
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("name", "output"), CASES)

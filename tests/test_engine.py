@@ -18,7 +18,7 @@ ENGINE = Path(__file__).parent / "engine"
 ALL, PART = 3000, 50
 
 
-@pytest.mark.wide(6)
+@pytest.mark.wide(9)
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(PAIRED))
 def test_bodies_one_by_one_move_and_bear_as_symdyn_says(seed: int) -> None:

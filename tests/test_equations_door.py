@@ -85,6 +85,7 @@ def test_c_is_c_qd_and_mdot_less_two_c_is_skew(name: str) -> None:
     assert any(skew)
 
 
+@pytest.mark.heavy("rsup")
 @pytest.mark.long
 @pytest.mark.parametrize("name", CLOSED)
 def test_rows_of_loops_are_the_derivatives_of_what_closes_them(name: str) -> None:

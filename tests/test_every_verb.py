@@ -58,7 +58,7 @@ def test_a_verb_takes_what_scenes_may_hold(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     if verb in ("inverse", "identify"):
-        assert main(["simulate", str(SCENE), *"--until 0.1 --bind F=1 -o run.csv".split()]) == 0
+        assert main(["simulate", str(SCENE), "--until", "0.1", "--bind", "F=1", "-o", "run.csv"]) == 0
     for line, status in WORDS[verb]:
         assert main([verb, str(SCENE), *line.split()]) == status, f"{line}: {capsys.readouterr().err}"
 

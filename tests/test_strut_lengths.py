@@ -231,6 +231,7 @@ def test_the_text_of_dalembert_says_every_length_once(name: str, lengths: int) -
 LESSONS = [("sp", "lagrange"), ("sp", "dalembert"), ("car", "lagrange"), ("car", "dalembert")]
 
 
+@pytest.mark.heavy("car-dalembert")
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "formulation"), LESSONS)
 def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, formulation: str) -> None:
@@ -251,6 +252,7 @@ def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, formulatio
     assert shown == 2 * (2 if name == "car" else 1)
 
 
+@pytest.mark.heavy("car-dalembert")
 @pytest.mark.long
 @pytest.mark.mends("30.control.4")
 @pytest.mark.parametrize(("name", "formulation"), LESSONS)

@@ -26,6 +26,7 @@ CASES = [
 ]
 
 
+@pytest.mark.heavy("spatial_3r.md", "two_link-sk.html")
 @pytest.mark.long
 @pytest.mark.parametrize(("scene", "name", "words"), CASES, ids=[name for _, name, _ in CASES])
 def test_walkthroughs_are_what_the_command_line_writes(

@@ -170,6 +170,7 @@ def table(document: Document, key: str) -> dict[str, float]:
     return {name: float(text.strip("≈ ").replace("−", "-")) for name, text in texts.items()}
 
 
+@pytest.mark.heavy("disc")
 @pytest.mark.long
 @pytest.mark.parametrize("name", HANDS)
 def test_the_shown_state_solves_the_equations_by_hand(name: str) -> None:
@@ -250,6 +251,7 @@ def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() ->
     assert "ratios" in {step.key for step, _ in document.blocks()}
 
 
+@pytest.mark.heavy("notebook", "latex")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 def test_every_format_takes_it(format: str, tmp_path: Path) -> None:

@@ -91,6 +91,7 @@ def derived(scene: Scene, change: tuple[str, str] = ("", ""), formulation: str =
     return [line for line in "\n".join(run_cells(json.dumps(cells))).splitlines() if line]
 
 
+@pytest.mark.heavy("two_link-dalembert")
 @pytest.mark.long(0)
 @pytest.mark.parametrize(
     ("name", "formulation"),

@@ -150,6 +150,7 @@ def test_other_scenes_are_told_their_formulation() -> None:
         walkthrough(read(EXAMPLES / "quadruped.toml"), formulation="quaternions")
 
 
+@pytest.mark.heavy("md", "html")
 @pytest.mark.wide("heavy_top")
 @pytest.mark.long(0)
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])

@@ -35,7 +35,7 @@ def values(*nodes: Expr) -> list[float]:
     return [float(x) for x in evaluate(nodes, Floats(), point)]
 
 
-@pytest.mark.heavy("spatial_3r", "slider_crank", "cart_pole")
+@pytest.mark.heavy("spatial_3r", "slider_crank", "cart_pole", "heavy_top")
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_seed_draws_one_variant_that_can_be_read_and_another_seed_another(name: str) -> None:

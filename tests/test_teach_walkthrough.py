@@ -293,7 +293,7 @@ def test_a_wrong_formula_is_noticed() -> None:
     assert shown != pytest.approx(truth)
 
 
-@pytest.mark.heavy("spatial_3r", "rrp")
+@pytest.mark.heavy("spatial_3r", "rrp", "scara", "double_pendulum")
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_forms_are_worth_their_names(name: str) -> None:
@@ -390,6 +390,7 @@ child = "a"
 """  # along axes of coordinates: in oblique ones its forms fill pages
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind in JOINTS if kind != "fixed"])
 def test_every_type_of_joint_goes_dalemberts_formulation(kind: str) -> None:
