@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from functools import cache
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ ROOT = Path(symdyn.__file__).parent.parent
 Capture = pytest.CaptureFixture[str]
 
 
-DISTRIBUTIONS = cache(doctor.packages_distributions)
+DISTRIBUTIONS = cache(packages_distributions)
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,9 @@ of these alone moves as the open one, by Lagrange's method; one with others as w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
@@ -354,14 +355,9 @@ class Lesson(Prose):
         """Tell whether a node is zero as a function."""
         return self.ring.is_zero(self._polynomial(node))
 
-    def _polynomial(self, node: Expr) -> Polynomial:
-        if node not in self._polynomials:  # reasons ask for the same again
-            (self._polynomials[node],) = evaluate([node], self.ring, self.ring.values([node]))
-        return self._polynomials[node]
-
     @cached_property
-    def _polynomials(self) -> dict[Expr, Polynomial]:
-        return {}
+    def _polynomial(self) -> Callable[[Expr], Polynomial]:
+        return cache(lambda node: evaluate([node], self.ring, self.ring.values([node]))[0])  # reasons ask again
 
     def number(self, key: str) -> str:
         """Return the equation number of a formula, "" without one."""

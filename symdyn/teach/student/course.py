@@ -10,9 +10,10 @@ Quantities go by the keys of documents: "K:2", "v2:2", "P:", "L:", "dL:/dq1_dot"
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 from typing import Union
 
 from symdyn.dynamics import rotor_energy
@@ -83,8 +84,8 @@ class Course:
         self.placed = body_placements(scene, self.graph)
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
-        self._slopes: dict[tuple[Expr, Expr], Expr] = {}
-        self._steps: dict[tuple[int, Expr, Expr], tuple[Expr, Expr, Expr, Expr]] = {}
+        self.slope: Callable[[Expr, Expr], Expr] = cache(lambda node, by: gradient(node, [by])[0])
+        self.steps = cache(self._steps)  # quantities with the same energies ask for the same
 
     @cached_property
     def parts(self) -> list[Parts]:
@@ -190,22 +191,14 @@ class Course:
         indices = [int(x) - 1 for x in of.split(",") if x.isdigit()]
         return self.coefficient(kind, indices, K, e.P) if kind.startswith("k_") and indices else None
 
-    def slope(self, node: Expr, by: Expr) -> Expr:
-        """Return ∂node/∂by; quantities with the same energies ask for the same ones."""
-        if (node, by) not in self._slopes:
-            self._slopes[node, by] = gradient(node, [by])[0]
-        return self._slopes[node, by]
-
-    def steps(self, i: int, K: Expr, P: Expr) -> tuple[Expr, Expr, Expr, Expr]:
+    def _steps(self, i: int, K: Expr, P: Expr) -> tuple[Expr, Expr, Expr, Expr]:
         """Return Σ M q̈, Ṁ q̇, ∂K/∂q_i and ∂P/∂q_i."""
-        if (i, K, P) not in self._steps:
-            state = self.state
-            p = self.slope(K, state.qd[i])
-            still = dict.fromkeys(state.q, self.graph.zero)
-            inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
-            product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
-            self._steps[i, K, P] = inertial, product, self.slope(K, state.q[i]), self.slope(P, state.q[i])
-        return self._steps[i, K, P]
+        state = self.state
+        p = self.slope(K, state.qd[i])
+        still = dict.fromkeys(state.q, self.graph.zero)
+        inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
+        product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
+        return inertial, product, self.slope(K, state.q[i]), self.slope(P, state.q[i])
 
     def balance(self, i: int, K: Expr, P: Expr, Q: Sequence[Expr]) -> Expr:
         """Return what drive i is."""
