@@ -81,6 +81,7 @@ PAIRS += [("four_bar", "implicit_midpoint"), ("free_body", "implicit_midpoint")]
 """Scenes and methods: one scene by all, every scene by one, and what is held at nodes that are no stages."""
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("rolling_disc")
 @pytest.mark.parametrize(("name", "method"), dict.fromkeys(PAIRS))
 def test_derivatives_are_those_of_complex_steps(name, method):

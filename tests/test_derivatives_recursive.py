@@ -82,7 +82,7 @@ def agree(scene: Scene) -> None:
         assert np.isfinite(recursive[:, :3]).all()
 
 
-@pytest.mark.wide(6)
+@pytest.mark.wide(12)
 @pytest.mark.parametrize(
     "scene", [*OPEN, *TREES[:4], *COUPLED[:3], *LOADED, *OF_KINDS, *IN_ROWS, *BALLS], ids=lambda scene: scene.name
 )

@@ -170,6 +170,7 @@ def worst(found: np.ndarray, angles: np.ndarray) -> float:
         return float(largest)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("span", [0.8, 3.2, 1e3, 2.0**20])
 def test_sines_are_right_to_31_digits(sincos, span):

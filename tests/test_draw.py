@@ -81,6 +81,7 @@ def whole(one: Scene) -> Drawing:
     return drawing(one, frames=True, labels=("coordinates", "bodies", "joints", "points"))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("chain20", "quadruped", "helical_twice")
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
@@ -100,6 +101,7 @@ def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
         assert group.get("id", "").startswith("label") or "-label" in group.get("id", "") or group[0].text
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_labels_lie_apart_and_inside(one: Scene) -> None:
@@ -116,6 +118,7 @@ def test_labels_lie_apart_and_inside(one: Scene) -> None:
             assert np.any((low >= other[1]) | (high <= other[0])), (shown.labels[k].label.text.plain, k)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("example", [path.stem for path in sorted(EXAMPLES.glob("*.toml"))])
 def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: str) -> None:

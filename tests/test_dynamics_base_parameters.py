@@ -183,6 +183,7 @@ def test_forms_are_the_values(one):
     assert {result.verdict for result in prove(claims)[1]} == {Verdict.PROVED}
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_forms_of_odd_angles_have_twelve_digits(one):

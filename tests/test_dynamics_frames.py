@@ -73,6 +73,7 @@ def placed(T):
     return np.block([[R, np.reshape(values(T.p), (3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_steps_multiply_out_to_the_link(one):

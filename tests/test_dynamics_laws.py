@@ -108,6 +108,7 @@ def test_mass_matrix_is_symmetric_positive_definite(one):
         np.linalg.cholesky(M)  # raises for anything that is not positive definite
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("one", [*TREES, *COUPLED], ids=by_name)
 def test_coriolis_matrix_leaves_a_skew_remainder(one):
     """Ṁ by a central difference in big floats along q̇, apart from all differentiation on the graph."""
@@ -127,7 +128,7 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
     assert any(abs(S[i][j]) > 1e-3 for i in range(n) for j in range(n)) or n == 1
 
 
-@pytest.mark.wide(4)
+@pytest.mark.wide(8)
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("one", "formulation"),
@@ -143,6 +144,7 @@ def test_forward_dynamics_inverts_inverse_dynamics(one, formulation):
     assert all(abs(a - b) < 1e-40 for a, b in zip(back, state["qdd"], strict=True))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_power_in_is_the_rate_of_energy(one):
     """Energy is differenced along the motion q + q̇ t + q̈ t²/2; dampers take damping · (rate of their joint)²."""

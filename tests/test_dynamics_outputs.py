@@ -536,7 +536,7 @@ def faulty(formulation: Formulation) -> Formulation:
     return replace(formulation, derive=derive)
 
 
-@pytest.mark.wide(3)
+@pytest.mark.wide(6)
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.formulations) > 1])

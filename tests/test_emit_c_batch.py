@@ -92,6 +92,7 @@ def near_multiples(count: int, limit: float, dtype) -> np.ndarray:
     return np.concatenate([nearest, np.nextafter(nearest, dtype(0)), np.nextafter(nearest, dtype(2**30))])
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("span", [3.2, 1e3, 2.0**20])
 def test_sines_are_right_to_one_ulp(sincos, real, span):
     angles = np.random.default_rng(1).uniform(-span, span, 1500).astype(TYPES[real])
@@ -288,6 +289,7 @@ def test_trees_agree_with_the_scalar_functions(seed):
         assert np.allclose(rows, each, rtol=1e-9, atol=1e-11 * np.abs(each).max())
 
 
+@pytest.mark.wide(3)
 @pytest.mark.parametrize("joints", [4, 12])
 @pytest.mark.parametrize("count", [31, 32, 33, 100, 256, 300, 512])
 def test_matrices_are_copied_from_what_loops_write_once(joints, count):

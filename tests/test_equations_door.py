@@ -56,6 +56,7 @@ def numbers(matrix: object, found: SympyEquations, at: dict[object, float]) -> n
     return np.array(sympy.Matrix(matrix).subs(found.values).subs(at).evalf(), dtype=float)
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long
 @pytest.mark.parametrize("name", [*TREES, *CLOSED])
 def test_matrices_have_the_values_of_generated_code(name: str) -> None:

@@ -235,6 +235,7 @@ def is_plain(scene: Scene) -> bool:
 PLAIN = [path for path in sorted((ROOT / "examples").glob("*.toml")) if is_plain(read(path))]
 
 
+@pytest.mark.wide(2)
 @pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
 def test_every_example_keeps_its_dynamics(path: Path) -> None:
     """puma560 is a standard Denavit-Hartenberg table: its link frames move, its equations do not."""

@@ -56,6 +56,7 @@ def faults(text: str) -> tuple[str, ...]:
     return ()
 
 
+@pytest.mark.wide(2)
 @pytest.mark.long(0)
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_of_ours_is_valid(path, judge):

@@ -158,6 +158,7 @@ def worst(found: np.ndarray, angles: np.ndarray) -> float:
         return max(float(abs(mpmath.mpf(a) - b)) for pair in pairs for a, b in zip(*pair, strict=True))
 
 
+@pytest.mark.wide(2)
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("span", [1e-3, 0.8, 3.2, 1e3, LIMIT])
 def test_no_sine_is_off_by_more_than_is_told(sincos, span):

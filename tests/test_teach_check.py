@@ -55,6 +55,7 @@ def shown(answers: Iterable[Answer]) -> str:
 # What symdyn prints, it reads
 
 
+@pytest.mark.wide(5)
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "pendulum", "double_pendulum"])
 @pytest.mark.parametrize("group", ["equations", "coefficients", "textbook"])

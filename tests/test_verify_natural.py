@@ -44,6 +44,7 @@ def findings_of(w):
 # Natural positions
 
 
+@pytest.mark.wide(2)
 @pytest.mark.heavy("bicycle")
 @pytest.mark.long
 @pytest.mark.parametrize(
