@@ -94,19 +94,14 @@ class Needs:
 
     @property
     def lowest_bit(self) -> int:
-        """K such that primes are drawn from 2^k … 2^(k+1)."""
+        """K such that primes are drawn from 2^k … 2^(k+1): of 127 bits, of more where angles are divided finely."""
         fineness = self.radian.bit_length() + self.atom.bit_length() - 2
         return max(BITS - 1 + fineness, self.order.bit_length() + SPARE_BITS)
 
     def prime(self, seed: int) -> int:
-        """Return a random prime of 127 bits over which every root that is needed exists; the same seed, the same prime.
-
-        It has more bits where angles are divided so finely that 127 would leave little choice, or little certainty.
-        """
-        step = self.order
-        floor = 1 << self.lowest_bit
-        candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
-        candidate -= (candidate - 1) % step
+        """Return a random prime over which every root that is needed exists; the same seed, the same prime."""
+        floor, step = 1 << self.lowest_bit, self.order
+        candidate = floor - floor % step + 1 + step * (_hash(seed, "prime") % (floor // step))
         while not self.denominator % (found := _next_prime(candidate, step, self.radicands)):
             candidate = found + step
         return found
