@@ -6,8 +6,8 @@ from functools import lru_cache
 
 from symdyn.scene import Scene
 from symdyn.teach import walkthrough
-from symdyn.teach.derivations.lessons import usual_formulation
 from symdyn.teach.document import Document
+from symdyn.teach.render.handout import usual_formulation
 
 
 def lesson_of(scene: Scene, language: str = "en", formulation: str = "") -> Document:
