@@ -217,6 +217,20 @@ def test_every_right_answer_is_accepted_and_every_changed_one_refused(
                     assert not page.evaluate(judge, [blank.key, wrong])["right"], wrong
 
 
+def test_answers_of_a_body_in_quaternions_are_judged_by_their_values(tmp_path: Path, browser: Any) -> None:
+    lesson = with_exercises(lesson_of(read(EXAMPLES / "heavy_top.toml")))
+    path = tmp_path / "heavy_top.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+
+    with opened(browser, path) as page:
+        for blank in blanks(lesson):
+            judged = [
+                page.evaluate("([key, text]) => Answers.judge(key, text)", [blank.key, text])["right"]
+                for text in (text_of(blank.answer), f"2 ({text_of(blank.answer)})")
+            ]
+            assert judged == [True, False], blank.key
+
+
 RULES = language_of("en").mistakes
 
 

@@ -54,9 +54,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(requested)))
-    balances = (
-        {} if scene.is_constrained else {key: left for key, (left, _) in requested.items() if left.startswith(BALANCED)}
-    )
+    balanced = not scene.is_constrained and diagnosis.course is not None
+    balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
     values = {key: _shortened(points, form) for key, (_, form) in requested.items()}
     lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
     return {
