@@ -172,7 +172,7 @@ def test_a_product_of_letters_is_of_the_product_of_their_units(powers: list[int]
         pendulum(more=output(formula(held), said) if any(held.values()) else output("phi", said))
 
 
-EXAMPLES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("docs/gallery/*.toml")])
+EXAMPLES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("examples/gallery/*.toml")])
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

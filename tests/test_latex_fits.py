@@ -19,7 +19,7 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Scene, read
 
 ROOT = Path(__file__).parent.parent
-FOLDERS = ("examples", "docs/gallery", "tests/data/findings")
+FOLDERS = ("examples", "examples/gallery", "tests/data/findings")
 MOST = 1.0  # pt
 
 FRAGMENT = r"""\documentclass[10pt,a4paper]{article}

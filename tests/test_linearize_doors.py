@@ -20,7 +20,7 @@ EXAMPLES = ROOT / "examples"
 
 POINTS = {
     "cart_pole": (EXAMPLES / "cart_pole.toml", {}, {}),
-    "furuta": (ROOT / "docs/gallery/furuta.toml", {"theta2": "0"}, {}),
+    "furuta": (ROOT / "examples/gallery/furuta.toml", {"theta2": "0"}, {}),
     "free_body": (EXAMPLES / "free_body.toml", {}, {"flight_wx": "0", "flight_wy": "3", "flight_wz": "0"}),
     "rolling_disc": (
         EXAMPLES / "rolling_disc.toml", {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": "6"},

@@ -10,6 +10,8 @@ import pytest
 nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
 import notebooks  # noqa: E402
 
+import symdyn  # noqa: E402
+
 LARGEST = 200_000
 """Bytes of a notebook with what its cells show."""
 
@@ -50,8 +52,19 @@ def test_two_notebooks_are_run_in_every_test() -> None:
 
 
 def marks(path: Path) -> list[pytest.MarkDecorator]:
-    """Return when a notebook is run."""
-    return [pytest.mark.targets] if path.stem in notebooks.TOOLS else [] if path in SHORTEST else [pytest.mark.slow]
+    """Return when a notebook is run: all of them in `make targets`, but the two of every test."""
+    if path in SHORTEST:
+        return []
+    return [pytest.mark.targets, *([] if path.stem in notebooks.TOOLS else [pytest.mark.slow])]
+
+
+def test_the_gallery_begins_with_scenes_that_come_with_the_package() -> None:
+    for path in notebooks.BOOKS:
+        if path.parent.name == "gallery":
+            code = "".join(cell.source for cell in notebooks.code(notebooks.stored(path)))
+            (name,) = re.findall(r'symdyn\.example\("(\w+)"', code)[:1]
+            assert name in symdyn.scene.examples()
+            assert "symdyn.read(" not in code
 
 
 @pytest.mark.heavy("linearize")

@@ -15,8 +15,8 @@ from symdyn.scene import Starter
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
     name = (options.name or options.example or "").replace("-", "_")
-    text = _example(options, name) if options.example else _starter(options, name)
-    path = Path(f"{name}.toml")
+    file, text = _example(options, name) if options.example else (f"{name}.toml", _starter(options, name))
+    path = Path(file)
     if page_stem(name) != name:
         raise EmitError(f"{path} is a device on Windows, whatever the letters' case; try {name}1")
     if path.exists() and not options.force:
@@ -33,8 +33,8 @@ def _starter(options: argparse.Namespace, name: str) -> str:
     return Starter(name).from_template(template, options.n)
 
 
-def _example(options: argparse.Namespace, name: str) -> str:
-    """Return the file of an example, called by the name that was chosen for it."""
+def _example(options: argparse.Namespace, name: str) -> tuple[str, str]:
+    """Return the file of an example, its name and text, called by the name that was chosen for it."""
     beside = [f"--{word}" for word in ("template", "n") if getattr(options, word) is not None]
     if beside:
         raise SceneError(f"new: --example {options.example} is a whole scene; leave {' and '.join(beside)} out")

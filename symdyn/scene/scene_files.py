@@ -5,6 +5,7 @@ The scenes that come with the package, and what a new scene may begin as: commen
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -227,28 +228,40 @@ def examples() -> tuple[str, ...]:
     >>> examples()[:3]
     ('arm7', 'bicycle', 'cart_pole')
     """
-    return tuple(sorted(path.stem for path in folder("examples").glob("*.toml")))
+    return tuple(sorted(_examples()))
 
 
-def example(name: str) -> Scene:
-    """Return a scene that comes with the package; `symdyn new --example NAME` writes its file.
+def _examples() -> dict[str, Path]:
+    """Return the files of examples and of the gallery, by the name of the scene."""
+    inside = folder("examples")
+    return {path.stem: path for path in (*inside.glob("*.toml"), *inside.glob("gallery/*"))}
+
+
+def example(name: str, *, floating_base: str | None = None) -> Scene:
+    """Return a scene that comes with the package, of the gallery too; `symdyn new --example NAME` writes its file.
 
     >>> example("four_bar").coordinates
     ('phi', 'psi', 'chi')
+    >>> example("furuta").coordinates
+    ('theta1', 'theta2')
+
+    Args:
+        name: of the scene.
+        floating_base: as `read` takes it, of a robot file.
 
     Raises:
         SceneError: there is none of this name; tells those that there are.
     """
     check_arguments(example, locals(), SceneError)
-    return read(path_of(name))
+    return read(path_of(name), floating_base=floating_base)
 
 
 def path_of(example: str) -> Path:
     """Return the file of a scene that comes with the package; SceneError where there is none, and which there are."""
-    known = examples()
+    known = _examples()
     if example not in known:
-        raise SceneError(f'there is no example "{example}"; {choice(example, known)}')
-    return folder("examples") / f"{example}.toml"
+        raise SceneError(f'there is no example "{example}"; {choice(example, sorted(known))}')
+    return known[example]
 
 
 @dataclass(frozen=True)
@@ -306,15 +319,17 @@ class Starter:
         )
         return environment.get_template(f"{template}.toml.jinja").render(name=self.name, n=links)
 
-    def from_example(self, example: str) -> str:
-        """Return the file of a scene that comes with the package, comments and all, under the name.
+    def from_example(self, example: str) -> tuple[str, str]:
+        """Return the file of a scene that comes with the package, comments and all, under the name: its name, its text.
 
         Raises:
             SceneError: there is no such example, and which there are; or the name will not do.
         """
-        text = path_of(example).read_text(encoding="utf-8")
+        path = path_of(example)
+        text = path.read_text(encoding="utf-8")
         self._check()
-        return text.replace(f'name = "{example}"', f'name = "{self.name}"', 1)
+        renamed = re.sub(rf'(name ?= ?)"{example}"', rf'\1"{self.name}"', text, count=1)
+        return f"{self.name}{path.suffix}", renamed
 
     def _check(self) -> None:
         if fault := check_scene_name(self.name):
