@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import math
-import re
 from collections.abc import Callable
 from contextlib import suppress
 from decimal import Decimal
@@ -14,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pages
 import pytest
 import sympy
+from reference import catalogue, object_of
 
 import symdyn
 from symdyn.arguments import _read, check_arguments
@@ -49,9 +47,9 @@ SILENT = {("certify", "progress"), ("sweep", "say"), ("sweep", "scheduler"), ("f
 
 
 def doors() -> dict[str, Callable[..., object]]:
-    """Return the functions that the page lists, but words of scenes: the scene tells all their faults with places."""
-    listed = re.findall(r"autofunction:: ([\w.]+)\.(\w+)\n", (pages.DOCS / "api.md").read_text(encoding="utf-8"))
-    found = {name: getattr(importlib.import_module(module), name) for module, name in listed}
+    """Return the functions that the reference lists, but those that declare: the scene tells their faults with places."""
+    listed = [name for names in catalogue().values() for name in names]
+    found = {name.rpartition(".")[2]: door for name in listed if inspect.isfunction(door := object_of(name))}
     return {name: door for name, door in found.items() if inspect.signature(door).return_annotation != "Entry"}
 
 

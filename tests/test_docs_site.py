@@ -14,8 +14,7 @@ from typing import Any
 
 import pytest
 from browser import window
-
-import symdyn
+from reference import catalogue
 
 pytest.importorskip("sphinx", reason="Sphinx is not installed (extra docs)")
 pytest.importorskip("furo", reason="Furo is not installed (extra docs)")
@@ -104,7 +103,8 @@ def offline(browser: Any) -> Iterator[Any]:
 def test_pages_fit_and_show_everything_without_a_network(site: Path, offline: Any, width: int, scheme: str) -> None:
     offline.set_viewport_size({"width": width, "height": 900})
     offline.emulate_media(color_scheme=scheme)
-    for name in ("index", "words", "api", "performance", "gallery/README", "gallery/furuta", "walkthroughs/two_link"):
+    names = ("index", "words", "api", "performance", "gallery/README", "gallery/furuta", "walkthroughs/two_link")
+    for name in (*names, "api/symdyn.simulate", "api/symdyn.linear.Linearization"):
         offline.goto((site / f"{name}.html").as_uri())
         found = offline.evaluate(PROBE)
         assert found == {"excess": found["excess"], "missing": 0, "dark": scheme, "formulas": 0}, name
@@ -145,7 +145,7 @@ def served_page(browser: Any, served: str) -> Iterator[Any]:
     ("words", "page"),
     [
         ("quaternion", "words.html"),
-        ("lambdify", "api.html#symdyn.lambdify"),
+        ("lambdify", "api/symdyn.lambdify.html#symdyn.lambdify"),
         ("units", "units.html"),
         ("dimensions", "units.html"),
     ],
@@ -162,11 +162,13 @@ def test_the_search_finds_nothing_where_nothing_is(served_page: Any) -> None:
     served_page.wait_for_selector(".search-summary:has-text('did not match')")
 
 
-def test_every_door_stands_in_the_api(site: Path) -> None:
-    text = (site / "api.html").read_text(encoding="utf-8")
-    doors = [name for name in symdyn.__all__ if not name.startswith("__")]
-    assert [name for name in doors if f'id="symdyn.{name}"' not in text and name not in ("Scene", "SymdynError")] == []
-    assert 'id="symdyn.errors.SymdynError"' in text
+def test_every_name_of_the_reference_has_a_page_and_a_line_for_readers_of_text(site: Path) -> None:
+    text = (site / "llms.txt").read_text(encoding="utf-8")
+    names = [name for names in catalogue().values() for name in names]
+    assert [name for name in names if f'id="{name}"' not in (site / "api" / f"{name}.html").read_text("utf-8")] == []
+    assert [name for name in names if f"](api/{name}.html): " not in text] == []
+    assert [path for path in re.findall(r"\]\(([^)]+)\)", text) if not (site / path).is_file()] == []
+    assert 'id="symdyn.errors.SymdynError"' in (site / "api.html").read_text(encoding="utf-8")
 
 
 def test_the_wheel_holds_no_documentation() -> None:

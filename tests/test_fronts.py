@@ -15,6 +15,7 @@ from typing import Any, get_args, get_type_hints
 
 import pages
 import pytest
+from reference import GROUPS
 from test_layers import ROOT, arrows, modules, offered, statements
 
 import symdyn
@@ -129,6 +130,7 @@ def named_in_docs() -> set[type]:
     names = set(re.findall(r"\b(symdyn(?:\.\w+)*)\.([A-Z]\w*)", text))
     for module, several in re.findall(r"from (symdyn[\w.]*) import ([\w, ]+)", text):
         names |= {(module, name.strip()) for name in several.split(",")}
+    names |= {tuple(f"symdyn.{name}".rsplit(".", 1)) for group in GROUPS for name in group.more}
     return {one for module, name in names if inspect.isclass(one := getattr(import_module(module), name, None))}
 
 

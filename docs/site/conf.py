@@ -17,10 +17,12 @@ copyright = "the authors of symdyn, MIT licence"
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "mathml_formulas",
     "shown_docstrings",
     "opened_files",
+    "api_pages",
 ]
 exclude_patterns = ["site", "walkthroughs/*.ipynb"]
 suppress_warnings = ["myst.header"]  # a page of a lesson may begin with its second level
@@ -33,7 +35,9 @@ nb_execution_mode = "off"  # outputs are stored; `make notebooks` rewrites them
 html_math_renderer = "mathml"
 default_role = "code"  # what docstrings put between backticks
 
+autosummary_generate = False  # `api_pages` does
 autodoc_member_order = "bysource"
+python_maximum_signature_line_length = 80
 autodoc_preserve_defaults = False  # it takes signatures for those in the source, which `**fields` have not
 autodoc_typehints = "signature"
 napoleon_use_rtype = False
@@ -46,4 +50,5 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_theme_options = {"navigation_with_keys": True}
-templates_path: list[str] = []
+templates_path = ["templates"]
+llms_about = "Equations of motion of mechanisms: declared once, derived twice, proved equal; simulation, control, code."

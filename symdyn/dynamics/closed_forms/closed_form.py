@@ -157,6 +157,9 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     >>> closed.sympy("k_z", 0, 1)
     -l*mp*cos(theta)/2
 
+    Args:
+        scene: a scene, a path or an open file.
+
     Raises:
         DerivationError: a coordinate stands in a function or a denominator, so that there is no trigonometric
             polynomial; or there are more terms than anyone reads.

@@ -1,0 +1,60 @@
+"""What is offered to users has a page of its own in the API reference, with what it takes, returns, and an example."""
+
+from __future__ import annotations
+
+import inspect
+
+import pages
+import pytest
+from reference import GROUPS, catalogue, members, object_of
+
+import symdyn
+from symdyn import identification, linear, simulation, study, transcription
+
+LISTED = {name: one for names in catalogue().values() for name in names if (one := object_of(name))}
+
+IDENTIFICATION = {
+    "Excitation", "Gain", "Identification", "Identified", "OutputFit", "Payload", "Regression",
+    "excite", "identified", "identify", "output_error", "with_parameters",
+}  # fmt: skip
+NAMES = {
+    symdyn: {name for name in symdyn.__all__ if not name.endswith("Error")},
+    identification: IDENTIFICATION,
+    simulation: {"Feedback", "Uncertainty", "Trajectory", "Sensitivity"},
+    study: {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"},
+    linear: {"Linearization"},
+    transcription: {"Collocation", "Solution"},
+}
+"""What is for users; a front offers names to other packages, too."""
+
+
+@pytest.mark.parametrize("front", NAMES, ids=lambda front: front.__name__)
+def test_every_function_and_noun_for_users_has_a_page(front: object) -> None:
+    """A function that a package of no group adds to `symdyn` is missed here: name its package in `GROUPS`."""
+    asked = {name: one for name in NAMES[front] if callable(one := getattr(front, name))}
+
+    assert [name for name, one in asked.items() if one not in LISTED.values()] == []
+
+
+def test_a_name_has_one_page_and_every_group_stands_in_the_reference() -> None:
+    page = (pages.DOCS / "api.md").read_text(encoding="utf-8")
+
+    assert len({id(one) for one in LISTED.values()}) == len(LISTED) == sum(map(len, catalogue().values()))
+    assert [group.title for group in GROUPS if f"```{{api-group}} {group.title}\n" not in page] == []
+    assert page.count("{api-group}") == len(GROUPS)
+    assert all(catalogue().values())
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_what_is_listed_says_what_it_is(name: str) -> None:
+    """A sentence on top; of a function of `symdyn` an example, and of its arguments what they are, errors too."""
+    one = LISTED[name]
+    text = inspect.getdoc(one) or ""
+
+    assert text.partition("\n")[0].strip()
+    if inspect.isfunction(one) and name.count(".") == 1:
+        assert ">>>" in text
+        assert "Args:" in text
+        assert "Raises:" in text
+    if inspect.isclass(one):
+        assert {member for member in members(one) if member.startswith("_")} == set()
