@@ -47,7 +47,7 @@ SILENT = {("certify", "progress"), ("sweep", "say"), ("sweep", "scheduler"), ("f
 
 
 def doors() -> dict[str, Callable[..., object]]:
-    """Return the functions that the reference lists, but those that declare: the scene tells their faults with places."""
+    """Return the functions of the reference, but those that declare: the scene tells their faults with places."""
     listed = [name for names in catalogue().values() for name in names]
     found = {name.rpartition(".")[2]: door for name in listed if inspect.isfunction(door := object_of(name))}
     return {name: door for name, door in found.items() if inspect.signature(door).return_annotation != "Entry"}

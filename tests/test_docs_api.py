@@ -23,7 +23,7 @@ NAMES = {
     simulation: {"Feedback", "Uncertainty", "Trajectory", "Sensitivity"},
     study: {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"},
     linear: {"Linearization"},
-    transcription: {"Collocation", "Solution"},
+    transcription: {"Collocation"},
 }
 """What is for users; a front offers names to other packages, too."""
 

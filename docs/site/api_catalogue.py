@@ -74,7 +74,7 @@ GROUPS = (
     Group("Compiled functions", ("runtime", "program")),
     Group("Simulation", ("simulation",), ("simulation.Feedback",)),
     Group("Linear systems and control", ("linear",), follows=True),
-    Group("Optimal control", ("transcription",), ("transcription.Solution",), follows=True),
+    Group("Optimal control", ("transcription",), follows=True),
     Group("Identification", ("identification",), tuple(f"identification.{one}" for one in IDENTIFICATION)),
     Group("Many runs", ("study",), ("study.open", "study.Indices")),
     Group("Pictures", ("draw",)),
