@@ -53,7 +53,7 @@ def test_a_message_that_is_told_comes(
     for command in commands:
         for name in re.findall(r"(\w+)\.toml", command):
             if name not in ("scene", "nowhere"):
-                Path(f"{name}.toml").write_text(Starter(name).from_example(name), encoding="utf-8")
+                Path(f"{name}.toml").write_text(Starter(name).from_example(name)[1], encoding="utf-8")
         status = main(shlex.split(command))
         told = capsys.readouterr().err
         assert re.search(pattern(message), told), told

@@ -54,20 +54,20 @@ def of_elements(section: str) -> set[str]:
 
 
 WORDS = {
-    "Top level: word": {*keys_of(scene_table.HEAD), *declare.SECTIONS, *sections(), "loop", "dh"},
-    "Parameters: word": set(keys_of(scene_table.PARAMETER)),
-    "Inputs: word": set(keys_of(scene_table.INPUT)),
-    "Outputs: word": set(keys_of(scene_table.OUTPUT)),
-    "Bodies: word": set(keys_of(scene_table.BODY)),
-    "Joints: word": set(joint_table.joint_keys()),
-    "Joints: word of `mimic`": set(keys_of(coupling.MIMIC)),
-    "Joints: word of `friction`": of_elements("friction"),
-    "Joints: word of `limits`": set(keys_of(LIMITS)),
-    "Points: word": set(keys_of(scene_table.POINT)),
-    **{f"{headed(section)}: word": of_elements(section) for section in sections()},
-    "Denavit-Hartenberg tables: word of `dh`": {*keys_of(declare.CHAIN), "links"},
-    "Denavit-Hartenberg tables: word of a link": {"name", *keys_of(declare.LINK)},
-    "Formulas: word": set(FORMULA_NAMES),
+    "Top level: key": {*keys_of(scene_table.HEAD), *declare.SECTIONS, *sections(), "loop", "dh"},
+    "Parameters: key": set(keys_of(scene_table.PARAMETER)),
+    "Inputs: key": set(keys_of(scene_table.INPUT)),
+    "Outputs: key": set(keys_of(scene_table.OUTPUT)),
+    "Bodies: key": set(keys_of(scene_table.BODY)),
+    "Joints: key": set(joint_table.joint_keys()),
+    "Joints: key of `mimic`": set(keys_of(coupling.MIMIC)),
+    "Joints: key of `friction`": of_elements("friction"),
+    "Joints: key of `limits`": set(keys_of(LIMITS)),
+    "Points: key": set(keys_of(scene_table.POINT)),
+    **{f"{headed(section)}: key": of_elements(section) for section in sections()},
+    "Denavit-Hartenberg tables: key of `dh`": {*keys_of(declare.CHAIN), "links"},
+    "Denavit-Hartenberg tables: key of a link": {"name", *keys_of(declare.LINK)},
+    "Formulas: key": set(FORMULA_NAMES),
 }
 
 
