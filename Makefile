@@ -47,7 +47,7 @@ types: $(READY)
 
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules --doctest-ignore-import-errors symdyn  # of what is not installed: JAX, PyTorch
-	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/python.md docs/equations.md docs/regressors.md \
+	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/index.md docs/python.md docs/equations.md docs/regressors.md \
 		docs/identify.md docs/sweeps.md docs/simulate.md docs/excitation.md docs/units.md docs/verify.md
 
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment

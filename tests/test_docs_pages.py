@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import re
 import shlex
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -66,3 +68,18 @@ def test_the_examples_of_every_page_are_run() -> None:
     assert len(asked) > 10
     for page in asked:
         assert f"docs/{page.name}" in makefile or f'"{page.stem}' in tests, page.name
+
+
+def test_one_line_installs_it_wherever_that_is_told() -> None:
+    """The line of docs/site/conf.py is the first code of each page that tells how to begin, and links lead to source and issues."""
+    tree = ast.parse((pages.DOCS / "site" / "conf.py").read_text(encoding="utf-8"))
+    (line,) = (
+        one.value for one in tree.body if isinstance(one, ast.Assign) and ast.unparse(one.targets[0]) == "INSTALL"
+    )
+    assert isinstance(line, ast.Constant)
+    urls = tomllib.loads((pages.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
+    for page in (pages.ROOT / "README.md", pages.DOCS / "index.md", pages.DOCS / "start.md"):
+        assert re.search(r"(?m)^    (\S.*)$", page.read_text(encoding="utf-8"))[1] == line.value, page
+    front = (pages.DOCS / "index.md").read_text(encoding="utf-8")
+    assert f"]({urls['Source']})" in front
+    assert f"]({urls['Issues']})" in front
