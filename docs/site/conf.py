@@ -12,7 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 INSTALL = "pip install ."
-"""The line that works today: README.md, index.md and start.md hold it, and tests/test_docs_pages.py holds them to it."""
+"""The line that works today. README.md, index.md and start.md hold it; tests/test_docs_pages.py holds them to it."""
 
 project = "symdyn"
 author = "the authors of symdyn"
