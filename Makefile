@@ -58,6 +58,7 @@ golden: $(READY)  ## rewrite generated/, docs/walkthroughs/ and what the verbs t
 
 docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site
+	$(BIN)/python tests/searched.py build/site
 	@echo build/site/index.html
 
 notebooks: $(READY)  ## run every notebook of docs and write what its cells show

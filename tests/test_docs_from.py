@@ -1,4 +1,4 @@
-"""Pages for those who come from another tool: each does a small job on both sides, and both are run where they can be."""
+"""Pages for those who come from another tool: each does a small job on both sides; what can be run is run."""
 
 from __future__ import annotations
 

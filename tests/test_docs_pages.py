@@ -73,10 +73,8 @@ def test_the_examples_of_every_page_are_run() -> None:
 def test_one_line_installs_it_wherever_that_is_told() -> None:
     """That of docs/site/conf.py is the first code of each page to begin with; links lead to source and issues."""
     tree = ast.parse((pages.DOCS / "site" / "conf.py").read_text(encoding="utf-8"))
-    (line,) = (
-        one.value for one in tree.body if isinstance(one, ast.Assign) and ast.unparse(one.targets[0]) == "INSTALL"
-    )
-    assert isinstance(line, ast.Constant)
+    lines = {ast.unparse(one.targets[0]): one.value for one in tree.body if isinstance(one, ast.Assign)}
+    line = ast.literal_eval(lines["INSTALL"])
     urls = tomllib.loads((pages.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
     for page in (pages.ROOT / "README.md", pages.DOCS / "index.md", pages.DOCS / "start.md"):
         assert re.search(r"(?m)^    (\S.*)$", page.read_text(encoding="utf-8"))[1] == line, page

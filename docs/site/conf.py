@@ -26,6 +26,7 @@ extensions = [
     "shown_docstrings",
     "opened_files",
     "api_pages",
+    "search_words",
 ]
 exclude_patterns = ["site", "walkthroughs/*.ipynb"]
 suppress_warnings = ["myst.header"]  # a page of a lesson may begin with its second level
@@ -50,8 +51,9 @@ html_title = "symdyn"
 html_favicon = "static/icon.svg"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "scorer.js")
 html_copy_source = False
 html_show_sourcelink = False
 html_theme_options = {"navigation_with_keys": True}
-templates_path = ["templates"]
+templates_path = [str(Path(__file__).parent / "templates")]
 llms_about = "Equations of motion of mechanisms: declared once, derived twice, proved equal; simulation, control, code."

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 from sphinx.application import Sphinx
 
 BEFORE_NAPOLEON = 400
+
+BARS = re.compile(r"\|(?=[^`]*(?:`[^`]*`[^`]*)*$)")
+"""Bars outside of backticks: |x| is a size, and no substitution."""
 
 
 def keep_lines(app: Sphinx, what: str, name: str, of: object, options: object, lines: list[str]) -> None:
@@ -27,7 +32,7 @@ def keep_lines(app: Sphinx, what: str, name: str, of: object, options: object, l
                 literal = indent
             if not literal:
                 margin = indent
-        found.append(line)
+        found.append(line if literal else BARS.sub(r"\|", line))
     lines[:] = found
 
 

@@ -1,0 +1,78 @@
+"""The search of the site, as a reader's browser ranks: Sphinx's own searchtools.js under Node, over the index of a build.
+
+python tests/searched.py build/site        fails where the first hit of a term is another page than is meant; `make docs`
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+MEANT = {
+    "install": "start", "units": "units", "Jupyter": "equations", "notebook": "equations", "gif": "pictures",
+    "state space": "linearize", "degrees of freedom": "scenes", "mass matrix": "python", "noise": "simulate",
+    "saturation": "simulate", "step response": "control", "PID": "simulate", "LQG": "simulate", "solve_ivp": "python",
+    "transfer function": "control", "Bode": "control", "Nyquist": "control", "equilibrium": "linearize",
+    "linearization": "linearize", "eigenvalues": "linearize", "Coriolis": "equations", "inverse dynamics": "simulate",
+    "forward dynamics": "simulate", "reaction forces": "reactions", "closed loop": "scenes",
+    "kinematic loop": "scenes", "URDF": "robots", "LaTeX": "equations", "SymPy": "equations", "C code": "c",
+    "MATLAB": "matlab", "Simulink": "from-simulink", "FMU": "fmu", "CasADi": "notebooks/casadi", "JAX": "jax-torch",
+    "identification": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate", "animation": "pictures",
+    "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
+    "controllability": "control", "root locus": "control", "Lagrange": "equations", "Jacobian": "derivatives",
+    "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
+    "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
+    "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",
+    "collocation": "collocation", "troubleshooting": "troubleshooting", "quick start": "start",
+}  # fmt: skip
+"""Words of the field, and the page that a reader looks for."""
+
+UNMEANT = ("decisions", "architecture", "walkthroughs/")
+"""Pages about the inside, and lessons as they come out: no first hit of any of these words."""
+
+SCRIPT = """
+const fs = require("fs"), vm = require("vm"), [site, ...words] = process.argv.slice(1);
+const world = vm.createContext({
+  document: {getElementById: () => null}, _: text => text, _ready: () => {},
+  DOCUMENTATION_OPTIONS: {}, SPHINX_HIGHLIGHT_ENABLED: false,
+});
+const read = (name, more = "") => vm.runInContext(fs.readFileSync(`${site}/${name}`, "utf-8") + more, world);
+world.window = world;
+read("_static/searchtools.js", "\\nthis.Search = Search;");
+read("_static/language_data.js");
+read("searchindex.js");
+const ranked = word => world.Search._performSearch(...world.Search._parseQuery(word)).reverse();
+const found = words.map(word => [word, ranked(word).slice(0, 5).map(hit => hit[0] + hit[2])]);
+console.log(JSON.stringify(Object.fromEntries(found)));
+"""
+
+
+def ranked(site: Path, words: Iterable[str]) -> dict[str, list[str]]:
+    """Return the first five hits of each search, page and section, best first."""
+    done = subprocess.run(["node", "-e", SCRIPT, str(site), *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, list[str]] = json.loads(done.stdout)
+    return found
+
+
+def missed(site: Path) -> list[str]:
+    """Return a line for each word whose first hit is not the page that is meant."""
+    hits = ranked(site, MEANT)
+    return [
+        f"{word}: {', '.join(hits[word]) or 'nothing'}; meant is {page}"
+        for word, page in MEANT.items()
+        if not hits[word] or hits[word][0].partition("#")[0] != page or hits[word][0].startswith(UNMEANT)
+    ]
+
+
+if __name__ == "__main__":
+    if not shutil.which("node"):
+        print("the search is not tried: there is no Node.js")
+        sys.exit()
+    lines = missed(Path(sys.argv[1]))
+    print("\n".join(lines) or f"{len(MEANT)} words lead to the pages that are meant")
+    sys.exit(bool(lines))
