@@ -1,6 +1,6 @@
-"""The search of the site, as a reader's browser ranks: Sphinx's own searchtools.js under Node, over the index of a build.
+"""The search of the site as a browser ranks: Sphinx's own searchtools.js under Node, over the index of a build.
 
-python tests/searched.py build/site        fails where the first hit of a term is another page than is meant; `make docs`
+python tests/searched.py build/site        fails where the first hit of a word is another page than is meant
 """
 
 from __future__ import annotations
