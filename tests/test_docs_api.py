@@ -40,8 +40,8 @@ def test_a_name_has_one_page_and_every_group_stands_in_the_reference() -> None:
     page = (pages.DOCS / "api.md").read_text(encoding="utf-8")
 
     assert len({id(one) for one in LISTED.values()}) == len(LISTED) == sum(map(len, catalogue().values()))
-    assert [group.title for group in GROUPS if f"```{{api-group}} {group.title}\n" not in page] == []
-    assert page.count("{api-group}") == len(GROUPS)
+    assert [group.title for group in GROUPS if f".. api-group:: {group.title}\n" not in page] == []
+    assert page.count(".. api-group::") == len(GROUPS)
     assert all(catalogue().values())
 
 

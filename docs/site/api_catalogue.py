@@ -29,6 +29,10 @@ IDENTIFICATION = (
 )  # fmt: skip
 
 
+CONSTRUCTED = ("Problem", "Feedback", "Payload", "Gain")
+"""Classes that users call; the others are what functions return."""
+
+
 @dataclass(frozen=True)
 class Group:
     """Functions and classes that are looked for together.

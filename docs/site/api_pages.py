@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from api_catalogue import catalogue, first_line, members, object_of
+from api_catalogue import CONSTRUCTED, catalogue, first_line, members, object_of
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx import addnodes
@@ -22,11 +22,12 @@ from sphinx.ext.autosummary.generate import generate_autosummary_docs
 
 FOLDER = "api"
 AFTER_NAPOLEON = 600
+ARRAY = re.compile(r"~?(?:numpy\.)?ndarray\[tuple\[[^\]]*\], ~?(?:numpy\.)?dtype\[[^\]]*\]\]")
 CALL = re.compile(r"\b([A-Z]\w*)\((?:[^()]|\([^()]*\))*\)")
 
 
 class Group(Autosummary):
-    """The table of a group: `{api-group} Scenes`, each name with its first sentence, leading to its page."""
+    """The table of a group: `.. api-group:: Scenes`, each name with its first sentence, leading to its page."""
 
     required_arguments = 1
     final_argument_whitespace = True
@@ -68,8 +69,10 @@ def list_members(app: Sphinx, what: str, name: str, of: object, options: object,
 def shorten(
     app: Sphinx, what: str, name: str, of: object, options: object, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
-    """Write a default that is an object by the name of its class: `Forces(...)` for all that it holds."""
-    return (CALL.sub(r"\1(...)", signature) if signature else signature), returns
+    """Write defaults that are objects by their class alone, and arrays as such; results are not made by users."""
+    if what == "class" and isinstance(of, type) and of.__name__ not in CONSTRUCTED:
+        return None, None
+    return tuple(ARRAY.sub("ndarray", CALL.sub(r"\1(...)", text)) if text else text for text in (signature, returns))
 
 
 def find_public(app: Sphinx, env: BuildEnvironment, node: addnodes.pending_xref, inside: Any) -> nodes.Node | None:

@@ -45,6 +45,7 @@ python_maximum_signature_line_length = 80
 autodoc_preserve_defaults = False  # it takes signatures for those in the source, which `**fields` have not
 autodoc_typehints = "signature"
 napoleon_use_rtype = False
+napoleon_attr_annotations = False  # docstrings tell shapes; types of arrays in full do not help
 
 html_theme = "furo"
 html_title = "symdyn"
