@@ -70,8 +70,8 @@ def shorten(
     app: Sphinx, what: str, name: str, of: object, options: object, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
     """Write defaults that are objects by their class alone, and arrays as such; results are not made by users."""
-    if what == "class" and isinstance(of, type) and of.__name__ not in CONSTRUCTED:
-        return None, None
+    if what == "class" and signature and isinstance(of, type) and of.__name__ not in CONSTRUCTED:
+        return "", ""
     return tuple(ARRAY.sub("ndarray", CALL.sub(r"\1(...)", text)) if text else text for text in (signature, returns))
 
 
