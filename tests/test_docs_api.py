@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import inspect
+from types import ModuleType
 
 import pages
 import pytest
 from reference import GROUPS, catalogue, members, object_of
+from test_layers import offered
 
 import symdyn
 from symdyn import identification, linear, simulation, study, transcription
@@ -17,8 +19,8 @@ IDENTIFICATION = {
     "Excitation", "Gain", "Identification", "Identified", "OutputFit", "Payload", "Regression",
     "excite", "identified", "identify", "output_error", "with_parameters",
 }  # fmt: skip
-NAMES = {
-    symdyn: {name for name in symdyn.__all__ if not name.endswith("Error")},
+NAMES: dict[ModuleType, set[str]] = {
+    symdyn: {name for name in offered("symdyn") if not name.endswith("Error")},
     identification: IDENTIFICATION,
     simulation: {"Feedback", "Uncertainty", "Trajectory", "Sensitivity"},
     study: {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"},
@@ -29,7 +31,7 @@ NAMES = {
 
 
 @pytest.mark.parametrize("front", NAMES, ids=lambda front: front.__name__)
-def test_every_function_and_noun_for_users_has_a_page(front: object) -> None:
+def test_every_function_and_noun_for_users_has_a_page(front: ModuleType) -> None:
     """A function that a package of no group adds to `symdyn` is missed here: name its package in `GROUPS`."""
     asked = {name: one for name in NAMES[front] if callable(one := getattr(front, name))}
 

@@ -77,7 +77,7 @@ def test_one_line_installs_it_wherever_that_is_told() -> None:
     line = ast.literal_eval(lines["INSTALL"])
     urls = tomllib.loads((pages.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
     for page in (pages.ROOT / "README.md", pages.DOCS / "index.md", pages.DOCS / "start.md"):
-        assert re.search(r"(?m)^    (\S.*)$", page.read_text(encoding="utf-8"))[1] == line, page
+        assert next(iter(re.findall(r"(?m)^    (\S.*)$", page.read_text(encoding="utf-8")))) == line, page
     front = (pages.DOCS / "index.md").read_text(encoding="utf-8")
     assert f"]({urls['Source']})" in front
     assert f"]({urls['Issues']})" in front
