@@ -131,6 +131,8 @@ def test_new_writes_an_example_under_its_own_name_or_another(
     assert (tmp_path / "four_bar.toml").read_bytes() == (EXAMPLES / "four_bar.toml").read_bytes()
     assert main(["new", "mine", "--example", "four_bar"]) == 0
     assert read(tmp_path / "mine.toml") == replace(symdyn.example("four_bar"), name="mine")
+    assert main(["new", "person", "--example", "humanoid"]) == 0
+    assert symdyn.read("person.urdf").name == "person"
     assert main(["new", "--example", "fourbar"]) == 1
     assert 'there is no example "fourbar"; did you mean four_bar?' in capsys.readouterr().err
     assert main(["new"]) == 1

@@ -46,6 +46,8 @@ assert "numpy" not in sys.modules, "importing symdyn imports NumPy"
 scene = symdyn.example("two_link")
 M = symdyn.lambdify(scene, "mass_matrix")([0, 0], [1, 1, 1, 1, 9.81])
 assert M.tolist() == [[5.0, 2.0], [2.0, 1.0]], M
+assert symdyn.example("furuta").coordinates == ("theta1", "theta2")
+assert len(symdyn.example("humanoid", floating_base="trunk_flight").velocities) == 21
 run = symdyn.simulate("furuta.toml", until=0.5, start={"q2": 0.3})
 assert run.complete and run["q2"].shape == run.t.shape
 print("python: fine")
