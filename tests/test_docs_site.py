@@ -105,7 +105,7 @@ def test_pages_fit_and_show_everything_without_a_network(site: Path, offline: An
     offline.set_viewport_size({"width": width, "height": 900})
     offline.emulate_media(color_scheme=scheme)
     names = ("index", "words", "api", "performance", "gallery/README", "gallery/furuta", "walkthroughs/two_link")
-    for name in (*names, "api/symdyn.simulate", "api/symdyn.linear.Linearization"):
+    for name in ("api/symdyn.simulate", "api/symdyn.linear.Linearization", *names):
         offline.goto((site / f"{name}.html").as_uri())
         found = offline.evaluate(PROBE)
         assert found == {"excess": found["excess"], "missing": 0, "dark": scheme, "formulas": 0}, name
