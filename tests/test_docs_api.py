@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import doctest
 import inspect
 from types import ModuleType
 
 import pages
 import pytest
-from reference import GROUPS, catalogue, members, object_of
+from reference import GROUPS, catalogue, examples, members, object_of
 from test_layers import offered
 
 import symdyn
@@ -49,14 +50,30 @@ def test_a_name_has_one_page_and_every_group_stands_in_the_reference() -> None:
 
 @pytest.mark.parametrize("name", LISTED)
 def test_what_is_listed_says_what_it_is(name: str) -> None:
-    """A sentence on top; of a function of `symdyn` an example, and of its arguments what they are, errors too."""
+    """A sentence on top, and an example, in its docstring or in docs/site/api_examples.txt."""
     one = LISTED[name]
     text = inspect.getdoc(one) or ""
 
     assert text.partition("\n")[0].strip()
+    assert ">>>" in text or name in examples()
     if inspect.isfunction(one) and name.count(".") == 1:
-        assert ">>>" in text
         assert "Args:" in text
         assert "Raises:" in text
     if inspect.isclass(one):
         assert {member for member in members(one) if member.startswith("_")} == set()
+
+
+def test_examples_are_of_what_is_listed() -> None:
+    """One whose name is gone, or whose docstring has got an example, is taken away."""
+    assert [name for name in examples() if name not in LISTED or ">>>" in (inspect.getdoc(LISTED[name]) or "")] == []
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long(2)
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("text", {text: name for name, text in examples().items()}, ids=lambda text: text[-40:])
+def test_an_example_runs_by_itself(text: str) -> None:
+    found = doctest.DocTestRunner(verbose=False).run(doctest.DocTestParser().get_doctest(text, {}, "example", None, 0))
+
+    assert found.attempted > 1
+    assert found.failed == 0

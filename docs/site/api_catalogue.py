@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import get_args, get_type_hints
 
 import symdyn
@@ -19,7 +20,8 @@ import symdyn
 SCENE_WORDS = (
     "scene", "parameter", "body", "point", "dh_table", "joint", "revolute", "prismatic", "helical", "cylindrical",
     "universal", "spherical", "planar", "point_on_line", "point_on_plane", "rod", "free", "fixed", "custom", "loop",
-    "spring", "damper", "load", "rolling", "knife_edge", "row", "read_text", "write_text", "bind", "lock",
+    "spring", "damper", "load", "rolling", "knife_edge", "row", "given", "looked_at",
+    "read_text", "write_text", "bind", "lock",
     "with_symbols", "with_symbolic_inertia", "scene_of",
 )  # fmt: skip
 
@@ -154,6 +156,17 @@ def offered_by(package: str, text: str) -> Iterator[type]:
     for name in dict.fromkeys(re.findall(r"\b[A-Z]\w*", text)):
         if name in dir(front) and inspect.isclass(one := getattr(front, name)):
             yield one
+
+
+@cache
+def examples() -> dict[str, str]:
+    """Return the examples of api_examples.txt by name; several names may share one."""
+    sections = (Path(__file__).parent / "api_examples.txt").read_text(encoding="utf-8").split("\n## ")[1:]
+    return {
+        name: text.partition("```python\n")[2].partition("\n```")[0].rstrip()
+        for head, _, text in (one.partition("\n") for one in sections)
+        for name in head.split(", ")
+    }
 
 
 def first_line(one: object) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from api_catalogue import CONSTRUCTED, catalogue, first_line, members, object_of
+from api_catalogue import CONSTRUCTED, catalogue, examples, first_line, members, object_of
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx import addnodes
@@ -54,6 +54,12 @@ def write_pages(app: Sphinx) -> None:
     rows = [f"   {name}" for names in catalogue().values() for name in names]
     listed.write_text("\n".join([".. autosummary::", f"   :toctree: {folder}", "", *rows, ""]), encoding="utf-8")
     generate_autosummary_docs([str(listed)], app=app, overwrite=True)
+
+
+def add_example(app: Sphinx, what: str, name: str, of: object, options: object, lines: list[str]) -> None:
+    """Add to the text of what has no example the one that is kept for it."""
+    if what in ("class", "function") and name in examples() and not any(">>>" in line for line in lines):
+        lines += ["", ".. rubric:: Example", "", *examples()[name].splitlines(), ""]
 
 
 def list_members(app: Sphinx, what: str, name: str, of: object, options: object, lines: list[str]) -> None:
@@ -126,6 +132,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_config_value("llms_about", "", "env")
     app.add_directive("api-group", Group)
     app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", add_example, priority=AFTER_NAPOLEON)
     app.connect("autodoc-process-docstring", list_members, priority=AFTER_NAPOLEON)
     app.connect("autodoc-process-signature", shorten)
     app.connect("missing-reference", find_public)
