@@ -38,7 +38,7 @@ print(loaded, spent() - start)
 CASES = {"inverse dynamics alone": ["inverse_dynamics"], "all functions, one called": []}
 
 
-HUMANOID = HERE / "docs" / "gallery" / "humanoid.urdf"
+HUMANOID = HERE / "examples" / "gallery" / "humanoid.urdf"
 
 
 def seconds(scene: Path, more: list[str], cache: str) -> tuple[float, float]:
