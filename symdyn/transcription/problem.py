@@ -371,7 +371,7 @@ def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
 
 def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
-    least, most = np.broadcast_to(until, 2).tolist()
+    least, most = np.broadcast_to(np.asarray(until, np.float64), 2).tolist()
     if not 0 < least <= most < np.inf:
         faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
         return 1.0, 1.0
