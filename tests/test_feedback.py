@@ -359,8 +359,8 @@ def test_a_limit_may_be_any_kind_of_number() -> None:
 
 
 def test_what_is_no_controller_and_what_needs_another_method_are_told() -> None:
-    with pytest.raises(SimulateError, match="feedback = 3: give a Feedback or a Gains or a function"):
-        simulate(CART, until=1.0, feedback=3)  # type: ignore[arg-type]
+    with pytest.raises(SimulateError, match=r"feedback: 3 is no controller; give a function of \(t, q, u\)"):
+        simulate(CART, until=1.0, feedback=3)
     if importable("heyoka"):
         with pytest.raises(SimulateError, match="method taylor does not apply: a controller is no formula"):
             simulate(CART, until=1.0, feedback=gains(), method="taylor")

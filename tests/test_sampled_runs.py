@@ -83,7 +83,7 @@ def test_samples_between_rows_are_told() -> None:
 
 
 def test_of_very_many_samples_some_have_no_row_and_that_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.simulation.equations.control_loop.MOST", 100)
+    monkeypatch.setattr("symdyn.simulation.control.MOST", 100)
     run = simulate(BLOCK, until=1.0, feedback=Feedback(lambda t, q, u: t, period=0.004))
 
     assert np.allclose(np.diff(run.t)[:-1], 0.012)
@@ -128,7 +128,7 @@ def test_held_forces_are_drawn_as_stairs_in_every_plot(tmp_path: Path) -> None:
 def test_what_moves_between_samples_is_not_held(forces: Any, held: tuple[str, ...]) -> None:
     run = simulate(BLOCK, forces=forces or {}, until=0.1, feedback=Feedback(lambda t, q, u: 1.0, period=0.05))
 
-    assert run.held == held
+    assert run.held == (*held, "command_F")
     assert simulate(BLOCK, until=0.1, feedback=lambda t, q, u: 1.0).held == ()
 
 
@@ -139,9 +139,9 @@ def test_inputs_and_outputs_of_held_signals_are_held() -> None:
     )
     control = Feedback(lambda t, q, u: 1.0, ("w",), period=0.05)
 
-    assert simulate(scene, until=0.1, feedback=control).held == ("w", "twice")
-    assert simulate(scene, forces="F=k*w", until=0.1, feedback=control).held == ("F", "w", "twice")
-    assert simulate(scene, forces="F=k*w - x", until=0.1, feedback=control).held == ("w", "twice")
+    assert simulate(scene, until=0.1, feedback=control).held == ("w", "twice", "command_w")
+    assert simulate(scene, forces="F=k*w", until=0.1, feedback=control).held == ("F", "w", "twice", "command_w")
+    assert simulate(scene, forces="F=k*w - x", until=0.1, feedback=control).held == ("w", "twice", "command_w")
 
 
 # Saturation
@@ -339,7 +339,7 @@ def test_a_run_tells_the_same_at_every_door(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_chatter_is_listed_in_part_and_counted() -> None:
-    from symdyn.simulation.equations.controller import cut_lines
+    from symdyn.simulation.equations.saturation import cut_lines
 
     run = simulate(BLOCK, until=2, feedback=Feedback(alternating(), ("F",), period=0.025, limits={"F": 0.5}))
 

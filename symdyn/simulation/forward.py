@@ -9,9 +9,8 @@ grows is a saddle, as at a pendulum's top, which friction has no part in.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Unpack
 
 import numpy as np
@@ -20,25 +19,14 @@ from symdyn.algebra import Array
 from symdyn.arguments import with_fields
 from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
-from symdyn.scene import Scene, SceneLike
+from symdyn.scene import SceneLike
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.columns import axes_of
-from symdyn.simulation.equations.control_loop import Loop, Loops, held_columns, hidden, sampled_rows
-from symdyn.simulation.equations.controller import (
-    Feedback,
-    Law,
-    Placed,
-    Said,
-    placed,
-    placed_function,
-    read_feedback,
-    saturation_report,
-)
+from symdyn.simulation.control import Control, control
 from symdyn.simulation.equations.implicit import differences
-from symdyn.simulation.equations.linear_feedback import Gains
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.initial import Start, beyond_doubles, singular
+from symdyn.simulation.initial import beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 from symdyn.simulation.integrate.integration import (
@@ -51,7 +39,7 @@ from symdyn.simulation.integrate.integration import (
     integrated,
     valueless,
 )
-from symdyn.simulation.prescribed.forces import Forces, held
+from symdyn.simulation.prescribed.forces import held
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import (
@@ -182,7 +170,7 @@ def simulate(
     *,
     reports: str | Sequence[str] = (),
     reactions: bool | str = False,
-    feedback: Feedback | Gains | Law | Mapping[str, object] | str | Path | None = None,
+    feedback: object = None,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
     **fields: Unpack[Run.OfProblem],
@@ -209,8 +197,10 @@ def simulate(
         reactions: add the columns of all joint reactions and multipliers, in axes "body" (of the child, as usual),
             "joint" (of the joint frame on the parent) or "ground". True is "body".
         feedback: a controller, whose forces are added: a function of time, coordinates and velocities that returns the
-            force of every input; a `Feedback` of one, with period, delay and limits; gains, or a .json file of them.
-            Of one that takes samples all are rows, unless `every` is given.
+            force of every input; a matrix K, τ = -K x, of coordinates and then velocities; gains, or a .json file of
+            them; a regulator, or what else has a method `feedback`; a linear system of python-control or SciPy, between
+            reference less measured signals and forces; or a `Feedback` of any of these, with period, delay, limits and
+            noise. What it computed are columns. Of one that takes samples all are rows, unless `every` is given.
         progress: called with the share that is done.
         say: called with lines for the user: the method and why.
 
@@ -234,7 +224,8 @@ def simulate(
     times = outside.samples(run.until, run.every, times)
     system = state_equations(scene, given, zeros, problem.whole)
     system = replace(system, loop=outside.begun(scene, initial, run.until))
-    x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
+    own = np.zeros(0) if system.loop is None else system.loop.z
+    x = np.concatenate([initial.q, initial.u, own, np.zeros(int(system.works))])
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
@@ -267,7 +258,7 @@ def simulate(
     if choice.otherwise is not None and made.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {made.stopped}")
         made, asked, others = attempt(choice)
-    found = outside.reported(trajectory_of(system, made, formulas, flags, reactions), given, system.loop)
+    found = outside.reported(trajectory_of(system, made, formulas, flags, reactions), made.x, given, system.loop)
     seen = (*found.notes, *on_the_way(system, made.t, made.x, made.hits, limits))
     seen += (*overlooked(asked.unsure, formulas),)
     for note in seen:
@@ -300,75 +291,3 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
-
-
-@dataclass(frozen=True)
-class Control:
-    """What acts on a run from outside of its equations: a controller, and functions that forces are given by.
-
-    It says at which times the run has samples, and what is told of the controller in the end.
-
-    Attributes:
-        controller: None where there is none.
-        functions: forces that are functions.
-    """
-
-    controller: Placed | None = None
-    functions: tuple[Placed, ...] = ()
-
-    @property
-    def laws(self) -> tuple[Placed, ...]:
-        """All of them, the controller first."""
-        return (*(() if self.controller is None else (self.controller,)), *self.functions)
-
-    @property
-    def places(self) -> tuple[int, ...]:
-        """The indices of the forces and inputs on which they act."""
-        return tuple(dict.fromkeys(k for law in self.laws for k in law.places))
-
-    @property
-    def sampled(self) -> Placed | None:
-        """The controller if it takes samples."""
-        return self.controller if self.controller is not None and self.controller.feedback.period is not None else None
-
-    def samples(self, until: float, every: float | None, usual: Array) -> Array:
-        """Return the times of a run's samples: the usual ones, or the controller's where nobody asks for others."""
-        return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
-
-    def notes(self, times: Array) -> list[str]:
-        """Return what is said of what has no effect, and of controller's samples that lie between those."""
-        if self.controller is None:
-            return []
-        feedback, found = self.controller.feedback, []
-        if len(feedback.initial) and not (self.sampled and feedback.delay):
-            found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
-        return found if self.sampled is None else found + hidden(self.sampled, times)
-
-    def begun(self, scene: Scene, initial: Start, until: float) -> Loops | None:
-        """Return them at work at the start of a run, None where there are none."""
-        if not self.laws:
-            return None
-        nq, nv = len(scene.coordinates), len(scene.velocities)
-        found = Loops([Loop(law, nq, nv, until, len(scene.inputs)) for law in self.laws])
-        found.start(initial.q, initial.u)
-        return found
-
-    def reported(self, trajectory: Trajectory, forces: Forces, loops: Loops | None) -> Trajectory:
-        """Return a run with what is told of the controller: columns under zero-order hold, and saturations."""
-        if self.controller is None or loops is None:
-            return trajectory
-        cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])
-        others = tuple(k for one in self.functions for k in one.places)
-        held = () if self.sampled is None else held_columns(trajectory.scene, forces, self.sampled, others)
-        notes = (*trajectory.notes, *saturation_report(cuts, end))
-        return replace(trajectory, held=held, saturations=cuts.until(end), notes=notes)
-
-
-def control(scene: Scene, feedback: Said | None, forces: Forces, until: float) -> Control:
-    """Return what acts from outside, from what `simulate` is given.
-
-    Raises:
-        SimulateError: with every fault, one line each.
-    """
-    controller = None if feedback is None else placed(scene, read_feedback(scene, feedback), until)
-    return Control(controller, tuple(placed_function(scene, one, until) for one in forces.functions))

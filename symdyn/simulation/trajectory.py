@@ -18,7 +18,7 @@ from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
-from symdyn.simulation.equations.controller import Saturation, cut_lines
+from symdyn.simulation.equations.saturation import Saturation, cut_lines
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
 from symdyn.simulation.prescribed.forces import drive_names
 

@@ -1,11 +1,12 @@
-"""A controller at work in one run: its force at a state or held since its last sample, and the rows of the run.
+"""A controller at work in one run: its force at a state, or held since its last sample.
 
 Sample k is taken at k T, and acts from (k + m) T + r on, where m T + r is the delay and 0 ≤ r < T. The integration
 stops at all these times, so that a step never goes across a jump of a force. What acts at a time is kept, so that a run
 can be reported again without asking the controller twice.
 
-Where a controller takes samples, a run has a row wherever a force may change, if no other rows are asked for. Where
-samples are few, a period is divided, so that there are `SAMPLES` rows at least.
+States z of a controller that acts all the time are a part of the state of the run, x = [q, u, z, W]. Those of one that
+takes samples are kept here, from sample to sample, and so is all that it computed. What it measures may have noise, and
+is then rounded to the steps of its converter.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene
-from symdyn.simulation.equations.controller import Cuts, Feedback, Placed
-from symdyn.simulation.prescribed.forces import Forces, force_names
-from symdyn.simulation.prescribed.formulas_in_time import SAMPLES
+from symdyn.simulation.equations.controller import Feedback, Placed
+from symdyn.simulation.equations.linear_law import LinearLaw
+from symdyn.simulation.equations.saturation import Cuts
 
 SAME = 1e-9
 """Part of a period by which two times may differ and are one."""
@@ -45,11 +46,34 @@ def lateness(feedback: Feedback) -> tuple[int, float]:
     return int(whole), rest if rest > SAME * feedback.period else 0.0
 
 
+NOTHING: Array = np.zeros(0)
+
+
+class Computed(NamedTuple):
+    """What a controller computed at a time.
+
+    Attributes:
+        command: what it asked for, before limits, shape (m,).
+        states: z, shape (n,).
+        moved: ż, or z at the next sample, shape (n,).
+        measured: the signals that it was told, shape (p,).
+        reference: of a linear law, shape (p,).
+    """
+
+    command: Array
+    states: Array = NOTHING
+    moved: Array = NOTHING
+    measured: Array = NOTHING
+    reference: Array = NOTHING
+
+
 class Loop:
     """A controller of a scene with nq coordinates, nv velocities and some inputs, in a run to the time `until`.
 
     Attributes:
-        samples: how many were taken.
+        nz: how many states of the controller are states of the run.
+        z: its states at the start, or at the next sample.
+        taken: what it computed at its samples, in order.
         cuts: when forces were cut at their limits.
     """
 
@@ -59,11 +83,20 @@ class Loop:
         self.size = nv + inputs
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
-        self.samples = 0
+        self.nz, self.z = 0, NOTHING
+        self.taken: list[Computed] = []
         self.late, self.rest = (0, 0.0) if self.period is None else lateness(feedback)
         self.cuts = Cuts(placed.names, placed.units, placed.least, placed.most)
         self._since, self._held = [-math.inf], [self._cut(np.array(placed.initial))]
         self._waiting: deque[tuple[float, Array]] = deque()
+        self._noise, self._steps = np.array(placed.noise), np.array(placed.steps)
+        self._inexact = bool(self._noise.any() or self._steps.any())
+        self._random = np.random.default_rng(feedback.seed)
+
+    @property
+    def samples(self) -> int:
+        """How many samples were taken."""
+        return len(self.taken)
 
     def start(self, q: Array, u: Array) -> None:
         """Begin at t = 0: take the first sample, if samples are taken."""
@@ -71,8 +104,11 @@ class Loop:
             self.cuts.change(0.0, self.cuts.of(np.array(self.placed.initial)))
             self._sample(q, u)
             self._act(0.0)
-        elif self.cuts.limited:
-            self.cuts.change(0.0, self.cuts.of(self._said(0.0, q, u)))
+            return
+        if self.cuts.limited or isinstance(self.law, LinearLaw):
+            found = self.computed(0.0, q, u, None)
+            self.z, self.nz = found.states, len(found.states)
+            self.cuts.change(0.0, self.cuts.of(found.command))
 
     def look(self, t0: float, t1: float, states: Callable[[Array], Array]) -> None:
         """Look, of a controller that acts all the time, where its forces pass their limits in a step from t0 to t1.
@@ -82,8 +118,8 @@ class Loop:
         if self.period is None and self.cuts.limited:
 
             def asked(t: float) -> Array:
-                x = states(np.array([t]))[0]
-                return self._said(t, x[: self.nq], x[self.nq : self.nq + self.nv])
+                x, n = states(np.array([t]))[0], self.nq + self.nv
+                return self.computed(t, x[: self.nq], x[self.nq : n], x[n : n + self.nz]).command
 
             self.cuts.look(t0, t1, asked)
 
@@ -105,29 +141,73 @@ class Loop:
         self._act(t)
         return True
 
-    def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+    def __call__(self, t: npt.ArrayLike, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return driving forces, then inputs, at times () or (N,) and states, shape (nv + inputs,) or (N, ..)."""
-        times = np.asarray(t, dtype=np.float64)
-        found = np.zeros((*times.shape, self.size))
-        places = list(self.placed.places)
-        if not times.ndim:
-            now = float(times)
-            found[places] = self.requested(now, q, u) if self.period is None else self._acting(now)
+
+        def acting(t: float, q: Array, u: Array, z: Array) -> Array:
+            found = np.zeros(self.size)
+            found[list(self.placed.places)] = (
+                self._cut(self.computed(t, q, u, z).command) if self.period is None else self._acting(t)
+            )
             return found
+
+        return self._each(acting, self.size, t, q, u, z)
+
+    def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
+        """Return ż at times () or (N,) and states, shape (nz,) or (N, nz)."""
+        return self._each(lambda *state: self.computed(*state).moved, self.nz, t, q, u, z)
+
+    @staticmethod
+    def _each(of: Callable[..., Array], size: int, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
+        """Return a function of a time and a state at each of them, NaN where the controller ended the run."""
+        times = np.asarray(t, dtype=np.float64)
+        if not times.ndim:
+            return of(float(times), q, u, z)
+        found = np.full((len(times), size), math.nan)
         for k, now in enumerate(times.tolist()):
             try:
-                found[k, places] = self.requested(now, q[k], u[k]) if self.period is None else self._acting(now)
-            except ControllerError:  # the run has ended there
-                found[k, places] = math.nan
+                found[k] = of(now, q[k], u[k], z[k] if z.ndim == 2 else z)
+            except ControllerError:
+                continue
         return found
 
     def _acting(self, t: float) -> Array:
         slack = SAME * (self.period or 0.0)  # a row's time and a sample's may be rounded differently
         return self._held[bisect_right(self._since, t + slack) - 1]
 
-    def requested(self, t: float, q: Array, u: Array) -> Array:
-        """Return what the law says, cut at its limits, shape (m,); errors as of `_said`."""
-        return self._cut(self._said(t, q, u))
+    def computed(self, t: float, q: Array, u: Array, z: Array | None) -> Computed:
+        """Return what the controller computes from a state of the run and its own, shape (n,); None is its start.
+
+        Raises:
+            ControllerError: it raised something, returned what is no force, or measures what has no value.
+        """
+        y, r = self._measure(t, q, u)
+        if not isinstance(self.law, LinearLaw):
+            q, u = (y[: self.nq], y[self.nq :]) if len(y) else (q, u)
+            return Computed(self._said(t, q, u), measured=y)
+        e = r - y
+        z = self.law.begun(e) if z is None else z
+        command = self._finite(t, self.law.command(z, e))
+        return Computed(command, z, self.law.moved(z, e, self._cut(command) - command), y, r)
+
+    def _measure(self, t: float, q: Array, u: Array) -> tuple[Array, Array]:
+        """Return measured signals and references, with noise where samples are taken, shape (p,) each.
+
+        Of a law that is told the whole state these are coordinates and velocities, and nothing where all are exact.
+        """
+        signals, y, r = self.placed.signals, NOTHING, NOTHING
+        if signals is not None:
+            y, r = signals(t, q, u)
+            for name, finite in zip(signals.measures, np.isfinite(r - y), strict=True):
+                if not finite:
+                    raise ControllerError(f"feedback: the measured signal {name} has no finite value at t = {t:.9g} s")
+        elif self._inexact:
+            y = np.concatenate([q, u])
+        if self._inexact:
+            y = y + self._noise * self._random.standard_normal(len(y))
+            rough = self._steps > 0
+            y[rough] = np.round(y[rough] / self._steps[rough]) * self._steps[rough]
+        return y, r
 
     def _said(self, t: float, q: Array, u: Array) -> Array:
         """Return what the law says, shape (m,).
@@ -150,24 +230,42 @@ class Loop:
                 f"{title} returned numbers of shape {found.shape} {when}; "
                 f"{', '.join(names)} {'takes' if len(names) == 1 else 'take'} shape ({len(names)},)"
             )
-        found = found.reshape(len(names))
-        for name, value in zip(names, found, strict=True):
+        return self._finite(t, found.reshape(len(names)))
+
+    def _finite(self, t: float, command: Array) -> Array:
+        for name, value in zip(self.placed.names, command.tolist(), strict=True):
             if not math.isfinite(value):
-                raise ControllerError(f"{title} returned {value} for {name} {when}")
+                raise ControllerError(f"{self.placed.title} returned {value} for {name} at t = {t:.9g} s")
+        return command
+
+    def slope(self, t: float, q: Array, u: Array, z: Array = NOTHING) -> Array:
+        """Return ∂τ/∂(q, u, z), then of inputs, shape (nv + inputs, nq + nv + nz); 0 of what is held or cut."""
+        found = np.zeros((self.size, self.nq + self.nv + self.nz))
+        if self.period is None:
+            rows, free = self._slopes(t, q, u, z)
+            found[list(self.placed.places)] = free[:, None] * rows
         return found
 
-    def slope(self, t: float, q: Array, u: Array) -> Array:
-        """Return their derivative by (q, u) at a state, shape (nv + inputs, nq + nv); 0 of what is held or cut."""
-        found = np.zeros((self.size, self.nq + self.nv))
-        if self.period is not None:
-            return found
-        own = getattr(self.law, "slope", None)
-        rows = self._differences(t, q, u) if own is None else np.array(own(t, q, u))
-        forces = self.requested(t, q, u)
-        for k, (row, force) in enumerate(zip(rows, forces, strict=True)):
-            if self.placed.least[k] < force < self.placed.most[k]:
-                found[self.placed.places[k]] = row
+    def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
+        """Return ∂ż/∂(q, u, z), shape (nz, nq + nv + nz)."""
+        signals, law = self.placed.signals, self.law
+        if not self.nz or signals is None or not isinstance(law, LinearLaw):
+            return np.zeros((0, self.nq + self.nv))
+        found: Array = np.hstack([law.B @ signals.slopes(t, q, u), law.A])
+        if law.tracking is not None:
+            rows, free = self._slopes(t, q, u, z)
+            found += law.tracking @ ((free - 1.0)[:, None] * rows)
         return found
+
+    def _slopes(self, t: float, q: Array, u: Array, z: Array) -> tuple[Array, Array]:
+        """Return ∂v/∂(q, u, z), shape (m, nq + nv + nz), and 1 for what is not cut, 0 for what is, shape (m,)."""
+        signals, law = self.placed.signals, self.law
+        command = self.computed(t, q, u, z).command
+        free = ((np.array(self.placed.least) < command) & (command < np.array(self.placed.most))).astype(float)
+        if signals is not None and isinstance(law, LinearLaw):
+            return np.hstack([law.D @ signals.slopes(t, q, u), law.C]), free
+        own = getattr(law, "slope", None)
+        return (self._differences(t, q, u) if own is None else np.array(own(t, q, u))), free
 
     def _differences(self, t: float, q: Array, u: Array) -> Array:
         x, columns = np.concatenate([q, u]), []
@@ -176,7 +274,7 @@ class Loop:
             ahead, behind = x.copy(), x.copy()
             ahead[k] += step
             behind[k] -= step
-            pair = (self.requested(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
+            pair = (self._said(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
             columns.append((next(pair) - next(pair)) / (2 * step))
         return np.array(columns).T
 
@@ -186,8 +284,10 @@ class Loop:
     def _sample(self, q: Array, u: Array) -> None:
         assert self.period is not None
         k = self.samples
-        self._waiting.append(((k + self.late) * self.period + self.rest, self._said(k * self.period, q, u)))
-        self.samples += 1
+        found = self.computed(k * self.period, q, u, self.z if k else None)
+        self._waiting.append(((k + self.late) * self.period + self.rest, found.command))
+        self.taken.append(found)
+        self.z = found.moved
 
     def _act(self, t: float) -> None:
         while self._waiting and self._waiting[0][0] <= t:
@@ -195,6 +295,30 @@ class Loop:
             self._since.append(when)
             self._held.append(self._cut(forces))
             self.cuts.change(when, self.cuts.of(forces))
+
+    def columns(self, t: Array, q: Array, u: Array, z: Array) -> dict[str, Array]:
+        """Return what the controller computed at times (N,) and states (N, ..), by name of a column, each (N,).
+
+        Commands before their limits, its states, references that were given, and signals with noise; of one that takes
+        samples what it computed at the last of them.
+        """
+        placed, signals, law = self.placed, self.placed.signals, self.law
+        names = [f"command_{name}" for name in placed.names]
+        names += law.state_names() if isinstance(law, LinearLaw) else ()
+        given = () if signals is None else signals.given
+        labels = () if signals is None else signals.labels
+        shown = [k for k, name in enumerate(() if signals is None else signals.measures) if name in given]
+        noisy = [k for k, name in enumerate(placed.measured) if name]
+        names += [f"reference_{labels[k]}" for k in shown] + [f"measured_{placed.measured[k]}" for k in noisy]
+
+        def row(t: float, q: Array, u: Array, z: Array) -> Array:
+            if self.period is None:
+                found = self.computed(t, q, u, z)
+            else:
+                found = self.taken[min(int(t / self.period + SAME), self.samples - 1)]
+            return np.concatenate([found.command, found.states, found.reference[shown], found.measured[noisy]])
+
+        return dict(zip(names, self._each(row, len(names), t, q, u, z).T, strict=True))
 
 
 class Loops:
@@ -204,6 +328,16 @@ class Loops:
         """Take them; each says nothing before `start`."""
         self.loops = tuple(loops)
         self.period = next((one.period for one in loops if one.period is not None), None)
+
+    @property
+    def nz(self) -> int:
+        """How many states of a controller are states of the run; functions have none."""
+        return sum(one.nz for one in self.loops)
+
+    @property
+    def z(self) -> Array:
+        """Those at the start of the run, shape (nz,)."""
+        return np.concatenate([one.z for one in self.loops if one.period is None] or [NOTHING])
 
     def start(self, q: Array, u: Array) -> None:
         """Begin at t = 0."""
@@ -225,78 +359,22 @@ class Loops:
         for one in self.loops:
             one.look(t0, t1, states)
 
-    def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+    def __call__(self, t: npt.ArrayLike, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return the sum of their forces at times () or (N,) and states, shape (nv,) or (N, nv)."""
-        return np.asarray(sum(one(t, q, u) for one in self.loops))
+        return np.asarray(sum(one(t, q, u, z) for one in self.loops))
 
-    def slope(self, t: float, q: Array, u: Array) -> Array:
-        """Return ∂τ/∂(q, u) at a state, shape (nv, nq + nv)."""
-        return np.asarray(sum(one.slope(t, q, u) for one in self.loops))
+    def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
+        """Return ż, see `Loop.rates`."""
+        return np.concatenate([one.rates(t, q, u, z) for one in self.loops if one.nz], axis=-1)
 
+    def slope(self, t: float, q: Array, u: Array, z: Array = NOTHING) -> Array:
+        """Return ∂τ/∂(q, u, z) at a state, shape (nv, nq + nv + nz)."""
+        found = np.zeros((self.loops[0].size, len(q) + len(u) + self.nz))
+        for one in self.loops:
+            part = one.slope(t, q, u, z)
+            found[:, : part.shape[1]] += part
+        return found
 
-MOST = 200_000
-"""Samples beyond which some have no row of their own, unless that is asked for."""
-
-
-def sampled_rows(placed: Placed, until: float) -> Array:
-    """Return the times of the rows, ascending from 0 to `until`: samples, what lies between, and changes of forces."""
-    period = _period(placed)
-    count = math.floor(until / period * (1 + 1e-12))
-    step = math.ceil(max(1, count) / MOST)
-    numbers = np.arange(0, count + 1, step)
-    times = numbers * period
-    if step == 1:
-        parts = math.ceil(SAMPLES * period / until)
-        rest = lateness(placed.feedback)[1]
-        between = [times + period * k / parts for k in range(1, min(parts, SAMPLES + 1))]
-        between += [times + rest] if rest else []
-        times = np.concatenate([times, *between])
-    times = np.sort(times[times < until - SAME * period], kind="stable")
-    apart = np.diff(times, prepend=-math.inf) > SAME * period
-    return np.append(times[apart], until)
-
-
-def hidden(placed: Placed, times: Array) -> list[str]:
-    """Return what is said where samples lie between rows at times, nothing where all of them are seen."""
-    period = _period(placed)
-    late, rest = lateness(placed.feedback)
-    acts = np.arange(late, math.floor(times[-1] / period * (1 + 1e-12)) + 1) * period + rest
-    acts = acts[acts < times[-1] - SAME * period]
-    unseen = np.maximum(np.bincount(np.searchsorted(times, acts - SAME * period), minlength=1) - 1, 0)
-    if not unseen.any():
-        return []
-    return [
-        f"the controller takes a sample every {period:g} s, and {int(unseen.sum())} of {len(acts)} lie between rows, "
-        f"up to {int(unseen.max())} between two: the columns show the last one; --every {period:g}, in Python "
-        f"every={period:g}, shows all"
-    ]
-
-
-def held_columns(scene: Scene, forces: Forces, placed: Placed, others: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the columns that are constant from one sample to the next: forces, inputs, and outputs made of them alone.
-
-    `others` are the places of what acts all the time beside the controller.
-    """
-    names, constant = force_names(scene), {one.name for one in scene.parameters}
-    moving = {*forces.tables, *others}
-
-    def still(k: int, held: set[str]) -> bool:
-        return k not in moving and set(forces.formula(k).symbols) <= constant | held
-
-    first = len(scene.velocities)
-    inputs = {names[k] for k in range(first, len(names)) if k in placed.places and still(k, set())}
-    drives = {
-        names[k]
-        for k in range(first)
-        if still(k, inputs) and (k in placed.places or inputs.intersection(forces.formula(k).symbols))
-    }
-    found = inputs | drives
-    outputs = {
-        one.name for one in scene.outputs if found.intersection(s := set(one.formula.symbols)) and s <= constant | found
-    }
-    return tuple(name for name in (*names, *(one.name for one in scene.outputs)) if name in found | outputs)
-
-
-def _period(placed: Placed) -> float:
-    assert placed.feedback.period is not None, "only of controllers that take samples"
-    return placed.feedback.period
+    def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
+        """Return ∂ż/∂(q, u, z), see `Loop.rate_slope`."""
+        return np.concatenate([one.rate_slope(t, q, u, z) for one in self.loops if one.nz])

@@ -3,36 +3,32 @@
     τ = law(t, q, u)                         all the time, where there is no period
     τ = law(k T, q(k T), u(k T))             at sample times k T; held from k T + delay until the next one comes
 
-A force beyond its limits is cut there, and forces prescribed beside it are added behind the cut. A run reports which
-force was cut, at which limit, from when until when. A force that is held is cut from one sample to the next, or not.
-One that acts all the time is tested inside every step, and the time at which it passes a limit is found by bisection,
-for it may jump.
+A law may have states of its own, as a linear one between measured signals and forces has (`linear_law`).
+
+A force beyond its limits is cut there, and forces prescribed beside it are added behind the cut.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
-from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains
+from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains, state_names
+from symdyn.simulation.equations.linear_law import LinearLaw, Signals, linear_of, numbers_by_signal
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
-
-Said: TypeAlias = "Feedback | Gains | Law | Mapping[str, object] | str | Path"
-"""What a controller may be given as."""
 
 LARGEST = 1e7
 """Samples of one run at most."""
@@ -44,23 +40,110 @@ class Feedback:
 
     Attributes:
         law: of time, s, coordinates, shape (nq,), and velocities, shape (nv,): the force of every input, shape
-            (inputs,), N or N m; a number where there is one input. `Gains` are such a law. Without a period it is asked
-            at states that are tried and dropped too, back and forth in time, and must keep nothing; with one it is
-            asked once a sample, in order.
+            (inputs,), N or N m; a number where there is one input. Without a period it is asked at states that are
+            tried and dropped too, back and forth in time, and must keep nothing; with one it is asked once a sample, in
+            order. Or gains, a matrix K, a linear system or what has a method `feedback`, as `simulate` takes them.
         inputs: what it drives, by the names that forces have; () are all drives but those of prescribed motions, and
             where there is none all inputs.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
         limits: largest size, or smallest and largest value, by input.
         initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
+        measures: what a linear system measures: names or formulas of coordinates, velocities, points and outputs; ()
+            are the names of its own inputs, else outputs of the scene, or coordinates, if they are as many.
+        reference: what each measured signal is to be, by its name: a number, or a formula in t and in what can be
+            measured; one for all where there is one signal; else where the system was found.
+        noise: standard deviation of what is added to a measured signal at every sample, by its name; of a function or
+            gains coordinates and velocities are measured. Normal, independent from sample to sample.
+        seed: of the noise; the same, the same run.
+        quantisation: steps to which measured signals are rounded at every sample, by name.
     """
 
-    law: Law
+    law: Any
     inputs: tuple[str, ...] = ()
     period: float | None = None
     delay: float = 0.0
     limits: Mapping[str, float | Sequence[float]] = field(default_factory=dict)
     initial: Sequence[float] = ()
+    measures: tuple[str, ...] = ()
+    reference: Mapping[str, object] | str | float | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+    quantisation: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Take one name as several."""
+        for name in ("inputs", "measures"):
+            one = getattr(self, name)
+            object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What differs from what is usual, the law aside."""
+        usual = Feedback(None)
+        names = [one.name for one in fields(self) if one.name != "law"]
+        return {name: x for name in names if (x := getattr(self, name)) is not (y := getattr(usual, name)) and x != y}
+
+
+def linear_law(
+    A: object,
+    B: object,
+    C: object,
+    D: object,
+    measures: str | Sequence[str],
+    drives: str | Sequence[str],
+    *,
+    period: float | None = None,
+    y0: object = None,
+    u0: object = None,
+    reference: Mapping[str, object] | str | float | None = None,
+    states: Sequence[str] = (),
+) -> Feedback:
+    """Return a linear controller with states, z: ż = A z + B (r - y), u = u0 + C z + D (r - y).
+
+    Its states are integrated along with the motion, from 0 on; or, with a period, z' = A z + B (r - y) are those at the
+    next sample, and u is held in between.
+
+    >>> from symdyn.simulation import linear_law, simulate
+    >>> import symdyn
+    >>> lead = linear_law(-20, 1, -340, 20, "theta", "F")  # F = 20 (s + 3)/(s + 20) (0 - theta)
+    >>> run = simulate(symdyn.example("cart_pole"), until=0.1, start={"theta": 0.1}, feedback=lead)
+    >>> run["controller_x1"].shape
+    (201,)
+
+    Args:
+        A: shape (n, n); n may be 0.
+        B: shape (n, p).
+        C: shape (m, n).
+        D: shape (m, p).
+        measures: the p signals y: names of coordinates, velocities, points' places or outputs, or formulas of these.
+        drives: names of the m drives or inputs.
+        period: seconds between samples; None is none.
+        y0: the signals where the law was designed, by name or in order; 0 where nothing is said.
+        u0: forces or inputs there, likewise.
+        reference: r by name of the signal, a number or formula; y0 where nothing is said.
+        states: names of the n columns that show z; `controller_x1`, .. without.
+
+    Raises:
+        SimulateError: with every fault: matrices of other sizes, names that are not there.
+    """
+    faults = Faults("linear law")
+    signals, inputs = ((one,) if isinstance(one, str) else tuple(one) for one in (measures, drives))
+    law = LinearLaw.read({"A": A, "B": B, "C": C, "D": D}, signals, inputs, faults)
+    at, given = (
+        numbers_by_signal(one, names, where, faults) for one, names, where in ((y0, signals, "y0"), (u0, inputs, "u0"))
+    )
+    names = (states,) if isinstance(states, str) else tuple(states)
+    if names and len(set(names)) != law.size:
+        faults.add("states", f"{', '.join(names)} are not {law.size} different names")
+    faults.close(SimulateError)
+    law = replace(
+        law,
+        y0=tuple(at.get(name, 0.0) for name in signals),
+        initial=tuple(given.get(name, 0.0) for name in inputs),
+        states=names,
+    )
+    return Feedback(law, inputs, period, measures=signals, reference=reference)
 
 
 @dataclass(frozen=True)
@@ -68,15 +151,20 @@ class Placed:
     """A controller in its scene.
 
     Attributes:
+        scene: the mechanism.
         feedback: its law, period and delay.
         names: of the inputs.
         units: of their forces.
         places: index of the velocity of every input, shape (m,).
         least, most: what every force is cut at, shape (m,).
         initial: shape (m,).
+        signals: what a linear law measures; None of others, which are told the state.
+        noise: standard deviation by signal, or of every coordinate and velocity; shape (p,).
+        steps: of their quantisation, 0 for none, shape (p,).
         title: what the law is called in messages.
     """
 
+    scene: Scene
     feedback: Feedback
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -84,28 +172,65 @@ class Placed:
     least: tuple[float, ...]
     most: tuple[float, ...]
     initial: tuple[float, ...]
+    signals: Signals | None = None
+    noise: tuple[float, ...] = ()
+    steps: tuple[float, ...] = ()
     title: str = "feedback: the controller"
 
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Names of the signals that have noise or are rounded, shape (p,); "" of others."""
+        scene = self.scene
+        names = (*scene.coordinates, *scene.velocities) if self.signals is None else self.signals.labels
+        pairs = zip(names, self.noise, self.steps, strict=True)
+        return tuple(name if sigma or step else "" for name, sigma, step in pairs)
 
-def read_feedback(scene: Scene, what: Said) -> Feedback:
-    """Return the controller that something says: a law, gains, a .json file of gains or what that holds.
+
+def read_feedback(scene: Scene, what: object) -> Feedback:
+    """Return the controller that something says, whose law is a function, `Gains` or a `LinearLaw`.
 
     Raises:
-        SimulateError: with every fault of a file or mapping, one line each; or it is none of these.
+        SimulateError: with every fault, one line each; or it is no controller.
     """
-    if isinstance(what, Feedback):
-        return what
-    if isinstance(what, (str, Path)):
-        gains, more = read_gains(scene, Path(what))
-    elif isinstance(what, Mapping):
-        gains, more = gains_from(scene, what, "feedback")
-    elif isinstance(what, Gains):
-        gains, more = what, {}
-    elif callable(what):
-        return Feedback(what)
-    else:
-        raise SimulateError(f"feedback: {what!r} is no controller; give a function of (t, q, u), gains or a .json file")
-    return Feedback(gains, gains.inputs, **more)
+    asked = what if isinstance(what, Feedback) else Feedback(what)
+    law, given, faults = asked.law, asked.given, Faults("feedback")
+    if isinstance(law, Gains):
+        return replace(Feedback(law, law.inputs), **given)
+    if isinstance(law, (str, Path)):
+        gains, more = read_gains(scene, Path(law))
+        return replace(Feedback(gains, gains.inputs, **more), **given)
+    if isinstance(law, Mapping):
+        gains, more = gains_from(scene, law, "feedback")
+        return replace(Feedback(gains, gains.inputs, **more), **given)
+    linear = linear_of(scene, law, asked.measures, asked.inputs, driven(scene), faults)
+    faults.close(SimulateError)
+    if linear is not None:
+        system, measures, drives, period = linear
+        return replace(Feedback(system, drives, period, measures=measures), **given)
+    if isinstance(law, LinearLaw):
+        return asked
+    if not isinstance(law, type) and callable(made := getattr(law, "feedback", None)):
+        if not isinstance(found := made(), Feedback):
+            raise SimulateError(f"feedback: feedback() of {quoted(law)} returned {quoted(found)}, which is no Feedback")
+        return replace(read_feedback(scene, found), **given)
+    if hasattr(law, "__array__") or isinstance(law, (list, tuple)):
+        inputs = asked.inputs or driven(scene)
+        K = np.atleast_2d(np.asarray(law, dtype=object))
+        said = {"K": K.tolist(), "states": state_names(scene), "inputs": list(inputs)}
+        return replace(Feedback(gains_from(scene, said, "feedback")[0], tuple(inputs)), **given)
+    if not callable(law) or isinstance(law, type):
+        raise SimulateError(
+            f"feedback: {quoted(law)} is no controller; give a function of (t, q, u), a matrix K, gains or a .json "
+            "file of them, a regulator, a linear system, or a Feedback of one"
+        )
+    return asked
+
+
+def driven(scene: Scene) -> tuple[str, ...]:
+    """Return what a controller drives that does not say it: all drives but those of prescribed motions, else inputs."""
+    places = places_of(scene)
+    drives = tuple(one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None)
+    return drives or tuple(one.name for one in scene.inputs)
 
 
 def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
@@ -115,11 +240,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
-    said = feedback.inputs or getattr(feedback.law, "inputs", ())  # gains name their own
-    asked = (said,) if isinstance(said, str) else tuple(said)
-    letters = tuple(one.name for one in scene.inputs)
-    drives = tuple(one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None)
-    names = asked or drives or letters
+    names = feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene)  # gains name their own
     found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
@@ -130,16 +251,47 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
     ranges = _ranges(feedback, names, faults)
+    signals, noise, steps = _measured(scene, feedback, names, faults)
     faults.close(SimulateError)
     least, most = zip(*(ranges[name] for name in names), strict=True)
     at, units = tuple(k for k in found if k is not None), force_units(scene)
-    return Placed(feedback, names, tuple(units[k] for k in at), at, least, most, initial)
+    return Placed(scene, feedback, names, tuple(units[k] for k in at), at, least, most, initial, signals, noise, steps)
 
 
 def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:
     """Return a function that forces are given by as what acts all the time."""
     found = placed(scene, Feedback(function.of, function.names), until)
     return replace(found, title=f"{function.where}: the function")
+
+
+def _measured(
+    scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faults
+) -> tuple[Signals | None, tuple[float, ...], tuple[float, ...]]:
+    """Return what a linear law measures, None of another one, and noise and steps of what any measures."""
+    law, signals = feedback.law, None
+    measures = known = (*scene.coordinates, *scene.velocities)
+    if isinstance(law, LinearLaw):
+        measures = known = tuple(feedback.measures)
+        signals = Signals.read(scene, measures, feedback.reference, law.y0, faults)
+        if law.D.shape != (len(names), len(known)):
+            made, told = law.D.shape
+            faults.add(
+                "feedback", f"the law makes {made} of {told} numbers, and {len(names)} ({', '.join(names)}) of "
+                f"{len(known)} ({', '.join(known)}) are asked for",
+            )  # fmt: skip
+    else:
+        for name in ("measures", "reference"):
+            if name in feedback.given:
+                faults.add(f"feedback: {name}", "is of linear systems; a function or gains are told the whole state")
+    found: list[tuple[float, ...]] = []
+    for name in ("noise", "quantisation"):
+        sizes = numbers_by_signal(getattr(feedback, name), known, f"feedback: {name}", faults)
+        for signal in (one for one, size in sizes.items() if size < 0):
+            faults.add(f"feedback: {name}", f"{signal} = {sizes[signal]:g} is below 0")
+        if sizes and feedback.period is None:
+            faults.add(f"feedback: {name}", "is of a controller that takes samples; give it a period")
+        found.append(tuple(sizes.get(one, 0.0) for one in measures))
+    return signals, found[0], found[1]
 
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
@@ -211,134 +363,3 @@ def feedback_of(
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)
     return found
-
-
-Sides = npt.NDArray[np.int_]
-"""Of every force: -1 where it is cut at its least value, 1 where at its most, else 0; shape (m,)."""
-
-LOOKS = np.arange(1, 5) / 4
-"""Where in a step a force is looked at that acts all the time, over its length."""
-
-CLOSE = 1e-12
-"""Part of a time, or of a second, to which it is narrowed down."""
-
-
-@dataclass(frozen=True)
-class Saturation:
-    """A time in which a controller asked for more than a limit allows, and got the limit.
-
-    Attributes:
-        name: of the force or input.
-        limit: what it was cut at.
-        unit: of the limit, "" where it is not known.
-        begin, end: from when until when, s.
-    """
-
-    name: str
-    limit: float
-    unit: str
-    begin: float
-    end: float
-
-    @property
-    def words(self) -> str:
-        """It in a line."""
-        limit = f"{self.limit:g} {self.unit}".rstrip()
-        return f"{self.name} is at its limit {limit} from t = {self.begin:.9g} s to t = {self.end:.9g} s"
-
-
-class Cuts:
-    """What is kept of a run in which forces are cut.
-
-    Attributes:
-        sides: where they are now.
-    """
-
-    def __init__(
-        self, names: Sequence[str], units: Sequence[str], least: Sequence[float], most: Sequence[float]
-    ) -> None:
-        """Take the names of forces, their units and their limits, shape (m,)."""
-        self.names, self.units = tuple(names), tuple(units)
-        self.least, self.most = np.array(least), np.array(most)
-        self.limited = bool(np.isfinite(self.least).any() or np.isfinite(self.most).any())
-        self.sides: Sides = np.zeros(len(self.names), dtype=int)
-        self._since = np.zeros(len(self.names))
-        self._ended: list[Saturation] = []
-
-    def of(self, values: Array) -> Sides:
-        """Return on which sides of their limits forces are, shape (m,)."""
-        found: Sides = (values > self.most).astype(int) - (values < self.least).astype(int)
-        return found
-
-    def change(self, t: float, sides: Sides) -> None:
-        """Take note of where forces are from a time on."""
-        for k in np.flatnonzero(sides != self.sides):
-            self._ended += self._open(int(k), t)
-            self._since[k] = t
-        self.sides = sides
-
-    def look(self, t0: float, t1: float, requested: Callable[[float], Array]) -> None:
-        """Look at forces that act all the time, from a time on at which they were looked at, to a later one."""
-        before = t0
-        for t in map(float, t0 + (t1 - t0) * LOOKS):
-            sides = self.of(requested(t))
-            while (sides != self.sides).any():
-                k = int(np.flatnonzero(sides != self.sides)[0])
-                before, changed = self._narrowed(k, before, t, sides, requested)
-                self.change(before, changed)
-            before = t
-
-    def _narrowed(
-        self, k: int, low: float, high: float, sides: Sides, requested: Callable[[float], Array]
-    ) -> tuple[float, Sides]:
-        """Return when one of the forces leaves the side on which it is at a time, and where all are then."""
-        while high - low > CLOSE * max(1.0, high):
-            middle = (low + high) / 2
-            found = self.of(requested(middle))
-            if found[k] == self.sides[k]:
-                low = middle
-            else:
-                high, sides = middle, found
-        return float(high), np.where(np.arange(len(sides)) == k, sides, self.sides)
-
-    def until(self, end: float) -> tuple[Saturation, ...]:
-        """Return what there was until a time, in order of time."""
-        found = [*self._ended, *(one for k in range(len(self.names)) for one in self._open(k, end))]
-        kept = [replace(one, end=min(one.end, end)) for one in found if one.begin < end]
-        return tuple(sorted(kept, key=lambda one: one.begin))
-
-    def _open(self, k: int, end: float) -> list[Saturation]:
-        """Return the time that ends at a time, nothing where the force is inside its limits."""
-        side, begin = int(self.sides[k]), float(self._since[k])
-        limit = float((self.most if side > 0 else self.least)[k])
-        return [Saturation(self.names[k], limit, self.units[k], begin, end)] if side and end > begin else []
-
-
-MOST = 20
-"""Times that are listed for a reader; a controller may chatter."""
-
-
-def cut_lines(saturations: Sequence[Saturation]) -> list[str]:
-    """Return lines that list such times, the first of many."""
-    more = len(saturations) - MOST
-    lines = [one.words for one in saturations[:MOST]]
-    return [*lines, f"and {more} more, which --json and, in Python, run.saturations list"] if more > 0 else lines
-
-
-def saturation_report(cuts: Cuts, end: float) -> list[str]:
-    """Return what is said of every limited force: for which share of the time it was cut, how often, first when."""
-    found, lines = cuts.until(end), []
-    for name, of, *ends in zip(cuts.names, cuts.units, cuts.least.tolist(), cuts.most.tolist(), strict=True):
-        unit = f" {of}" if of else ""
-        at = [limit for limit in ends if any(one.name == name and one.limit == limit for one in found)]
-        for limit in at:
-            these = [one for one in found if one.name == name and one.limit == limit]
-            share = 100 * sum(one.end - one.begin for one in these) / end
-            often = "" if len(these) == 1 else f", {len(these)} times, the first"
-            lines.append(
-                f"{name} saturates at its limit {limit:g}{unit} for {share:.3g} % of the time{often} from "
-                f"t = {these[0].begin:.6g} s to {these[0].end:.6g} s"
-            )
-        if not at and np.isfinite(ends).any():
-            lines.append(f"{name} never reaches its limits, {ends[0]:g} to {ends[1]:g}{unit}")
-    return lines

@@ -12,7 +12,7 @@ nothing depends on, as of a shaft that turns freely, has a column of zeros.
 
 The equations with multipliers are a differential-algebraic system:
 
-    y        q, u, W the work of forces, Λ, N, P
+    y        q, u, z of a controller, W the work of forces, Λ, N, P
     λ = Λ̇    multipliers of the rows G, N and N m
     ν = Ṅ    multipliers of the loops' residuals r; ρ = Ṗ those of the lengths of quaternions e
 
@@ -35,6 +35,7 @@ import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Workspace
@@ -77,22 +78,34 @@ def slopes(system: StateEquations) -> Slope:
     nq, nv = system.nq, system.nv
     calls = system.once(_along).at(system.opened.values)
     along, brought_back = calls["along"], calls.get("ways")
-    every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(nq + nv), [nq], axis=1))
+    n, nz = nq + nv, system.nz
+    every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(n + nz, n), [nq], axis=1))
 
     def slope(t: float, x: Array) -> Array:
         J = np.zeros((len(x), len(x)))
-        q, u = x[:nq], x[nq : nq + nv]
+        q, u, z = system.parts(x)
         if not system.ill_chosen(q):
             forces = []
             if system.loop is not None:  # which is asked at the state that is brought back
-                ways = np.eye(nq + nv) if brought_back is None else brought_back(q, u, every_q, every_u)
-                forces = [ways @ system.loop.slope(t, q, u).T]
-            J[:, : nq + nv] = along(q, u, system.given(t, q, u), t, every_q, every_u, *forces).T
+                ways = np.eye(n + nz)
+                if brought_back is not None:
+                    ways[:, :n] = brought_back(q, u, every_q, every_u)
+                forces = [ways @ system.loop.slope(t, q, u, z).T]
+                if nz:
+                    J[n : n + nz, : n + nz] = system.loop.rate_slope(t, q, u, z) @ ways.T
+            found = along(q, u, system.given(t, q, u, z), t, every_q, every_u, *forces).T
+            J[_mechanism(system, len(x)), : n + nz] = found
             if np.all(np.isfinite(J)):
                 return J
         return differences(system, t, x, RELATIVE)
 
     return slope
+
+
+def _mechanism(system: StateEquations, size: int) -> npt.NDArray[np.int_]:
+    """Return which of so many entries are not states of a controller, which stand behind q and u."""
+    n = system.nq + system.nv
+    return np.delete(np.arange(size), slice(n, n + system.nz))
 
 
 def _along(system: StateEquations) -> Compiled:
@@ -145,8 +158,10 @@ class Implicit:
     def __init__(self, system: StateEquations) -> None:
         """Take F, compiled once for all values of parameters, at those of the system."""
         self.system = system
-        _, self._ends = _layout(system)
+        _, ends = _layout(system)
+        self._ends = ends + system.nz
         self.size = int(self._ends[-1])
+        self._own = _mechanism(system, self.size)
         self._calls = system.once(_functions).at(system.opened.values)
 
     def start(self, t: float, x: Array) -> tuple[Array, Array]:
@@ -162,24 +177,29 @@ class Implicit:
 
     def residual(self, t: float, y: Array, rates: Array) -> Array:
         """Return F, shape (size,)."""
-        found: Array = self._calls["residual"](*self._state(t, y), rates)
+        found: Array = rates.copy()
+        found[self._own] = self._calls["residual"](*self._state(t, y), np.ascontiguousarray(rates[self._own]))
+        if self.system.loop is not None and self.system.nz:
+            (n, nz), state = (self.system.nq + self.system.nv, self.system.nz), self.system.parts(y)
+            found[n : n + nz] -= self.system.loop.rates(t, *state)
         return found
 
     def slope(self, t: float, y: Array, rates: Array, c: float) -> Array:
         """Return ∂F/∂y + c ∂F/∂ẏ, shape (size, size)."""
-        every = np.eye(self.size)
-        forces = []
+        every, n = np.eye(self.size)[:, self._own], self.system.nq + self.system.nv + self.system.nz
+        J, forces = c * np.eye(self.size), []
         if self.system.loop is not None:
-            nq, nv = self.system.nq, self.system.nv
+            state = self.system.parts(y)
             forces = [np.zeros((self.size, self.system.given_size))]
-            forces[0][: nq + nv] = self.system.loop.slope(t, y[:nq], y[nq : nq + nv]).T
-        found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every, *forces).T
-        return found
+            forces[0][:n] = self.system.loop.slope(t, *state).T
+            if self.system.nz:
+                J[n - self.system.nz : n, :n] -= self.system.loop.rate_slope(t, *state)
+        J[self._own] = self._calls["along"](*self._state(t, y), rates[self._own], every, c * every, *forces).T
+        return J
 
     def _state(self, t: float, y: Array) -> tuple[Array, Array, Array, float]:
-        nq, nv = self.system.nq, self.system.nv
-        q, u = y[:nq], y[nq : nq + nv]
-        return q, u, self.system.given(t, q, u), t
+        q, u, z = self.system.parts(y)
+        return q, u, self.system.given(t, q, u, z), t
 
 
 def _layout(system: StateEquations) -> tuple[list[int], Array]:

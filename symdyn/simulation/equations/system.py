@@ -40,7 +40,7 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
-from symdyn.simulation.equations.control_loop import Loops
+from symdyn.simulation.equations.control_loop import NOTHING, Loops
 from symdyn.simulation.equations.monitors import Candidates, Limit
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property
@@ -163,6 +163,11 @@ class StateEquations:
         """Number of velocities."""
         return len(self.scene.velocities)
 
+    @property
+    def nz(self) -> int:
+        """Number of states of a controller, which stand between u and W."""
+        return 0 if self.loop is None else self.loop.nz
+
     @cached_property
     def given_size(self) -> int:
         """Number of driving forces and inputs."""
@@ -196,13 +201,24 @@ class StateEquations:
 
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
-        q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
+        q, u, z = self.parts(x)
         if self.swerves:
             if self.ill_chosen(q):
-                return self._at_once(q, u, t)
+                return self._at_once(q, u, z, t)
             q, u = self.on_manifold(q, u)
-        found: Array = self._rates(q, u, self.given(t, q, u), t)
-        return found
+        return self._whole(self._rates(q, u, self.given(t, q, u, z), t), t, q, u, z)
+
+    def parts(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return q, u and z of states, shape (..., nx)."""
+        n = self.nq + self.nv
+        return x[..., : self.nq], x[..., self.nq : n], x[..., n : n + self.nz]
+
+    def _whole(self, rates: Array, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
+        """Return rates of a mechanism with those of its controller among them."""
+        if self.loop is None or not self.nz:
+            return rates
+        n = self.nq + self.nv
+        return np.concatenate([rates[..., :n], self.loop.rates(t, q, u, z), rates[..., n:]], axis=-1)
 
     def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
         """Return a state of a closed mechanism with its loops closed, the independent coordinates as they are."""
@@ -231,15 +247,14 @@ class StateEquations:
         values = np.linalg.svd(self.jacobian(0.0, q), compute_uv=False)
         return bool(values[-1] < NEAR * values[0])
 
-    def _at_once(self, q: Array, u: Array, t: float) -> Array:
+    def _at_once(self, q: Array, u: Array, z: Array, t: float) -> Array:
         """Return ẋ of one state by all rows of G at once."""
         for _ in range(CORRECTIONS):
             step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
             q = q - self.calls["movement"](q, step)
         G = self.jacobian(0.0, q)
         u = u - np.linalg.lstsq(G, G @ u)[0]
-        found: Array = self._together(q, u, self.given(t, q, u), t)
-        return found
+        return self._whole(self._together(q, u, self.given(t, q, u, z), t), t, q, u, z)
 
     @property
     def together(self) -> Compiled | None:
@@ -254,20 +269,23 @@ class StateEquations:
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
 
-    def given(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+    def given(self, t: npt.ArrayLike, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return what tables and a controller give at states, forces and then inputs; zeros without."""
         if not self.forces.outside:
             return self._nothing
         found = self.forces.tabulated(np.asarray(t, dtype=np.float64), self.given_size)
-        return found if self.loop is None else found + self.loop(t, q, u)
+        return found if self.loop is None else found + self.loop(t, q, u, z)
 
     def evaluate(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
         times = np.asarray(t, dtype=np.float64)
-        known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
+        q, u, z = self.parts(x)
+        known = {"q": q, "qd": u, TIME: times}
         if "tau" in self._takes[name]:
-            known["tau"] = self.given(times, known["q"], known["qd"])
+            known["tau"] = self.given(times, q, u, z)
         found = np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+        if name == "rates":
+            found = self._whole(found, times, q, u, z)
         if name == "rates" and self.dependent and x.ndim == 2:
             reach = np.abs(self.calls["reach"](known["q"])).reshape(len(x), -1).max(axis=1, initial=0.0)
             for k in np.flatnonzero(~(reach <= LARGEST)):
