@@ -1,4 +1,4 @@
-"""Whether a public function can take what it is called with, by the words of its own annotations.
+"""Arguments of public functions: whether one can be taken, by the words of its annotation, and how messages name one.
 
 A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the function's file knows. What an annotation calls by
 another name, such as `Entries`, is left to the function, which reads it anyway.
@@ -11,7 +11,9 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -28,6 +30,56 @@ FIELDS = "fields"
 
 _NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
 """The nouns of such functions."""
+
+
+def _keyword(name: str, value: object = None) -> str:
+    """Return an argument as a call in Python has it."""
+    return name if value is None else f"{name}={_literal(value)}"
+
+
+def _literal(value: object) -> str:
+    """Return a value as Python reads it, whether a number is one or the text of one."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{_text(name)}: {_literal(one)}' for name, one in value.items())}}}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_literal, value))}]"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return _text(value) if isinstance(value, str) and not _NUMBER.fullmatch(value) else str(value)
+
+
+def _text(value: str) -> str:
+    return f'"{value}"'
+
+
+_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
+
+_NAMING: ContextVar[Callable[..., str]] = ContextVar("naming", default=_keyword)
+
+
+def argument(name: str, value: object = None) -> str:
+    """Return what a message calls an argument: that of a call in Python, or what the command line makes of it.
+
+    >>> argument("every"), argument("every", 0.1), argument("ignore_limits", True)
+    ('every', 'every=0.1', 'ignore_limits=True')
+    >>> argument("at", {"phi": 0, "F": "2*t"}), argument("free", ["q1"])
+    ('at={"phi": 0, "F": "2*t"}', 'free=["q1"]')
+
+    Args:
+        name: as functions of Python call it.
+        value: what would work: a number, text, True, a list, or values by name.
+    """
+    return _NAMING.get()(name, value)
+
+
+@contextmanager
+def naming(words: Callable[..., str]) -> Iterator[None]:
+    """Let a function name arguments, and values of them, in all messages that are made inside."""
+    before = _NAMING.set(words)
+    try:
+        yield
+    finally:
+        _NAMING.reset(before)
 
 
 @dataclass(frozen=True)

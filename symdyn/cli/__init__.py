@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn import shell
-from symdyn.cli.options import add_options
+from symdyn.arguments import naming
+from symdyn.cli.options import add_options, flag
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
 from symdyn.resources import version
@@ -146,7 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is None:
         shell.take()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), naming(flag):
         warnings.showwarning = partial(_show, warnings.showwarning)
         return run(arguments)
 

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
+from symdyn.errors import spoken
 from symdyn.rounding import DIGITS
 
 
@@ -52,6 +54,28 @@ def _digits(text: str) -> int:
 
 TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds": seconds, "digits": _digits}
 """What reads a value; others are functions of a verb's file, such as "generate.target_name"."""
+
+
+PYTHON = {"values": "bind", "parameters": "bind", "stops": "stop", "reports": "report", "payloads": "payload"}
+"""Options that arguments of Python are, where one is not called like the other."""
+
+APART = ("forces", "motion", "path", "box", "lqr", "kalman")
+"""Options whose values are words of their own, where others have commas between them."""
+
+
+def flag(name: str, value: object = None) -> str:
+    """Return an argument of Python as the command line has it.
+
+    >>> flag("every", 0.1), flag("ignore_limits", True), flag("at", {"q1": 0, "q2": 1})
+    ('--every 0.1', '--ignore-limits', '--at q1=0,q2=1')
+    """
+    option = f"--{PYTHON.get(name, name).replace('_', '-')}"
+    if value is None or value is True:
+        return option
+    every = value if isinstance(value, tuple | list) else [value]
+    words = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else map(spoken, every)
+    between = " " if name in APART else ","
+    return f"{option} {between.join(word if set(word).isdisjoint(' ();&') else quote(word) for word in words)}"
 
 
 class OpenChoices(tuple[Any, ...]):
