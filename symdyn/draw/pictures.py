@@ -39,7 +39,7 @@ from symdyn.draw.svg import Drawing, svg
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import Load, suggestion
+from symdyn.scene.values import Load, choice, suggestion
 from symdyn.shown import Shown
 
 SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone
@@ -248,7 +248,7 @@ def drawing(
     """Return what `picture` writes, as shapes and placed labels."""
     for kind in labels:
         if kind not in LABELS:
-            raise DrawError(f'there are no labels of "{kind}"; known are {", ".join(LABELS)}')
+            raise DrawError(f'there are no labels of "{kind}"; {choice(kind, LABELS)}')
     if q is None:
         shown, values = pose(scene, parameters=parameters)
     else:

@@ -207,8 +207,8 @@ def _format(file: Path | Opened) -> str:
     if isinstance(file, Opened) and first is None and ending != ".xml":
         return "toml"
     if not isinstance(file, Opened) and ending != ".xml":
-        known = ", ".join([*EXTENSIONS, ".xml"])
-        raise SceneError(f'{file}: the extension "{ending}" names no format; known are {known}')
+        known = choice(ending, (*EXTENSIONS, ".xml"))
+        raise SceneError(f'{file}: the extension "{ending}" names no format; {known}')
     # where there is no element, the parser says what is wrong with the text
     root = first[1].decode("ascii") if first else XmlElement.parse(content, str(file)).tag
     if root not in ROOTS:

@@ -35,7 +35,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.values import listed
+from symdyn.scene.values import choice, listed
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
@@ -114,7 +114,7 @@ def refuse_large(workspace: Workspace, request: str) -> None:
 def _derived(workspace: Workspace, request: str, row: Output, place: str, formulation: str) -> Function:
     scene = workspace.scene
     if formulation not in row.formulations:
-        raise DerivationError(f"{request} has no formulation {formulation!r}; there are {', '.join(row.formulations)}")
+        raise DerivationError(f"{request} has no formulation {formulation!r}; {choice(formulation, row.formulations)}")
     if DRIVES in row.arguments:
         refuse_ideal_friction(scene)
     entries = workspace.once(row.formulations[formulation].derive, *([place] if row.place else []))

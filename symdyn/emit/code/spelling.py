@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, ClassVar
 from symdyn.algebra import NAMES, BigFloats, RunningErrors
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op
+from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.algebra import Midpoints
@@ -342,7 +343,7 @@ SINGLE = tuple(name for name, row in REALS.items() if row.parts == 1)
 def find_real(name: str) -> Real:
     """Return the real type called `name`; EmitError if there is none."""
     if name not in REALS:
-        raise EmitError(f"real type {name!r} is not known; give {' or '.join(REALS)}")
+        raise EmitError(f"real type {name!r} is not known; {choice(name, REALS)}")
     return REALS[name]
 
 

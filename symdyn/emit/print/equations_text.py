@@ -27,6 +27,7 @@ from symdyn.emit.print.written_page import (
 from symdyn.errors import EmitError
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -106,8 +107,7 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
 
 def _check(name: str, value: str) -> None:
     if value not in _CHOICES[name]:
-        *others, last = _CHOICES[name]
-        raise EmitError(f"{name} {value!r} is not known; give {', '.join(others)} or {last}")
+        raise EmitError(f"{name} {value!r} is not known; {choice(value, _CHOICES[name])}")
 
 
 def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:

@@ -27,7 +27,7 @@ from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import Program, in_lines, shared
-from symdyn.scene.values import spell
+from symdyn.scene.values import choice, spell
 
 ELSEWHERE = {
     "wasm": "a compiler makes WebAssembly of the files of target c: zig cc --target=wasm32-wasi -O3 -s "
@@ -41,7 +41,7 @@ class Targets(dict[str, Target]):
 
     def __missing__(self, name: str) -> Target:
         """Raise EmitError."""
-        instead = ELSEWHERE.get(name) or f"give {' or '.join(self)}"
+        instead = ELSEWHERE.get(name) or choice(name, self)
         raise EmitError(f"target {name!r} is not known; {instead}")
 
 

@@ -340,6 +340,18 @@ def check_scene_name(name: object) -> str | None:
     return None
 
 
+ELSEWHERE = {
+    **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
+    **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
+    **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
+    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
+    **dict.fromkeys(("--tend", "--t-end", "--tfinal", "--tf", "--duration", "--time", "--stop-time"), "--until"),
+    **{"--dt": "--every", "--step": "--every", "--params": "--bind", "--set": "--bind", "--tol": "--rtol"},
+    **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
+}
+"""What other tools call joints, targets, options and verbs, and what these are called here; small letters."""
+
+
 def nearest(name: object, known: Iterable[str]) -> str | None:
     """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
 
@@ -348,6 +360,8 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     if not isinstance(name, str) or len(name) > LONGEST:
         return None
     lowered = {candidate.lower(): candidate for candidate in known}
+    if ELSEWHERE.get(name.lower()) in lowered:
+        return lowered[ELSEWHERE[name.lower()]]
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
     if len(candidates) > MOST_COMPARED:
         candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(meant, candidate))

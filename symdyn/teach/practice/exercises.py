@@ -19,6 +19,7 @@ from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.errors import NoValueError, TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
+from symdyn.scene.values import choice
 from symdyn.table import Table
 from symdyn.teach.document import (
     ERRATA,
@@ -358,7 +359,7 @@ def judge(document: Document, key: str, text: str) -> str:
     """
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if key not in blanks:
-        raise TeachError(f"there is no exercise {key!r}; there are {', '.join(blanks)}")
+        raise TeachError(f"there is no exercise {key!r}; {choice(key, blanks)}")
     words = language_of(document.language).lesson
     if not text.strip():
         return words["fault.empty"]

@@ -12,6 +12,7 @@ from typing import ClassVar
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene.values import choice
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -106,14 +107,12 @@ def walkthrough(
         ("formulation", formulation, FORMULATIONS),
     ):
         if value not in known:
-            raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
+            raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
     scene = with_letters(scene.in_language(language), language)
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
-        raise EmitError(
-            f"until {until!r} is no part of the formulation {formulation}; give one of {', '.join(chosen.until)}"
-        )
+        raise EmitError(f"until {until!r} is no part of the formulation {formulation}; {choice(until, chosen.until)}")
     try:
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
