@@ -53,6 +53,10 @@ def _bundle(noun: object) -> dict[str, str]:
 shown_by(_bundle)
 
 
+MOVED = {"derive": "symdyn.dynamics.derive", "lower": "symdyn.program.lower"}
+"""Names that were offered here, for errors alone."""
+
+
 def __getattr__(name: str) -> object:
     """Import what is offered when it is first asked for."""
     if name in _names:
@@ -61,5 +65,7 @@ def __getattr__(name: str) -> object:
         from symdyn.resources import version
 
         return version()
-    said = f"symdyn has no {name!r}; it has {', '.join(__all__)}"
-    raise AttributeError(said, name=name, obj=sys.modules[__name__])
+    from symdyn.errors import choice  # an error's own
+
+    told = f"it is {MOVED[name]} now" if name in MOVED else choice(name, __all__)
+    raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

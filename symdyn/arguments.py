@@ -15,13 +15,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
 from operator import index
 from types import UnionType
 from typing import Any, TypeVar, get_origin
 
-from symdyn.errors import ArgumentError, SymdynError, quoted
+from symdyn.errors import ArgumentError, SymdynError, choice, quoted
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -284,8 +283,8 @@ def check_arguments(
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
     for name in fields:
         if name not in (known := inspect.signature(function).parameters):
-            near = " or ".join(get_close_matches(name, known, 1) or known)
-            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; did you mean {near}?")
+            told = choice(name, known)
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):

@@ -65,7 +65,7 @@ def test_what_is_not_there_is_told_with_what_is_meant():
     )
 
     last = ran.stderr.strip().splitlines()[-1]
-    assert "symdyn has no 'simulat'; it has" in last
+    assert "symdyn has no 'simulat'; did you mean simulate?" in last
     assert last.endswith("Did you mean: 'simulate'?")
 
 

@@ -153,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is None:
         shell.take()
-    with warnings.catch_warnings(), naming(flag):
+    with warnings.catch_warnings(), naming(partial(flag, {})):
         warnings.showwarning = partial(_show, warnings.showwarning)
         return run(arguments)
 
@@ -193,7 +193,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
     try:
-        with showing(options.digits):
+        with showing(options.digits), naming(partial(flag, options.parser._option_string_actions)):
             verb = import_module(f"symdyn.cli.{options.verb.replace('-', '_')}")
             status: int = verb.run(options)
     except SymdynError as fault:

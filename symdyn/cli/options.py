@@ -56,26 +56,28 @@ TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds":
 """What reads a value; others are functions of a verb's file, such as "generate.target_name"."""
 
 
-PYTHON = {"values": "bind", "parameters": "bind", "stops": "stop", "reports": "report", "payloads": "payload"}
-"""Options that arguments of Python are, where one is not called like the other."""
+PYTHON = {
+    **{"values": "bind", "parameters": "bind", "payloads": "payload", "group": "as", "target": "what"},
+    **{"start": "at", "start_rates": "rates", "stops": "stop", "reports": "report"},
+}
+"""Options that arguments of Python are at a verb that has none of the same name."""
 
-APART = ("forces", "motion", "path", "box", "lqr", "kalman")
-"""Options whose values are words of their own, where others have commas between them."""
 
+def flag(options: Mapping[str, argparse.Action], name: str, value: object = None) -> str:
+    """Return what an argument of Python is among the options of a verb.
 
-def flag(name: str, value: object = None) -> str:
-    """Return an argument of Python as the command line has it.
-
-    >>> flag("every", 0.1), flag("ignore_limits", True), flag("at", {"q1": 0, "q2": 1})
+    >>> flag({}, "every", 0.1), flag({}, "ignore_limits", True), flag({}, "start", {"q1": 0, "q2": 1})
     ('--every 0.1', '--ignore-limits', '--at q1=0,q2=1')
     """
-    option = f"--{PYTHON.get(name, name).replace('_', '-')}"
+    same = f"--{name.replace('_', '-')}"
+    option = f"--{PYTHON[name]}" if name in PYTHON and same not in options else same
     if value is None or value is True:
         return option
     every = value if isinstance(value, tuple | list) else [value]
     words = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else map(spoken, every)
-    between = " " if name in APART else ","
-    return f"{option} {between.join(word if set(word).isdisjoint(' ();&') else quote(word) for word in words)}"
+    apart = option in options and options[option].nargs in ("+", "*")
+    said = (" " if apart else ",").join(word if set(word).isdisjoint(" ();&") else quote(word) for word in words)
+    return f"{option} {said}"
 
 
 class OpenChoices(tuple[Any, ...]):
