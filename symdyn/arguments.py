@@ -56,7 +56,7 @@ _NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
 _NAMING: ContextVar[Callable[..., str]] = ContextVar("naming", default=_keyword)
 
 
-def argument(name: str, value: object = None) -> str:
+def argument(name: str, value: object = None, python: str = "") -> str:
     """Return what a message calls an argument: that of a call in Python, or what the command line makes of it.
 
     >>> argument("every"), argument("every", 0.1), argument("ignore_limits", True)
@@ -67,8 +67,10 @@ def argument(name: str, value: object = None) -> str:
     Args:
         name: as functions of Python call it.
         value: what would work: a number, text, True, a list, or values by name.
+        python: what Python has in place of an argument.
     """
-    return _NAMING.get()(name, value)
+    found = _NAMING.get()
+    return python if python and found is _keyword else found(name, value)
 
 
 @contextmanager

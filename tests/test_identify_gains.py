@@ -241,7 +241,7 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
     assert not told["tau3"]
     (why,) = [one for one in found.untold if "gain tau3" in one.parameters]
     assert "its drive feels nothing of known size" in why.words
-    assert "--units tau3=0.12*A" in why.words
+    assert 'units={"tau3": "0.12*A"}' in why.words
     assert identified(found).scene.name == scene.name
 
 

@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
 from symdyn.resources import folder
@@ -169,7 +169,8 @@ def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
     writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text
     written = writer(scene)
     if written.lost and not lossy:
-        raise SceneError([*written.lost, f"{scene.name}: {format} cannot hold all of this; --lossy leaves it out"])
+        told = f"{format} cannot hold all of this; {argument('lossy', True)} leaves it out"
+        raise SceneError([*written.lost, f"{scene.name}: {told}"])
     return written
 
 

@@ -315,7 +315,7 @@ class Real:
         return kind(numbers, self.roundoff, self.function_error, bound_of_sines(accuracy))
 
 
-NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; leave --real dd out"
+NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; take real type double"
 
 REALS = {
     "double": Real("double", "float64", "", 53, -1074, 1024, 2.0**-53, 2.0**-1022, 64),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from symdyn.algebra import Form
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
@@ -144,18 +144,20 @@ def printed_text(
     if formulation == "lagrange" and what != "base-parameters":
         return equations_text(scene, format, what, angles, document)
     if angles != "long":
-        raise EmitError(f"{angles} angles are those of equations in closed form; leave --angles out")
+        raise EmitError(f"{angles} angles are those of equations in closed form; leave {argument('angles')} out")
     plain = scene.scene if isinstance(scene, ClosedForm) else scene
     if formulation == "lagrange":
         return _base_parameters(plain, format, document)
     if what != "equations":
-        raise EmitError(f"D'Alembert's system is no {what}; leave --as out, or --formulation dalembert")
+        others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
+        raise EmitError(f"D'Alembert's system is no {what}; leave {others}")
     return _dalembert(plain, format, document)
 
 
 def _base_parameters(scene: Scene, format: str, document: bool) -> str:
     if document:
-        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
+        others = f"{argument('document')} out, or {argument('what', 'base-parameters')}"
+        raise EmitError(f"a document holds equations; leave {others}")
     return base_parameters_text(scene, format)
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import Any
 
+from symdyn.arguments import argument
 from symdyn.emit.code.spelling import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.render import render
@@ -98,7 +99,8 @@ def emit(
     program = program if row.loops_in(number) else in_lines(program)
     if real not in row.reals:
         raise EmitError(
-            f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"
+            f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; "
+            f"leave {argument('real')} out"
         )
     sines = ShortSines.find(accuracy, real)
     if sines and option not in row.shortens:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.simulation.equations.controller import Cuts, Feedback, Placed
@@ -267,8 +268,8 @@ def hidden(placed: Placed, times: Array) -> list[str]:
         return []
     return [
         f"the controller takes a sample every {period:g} s, and {int(unseen.sum())} of {len(acts)} lie between rows, "
-        f"up to {int(unseen.max())} between two: the columns show the last one; --every {period:g}, in Python "
-        f"every={period:g}, shows all"
+        f"up to {int(unseen.max())} between two: the columns show the last one; {argument('every', period)} "
+        "shows all"
     ]
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
+from symdyn.arguments import argument
 from symdyn.errors import NoValueError, TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
@@ -189,8 +190,8 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
     if not results:
         raise TeachError(
-            f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with --until, "
-            "or leave --until out"
+            f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with "
+            f"{argument('until')}, or leave it out"
         )
     kinds = ask or GRADES[grade].kinds
     known = {name for key in results for name in (key, _kind(key))}

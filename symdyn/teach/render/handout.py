@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
@@ -72,8 +73,11 @@ FORMULATIONS: Mapping[str, LessonFormulation] = {
 
 DETAILS = ("brief", "full")
 
-SHORTER = "ask for less of it (--until, --detail brief), or for --format sliders; generated code has no such limit"
-"""What to ask for where a lesson is too long."""
+
+def _shorter() -> str:
+    """Return what to ask for where a lesson is too long."""
+    less = f"{argument('until')}, {argument('detail', 'brief')}"
+    return f"ask for less of it ({less}), or for {argument('format', 'sliders')}; generated code has no such limit"
 
 
 def walkthrough(
@@ -118,7 +122,7 @@ def walkthrough(
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
     document = document.brief() if detail == "brief" else document
-    refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), SHORTER)
+    refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
 
 
