@@ -2,7 +2,6 @@
 
     scene = symdyn.read("arm.toml")                         a frozen Scene; or declare it with symdyn.scene
     scene = symdyn.example("four_bar")                      one of those that come with the package
-    equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
     M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
     arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
     symdyn.equations(scene).latex()                         to be read: LaTeX, text, or SymPy's matrices by .sympy()
@@ -18,7 +17,9 @@
     symdyn.identify(scene, "log.csv")                       parameters from measured motion, with standard errors
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 
-    from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
+    from symdyn.dynamics import derive                      named functions on one expression graph
+    from symdyn.program import lower                        the same as assignments
+    from symdyn.emit import emit, write                     source text: emit(lower(derive(scene)), "c")
     from symdyn.runtime import build                        the same, compiled and loaded
 
 Everything is imported when it is first used: `dir(symdyn)` lists these functions and the packages behind them.

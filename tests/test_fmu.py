@@ -197,7 +197,7 @@ def test_what_it_is_made_of_is_asked_for_and_nothing_else(tmp_path: Path, capsys
     assert main([*words, "--static"]) == 1
     assert "leave --static out" in capsys.readouterr().err
     with pytest.raises(EmitError, match=r"is made of forward_dynamics, .*; leave functions out"):
-        emit(lower(symdyn.derive(symdyn.example("pendulum"), ["mass_matrix"])), "fmu")
+        emit(lower(symdyn.dynamics.derive(symdyn.example("pendulum"), ["mass_matrix"])), "fmu")
     assert not [*tmp_path.iterdir()]
 
 

@@ -190,7 +190,7 @@ def picture(
     file: File | None = None,
     titles: Mapping[str, str] = ENGLISH,
     letters: Sequence[Lettered] = (),
-) -> SvgText:
+) -> str:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
     A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
@@ -226,7 +226,7 @@ def picture(
     return delivered(shown, prefix, scheme, file, titles)
 
 
-def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None, titles: Mapping[str, str]) -> SvgText:
+def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None, titles: Mapping[str, str]) -> str:
     """Return a drawing as SVG text, and write it where it shall also be."""
     text = SvgText(svg(shown, prefix, scheme, titles=titles))
     if file is not None:

@@ -51,7 +51,7 @@ def derive(
     """Return the equations of motion of a scene, only the outputs asked for.
 
     >>> import symdyn
-    >>> equations = symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
+    >>> equations = symdyn.dynamics.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
     >>> equations
     <Equations of cart_pole: mass_matrix(q), pose_tip(q)>
     >>> equations["mass_matrix"].shape, equations["pose:tip"].units
