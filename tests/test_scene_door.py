@@ -64,7 +64,7 @@ def test_an_invalid_inertia_of_a_robot_file_says_how_to_read_it_all_the_same(tmp
     path = tmp_path / "hollow.urdf"
     path.write_text(HOLLOW)
 
-    with pytest.raises(SceneError, match=r"Ixx \+ Iyy >= Izz .* or read with --allow-invalid-inertia$"):
+    with pytest.raises(SceneError, match=r"Ixx \+ Iyy >= Izz .* or read with allow_invalid_inertia=True$"):
         read(path)
     reading = read_noting(path, allow_invalid_inertia=True)
     assert [body.allow_invalid_inertia for body in reading.scene.bodies] == [True]

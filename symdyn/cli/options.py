@@ -57,7 +57,7 @@ TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds":
 
 
 PYTHON = {
-    **{"values": "bind", "parameters": "bind", "payloads": "payload", "group": "as", "target": "what"},
+    **{"values": "bind", "parameters": "bind", "payloads": "payload", "what": "as", "target": "what"},
     **{"start": "at", "start_rates": "rates", "stops": "stop", "reports": "report"},
 }
 """Options that arguments of Python are at a verb that has none of the same name."""

@@ -45,7 +45,7 @@ NEVER = "no motion tells them apart"
 RICHER = "a richer motion would tell"
 
 UNFELT = "its drive feels nothing of known size"
-WEIGH = "a payload that it feels would tell, or a gain that is known, as in {}"
+WEIGH = "a payload that it feels would tell, or a gain that is known"
 
 MOST = 4
 """Parameters of a combination that are named; others are counted."""
@@ -108,7 +108,8 @@ def untold(
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
             why, helps = NEVER, "leave a term out, or know one of them"
             if part[0] >= first_gain:
-                why, helps = UNFELT, WEIGH.format(drive_names(model.scene)[list(shown)[part[0] - first_gain]])
+                drive = drive_names(model.scene)[list(shown)[part[0] - first_gain]]
+                why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
             told.append(Untold(formula, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
