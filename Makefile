@@ -42,8 +42,9 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-types: $(READY)
+types: $(READY)  ## mypy on all of it, pyright on the code of README and docs
 	$(BIN)/mypy
+	$(BIN)/python tests/typed_pages.py
 
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules --doctest-ignore-import-errors symdyn  # of what is not installed: JAX, PyTorch

@@ -94,7 +94,7 @@ def swung() -> float:
 
 def measured(scene: str, output: str, rounds: int) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Return errors and times a state, ns, of double and dd, and the ratio of the times."""
-    program = symdyn.lower(symdyn.derive(symdyn.example(scene), [output]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(scene), [output]))
     function = program.routines[0].function
     rng = np.random.default_rng(1)
     high = [rng.uniform(-2.0, 2.0, (len(a.symbols), STATES)) for a in function.arguments]

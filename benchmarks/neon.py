@@ -77,7 +77,7 @@ def table(analyser: str, core: str, ghz: float) -> str:
     )
     for robot in ROBOTS:
         for output in OUTPUTS:
-            program = symdyn.lower(symdyn.derive(symdyn.example(robot), [output]))
+            program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(robot), [output]))
             loop, turn = cycles(program, output, analyser, core)
             angles = program[output].counts.sincos * turn
             rows.append((f"{robot}, {output}", f"{loop:.0f}", f"{angles:.0f}", f"{(loop + angles) / ghz:.0f}"))

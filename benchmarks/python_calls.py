@@ -42,7 +42,7 @@ Arrays = list[np.ndarray]
 
 def ways(scene: Scene) -> dict[str, Callable[[Arrays, np.ndarray], object]]:
     """Return the ways to call the function, by name: each takes arguments and an array for the result."""
-    program = symdyn.lower(formulate(scene, (FUNCTION,)))
+    program = symdyn.program.lower(formulate(scene, (FUNCTION,)))
     numpy_call = run_python(emit(program)).inverse_dynamics
     c_call = build(program).inverse_dynamics
     path, module = build_extension(emit(program, "ufunc"))
@@ -102,7 +102,7 @@ SMALL = 10
 
 def few(scene: Scene, rounds: int = 41) -> dict[int, float]:
     """Return the time of one call over that of single calls with the same states, median of pairs, by number."""
-    call = run_python(emit(symdyn.lower(formulate(scene, (FUNCTION,))))).inverse_dynamics
+    call = run_python(emit(symdyn.program.lower(formulate(scene, (FUNCTION,))))).inverse_dynamics
     found = {}
     for count in FEW:
         given = states(scene, count)

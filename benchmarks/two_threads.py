@@ -18,8 +18,9 @@ from pathlib import Path
 import numpy as np
 from bars import Bar
 
-from symdyn import derive, lower, read
-from symdyn.program import shared
+from symdyn import read
+from symdyn.dynamics import derive
+from symdyn.program import lower, shared
 from symdyn.runtime import CFunction, bind_rows, build
 from symdyn.runtime.c_module import GRAIN, WORTH, price, run_rows, split
 

@@ -2,7 +2,6 @@
 
     scene = symdyn.read("arm.toml")                         a frozen Scene; or declare it with symdyn.scene
     scene = symdyn.example("four_bar")                      one of those that come with the package
-    equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
     M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
     arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
     symdyn.equations(scene).latex()                         to be read: LaTeX, text, or SymPy's matrices by .sympy()
@@ -18,7 +17,9 @@
     symdyn.identify(scene, "log.csv")                       parameters from measured motion, with standard errors
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 
-    from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
+    from symdyn.dynamics import derive                      named functions on one expression graph
+    from symdyn.program import lower                        the same as assignments
+    from symdyn.emit import emit, write                     source text: emit(lower(derive(scene)), "c")
     from symdyn.runtime import build                        the same, compiled and loaded
 
 Everything is imported when it is first used: `dir(symdyn)` lists these functions and the packages behind them.
@@ -53,6 +54,10 @@ def _bundle(noun: object) -> dict[str, str]:
 shown_by(_bundle)
 
 
+MOVED = {"derive": "symdyn.dynamics.derive", "lower": "symdyn.program.lower"}
+"""Names that were offered here, for errors alone."""
+
+
 def __getattr__(name: str) -> object:
     """Import what is offered when it is first asked for."""
     if name in _names:
@@ -61,5 +66,7 @@ def __getattr__(name: str) -> object:
         from symdyn.resources import version
 
         return version()
-    said = f"symdyn has no {name!r}; it has {', '.join(__all__)}"
-    raise AttributeError(said, name=name, obj=sys.modules[__name__])
+    from symdyn.errors import choice  # an error's own
+
+    told = f"it is {MOVED[name]} now" if name in MOVED else choice(name, __all__)
+    raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

@@ -19,12 +19,11 @@ from . import (
     verify as verify,
 )
 from .draw import animation as animation, film as film, picture as picture
-from .dynamics import closed_form as closed_form, derive as derive
+from .dynamics import closed_form as closed_form
 from .emit.print import equations as equations
 from .errors import SymdynError as SymdynError
 from .identification import identify as identify
 from .linear import linearize as linearize
-from .program import lower as lower
 from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read
 from .simulation import Problem as Problem, inverse as inverse, sensitivity as sensitivity, simulate as simulate

@@ -1,4 +1,4 @@
-"""Whether a public function can take what it is called with, by the words of its own annotations.
+"""Arguments of public functions: whether one can be taken, by the words of its annotation, and how messages name one.
 
 A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the function's file knows. What an annotation calls by
 another name, such as `Entries`, is left to the function, which reads it anyway.
@@ -11,15 +11,16 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set, Sized
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
 from operator import index
 from types import UnionType
 from typing import Any, TypeVar, get_origin
 
-from symdyn.errors import ArgumentError, SymdynError, quoted
+from symdyn.errors import ArgumentError, SymdynError, choice, quoted
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,6 +29,58 @@ FIELDS = "fields"
 
 _NOUNS: dict[Callable[..., object], tuple[type, ...]] = {}
 """The nouns of such functions."""
+
+
+def _keyword(name: str, value: object = None) -> str:
+    """Return an argument as a call in Python has it."""
+    return name if value is None else f"{name}={_literal(value)}"
+
+
+def _literal(value: object) -> str:
+    """Return a value as Python reads it, whether a number is one or the text of one."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{_text(name)}: {_literal(one)}' for name, one in value.items())}}}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_literal, value))}]"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return _text(value) if isinstance(value, str) and not _NUMBER.fullmatch(value) else str(value)
+
+
+def _text(value: str) -> str:
+    return f'"{value}"'
+
+
+_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
+
+_NAMING: ContextVar[Callable[..., str]] = ContextVar("naming", default=_keyword)
+
+
+def argument(name: str, value: object = None, python: str = "") -> str:
+    """Return what a message calls an argument: that of a call in Python, or what the command line makes of it.
+
+    >>> argument("every"), argument("every", 0.1), argument("ignore_limits", True)
+    ('every', 'every=0.1', 'ignore_limits=True')
+    >>> argument("at", {"phi": 0, "F": "2*t"}), argument("free", ["q1"])
+    ('at={"phi": 0, "F": "2*t"}', 'free=["q1"]')
+
+    Args:
+        name: as functions of Python call it.
+        value: what would work: a number, text, True, a list, or values by name.
+        python: what Python has in place of an argument.
+    """
+    found = _NAMING.get()
+    return python if python and found is _keyword else found(name, value)
+
+
+@contextmanager
+def naming(words: Callable[..., str]) -> Iterator[None]:
+    """Let a function name arguments, and values of them, in all messages that are made inside."""
+    before = _NAMING.set(words)
+    try:
+        yield
+    finally:
+        _NAMING.reset(before)
 
 
 @dataclass(frozen=True)
@@ -232,8 +285,8 @@ def check_arguments(
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
     for name in fields:
         if name not in (known := inspect.signature(function).parameters):
-            near = " or ".join(get_close_matches(name, known, 1) or known)
-            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; did you mean {near}?")
+            told = choice(name, known)
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):

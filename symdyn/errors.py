@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 
 def printable(text: str, keep: str = "\n\t") -> str:
@@ -161,3 +161,78 @@ class IdentifyError(_FaultsError):
 
 class StudyError(SimulateError):
     """Workers, a scheduler or a store that cannot be used for a study; carries all faults, one line each."""
+
+
+# What was meant by a name that is not known
+
+LONGEST_NAME = 60
+
+MOST_KNOWN, MOST_COMPARED = 5000, 50
+"""Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
+
+ELSEWHERE = {
+    **dict.fromkeys(("hinge", "pin", "continuous"), "revolute"),
+    **dict.fromkeys(("slide", "slider", "translational"), "prismatic"),
+    **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
+    **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
+    **dict.fromkeys(("tend", "t-end", "tfinal", "tf", "t-span", "tspan", "duration", "stop-time"), "until"),
+    **dict.fromkeys(("dt", "step", "max-step"), "every"),
+    **dict.fromkeys(("params", "parameters", "values", "set"), "bind values parameters"),
+    **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
+    **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
+    **dict.fromkeys(("solver", "integrator"), "method"),
+    **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
+}
+"""What other tools call joints, targets, options and verbs, and what these are called here, where they are known."""
+
+
+def nearest(name: object, known: Iterable[str]) -> str | None:
+    """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
+
+    Of many names only those are compared that begin and end most like it; a name of a line's length is none.
+    """
+    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+        return None
+    lowered = {candidate.lower(): candidate for candidate in known}
+    meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
+    bare = meant.lstrip("-")
+    for word in ELSEWHERE.get(bare.replace("_", "-"), "").split():
+        if (here := f"{meant.removesuffix(bare)}{word}") in lowered:
+            return lowered[here]
+    from difflib import get_close_matches  # an error's own
+    from heapq import nlargest
+
+    if len(candidates) > MOST_COMPARED:
+        candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(meant, candidate))
+    found = get_close_matches(meant, candidates, n=1, cutoff=0.6)
+    return lowered[found[0]] if found else None
+
+
+def _in_common(a: str, b: str) -> int:
+    """Return how many letters two names have in common at their beginnings and their ends."""
+    differ = [x != y for x, y in zip(a, b, strict=False)]
+    ahead = differ.index(True) if True in differ else len(differ)
+    behind = [x != y for x, y in zip(a[ahead:][::-1], b[ahead:][::-1], strict=False)]
+    return ahead + (behind.index(True) if True in behind else len(behind))
+
+
+def listed(names: Iterable[str], most: int = 12) -> str:
+    """Return names as text for a message, shortened when there are many."""
+    every = list(names)
+    if not every:
+        return "none"
+    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+
+
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """Return "did you mean X?" when something known is near, else the known names."""
+    every = list(known)
+    near = nearest(name, every)
+    return f"did you mean {near}?" if near else f"known are {listed(every)}"
+
+
+def choice(name: object, known: Iterable[str]) -> str:
+    """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
+    every = list(known)
+    near, all_of_them = nearest(name, every), f"there are {', '.join(every)}"
+    return f"did you mean {near}? ({all_of_them})" if near else all_of_them

@@ -94,14 +94,14 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Certificate: lambda: symdyn.certify(cart(), ["mass_matrix"], targets=["numpy"]),
     ClosedForm: lambda: symdyn.closed_form(cart()),
     Collocation: lambda: symdyn.collocation(cart(), until=1, intervals=2),
-    Equations: lambda: symdyn.derive(cart(), ["mass_matrix"]),
+    Equations: lambda: symdyn.dynamics.derive(cart(), ["mass_matrix"]),
     EquationsOfMotion: lambda: symdyn.equations(cart()),
     HtmlText: lambda: symdyn.animation(cart(), T, [[0, 0], [0, 0.1]]),
     Identification: lambda: symdyn.identify(cart(), symdyn.simulate(cart(), forces="F=sin(5*t)+cos(11*t)", until=2)),
     Linearization: lambda: symdyn.linearize(cart()),
     Loaded: lambda: symdyn.load(cart(), ["mass_matrix"]),
     NumericFunction: lambda: symdyn.lambdify(cart(), "mass_matrix"),
-    Program: lambda: symdyn.lower(noun(Equations)),
+    Program: lambda: symdyn.program.lower(noun(Equations)),
     Runs: lambda: symdyn.sweep(cart(), "mc=uniform(1, 2)", "max(abs(x))", until=0.01, design="saltelli", count=8),
     Sensitivity: lambda: symdyn.sensitivity(cart(), until=0.01),
     SvgText: lambda: symdyn.picture(cart()),
@@ -149,6 +149,16 @@ WORDS: dict[str, str] = {
 """How messages call what is wrong where it is not by its argument's name."""
 
 
+INNER = {"derive": symdyn.dynamics.derive, "lower": symdyn.program.lower}
+"""Functions of packages that are called wrongly like those of `symdyn`."""
+
+
+def door(name: str) -> Callable[..., Any]:
+    """Return a public function."""
+    found: Callable[..., Any] = INNER[name] if name in INNER else getattr(symdyn, name)
+    return found
+
+
 @cache
 def noun(kind: type) -> Any:
     """Return what a door returns."""
@@ -181,7 +191,7 @@ class Called:
         """What is called."""
         owner, _, name = self.name.rpartition(".")
         kinds = {kind.__name__: kind for kind in NOUNS}
-        found: Callable[..., Any] = getattr(noun(kinds[owner]) if owner else symdyn, name)
+        found: Callable[..., Any] = getattr(noun(kinds[owner]), name) if owner else door(name)
         return found
 
     @property
@@ -210,9 +220,9 @@ def every_argument() -> list[Called]:
     """Return each argument of each door and of each method of what doors return, in a fixed order."""
     found = [
         Called(name, *one)
-        for name in symdyn.__all__
+        for name in sorted((*symdyn.__all__, *INNER))
         for way in range(len(DOORS[name]))
-        for one in _arguments(getattr(symdyn, name), way)
+        for one in _arguments(door(name), way)
     ]
     for kind in NOUNS:
         for name in sorted(dir(kind)):

@@ -222,7 +222,7 @@ def test_a_picture_that_moves_takes_numbers_of_any_library(tmp_path: Path) -> No
         symdyn.animation(CART, np.array(["a", "b"]), [[0, 0], [0, 0]])
     with pytest.raises(DrawError, match=r"^cart_pole: mc = nan: give a finite number$"):
         symdyn.picture(CART, parameters={"mc": math.nan})
-    with pytest.raises(DrawError, match=r'^colour scheme "1" is unknown; known are auto, light, dark$'):
+    with pytest.raises(DrawError, match=r'^colour scheme "1" is unknown; there are auto, light, dark$'):
         symdyn.film(CART, T, [[0, 0], [0, 0]], tmp_path / "cart.gif", scheme="1")
 
 

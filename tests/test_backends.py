@@ -23,7 +23,7 @@ def word(scene: Scene, request: str, prepare: bool = False) -> Word:
 
 
 def test_an_unknown_backend_is_refused_with_those_that_there_are() -> None:
-    with pytest.raises(BuildError, match="'tensorflow' is not known; give numpy or jax or torch"):
+    with pytest.raises(BuildError, match="'tensorflow' is not known; there are numpy, jax, torch"):
         symdyn.load(symdyn.example("pendulum"), backend="tensorflow")
 
 

@@ -175,7 +175,7 @@ def test_gradients_are_those_that_jax_takes_of_the_equations_themselves() -> Non
     free = ("m", "l", "g", "b")
     f = symdyn.load(scene, "forward_dynamics", backend="jax", free=free).forward_dynamics
     opened = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
-    (function,) = symdyn.derive(opened, ["forward_dynamics"]).functions
+    (function,) = symdyn.dynamics.derive(opened, ["forward_dynamics"]).functions
 
     def straight(*given: Any) -> Any:
         pairs = zip(function.arguments, given, strict=True)

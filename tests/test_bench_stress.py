@@ -243,7 +243,7 @@ def test_parameters_without_values_are_asked_for():
 
     assert not found.cases
     assert found.verdict == "not shown"
-    assert all("m1, m2, h1, h2, g have no value; give them, as in --bind" in one.why for one in found.unshown)
+    assert all("m1, m2, h1, h2, g have no value; give them, as in values={" in one.why for one in found.unshown)
 
 
 def test_a_program_run_operation_by_operation_is_the_code():

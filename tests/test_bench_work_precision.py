@@ -138,7 +138,7 @@ def test_points_that_another_one_beats_are_not_marked() -> None:
 
 
 def test_parameters_without_values_and_scenes_at_rest_are_told() -> None:
-    with pytest.raises(SimulateError, match="m1, m2, h1, h2, g have no value; give them, as in --bind"):
+    with pytest.raises(SimulateError, match=r"m1, m2, h1, h2, g have no value; give them, as in values=\{"):
         motion(read(EXAMPLES / "two_link.toml"))
     still = """name = "still"
         [bodies.b]

@@ -139,7 +139,7 @@ def test_portable_and_native_code_are_kept_apart(working, cache, sources):
 
 
 def test_an_unknown_machine_is_named():
-    with pytest.raises(BuildError, match="machine 'mainframe' is not known; give native or portable"):
+    with pytest.raises(BuildError, match="machine 'mainframe' is not known; there are native, portable"):
         find_compiler(machine="mainframe")
 
 

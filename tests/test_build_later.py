@@ -146,10 +146,10 @@ def test_a_child_forked_while_a_thread_derives_derives_for_itself(cache, monkeyp
     def slow(given):
         begun.set()
         assert on.wait(HANG)
-        return symdyn.lower(given)
+        return symdyn.program.lower(given)
 
     def at_once():
-        loaded.lower = symdyn.lower
+        loaded.lower = symdyn.program.lower
         return np.isfinite(call(*STATES[:, 0], PARAMS)).all()
 
     monkeypatch.setattr(loaded, "lower", slow)
@@ -211,7 +211,7 @@ def test_how_functions_are_called_is_known_before_they_are_derived(path):
 def test_nothing_is_derived_before_it_is_called(cache, monkeypatch):
     arm = symdyn.load(ARM)
     asked = []
-    monkeypatch.setattr(loaded, "lower", lambda given: asked.append(given) or symdyn.lower(given))
+    monkeypatch.setattr(loaded, "lower", lambda given: asked.append(given) or symdyn.program.lower(given))
     arm.mass_matrix(STATES[0, 0], PARAMS)
     arm.mass_matrix(STATES[0, 1], PARAMS)
     (given,) = asked
@@ -255,13 +255,13 @@ def test_a_constant_too_large_for_float_leaves_double_alone(cache):
     pendulum = symdyn.read(ARM.parent / "pendulum.toml")
     heavy = symdyn.load(pendulum, "gravity_forces", parameters={pendulum.parameters[0].name: 10**60})
     assert [kind[-1] for kind in heavy.gravity_forces.call.found().types] == ["d"]
-    assert not Code.of(symdyn.lower(symdyn.derive(heavy.scene, ["gravity_forces"]))).fits_float
+    assert not Code.of(symdyn.program.lower(symdyn.dynamics.derive(heavy.scene, ["gravity_forces"]))).fits_float
     usual = symdyn.load(pendulum, "gravity_forces")
     assert [kind[-1] for kind in usual.gravity_forces.call.found().types] == ["f", "d"]
 
 
 def test_the_same_program_gives_the_same_text():
-    program = symdyn.lower(symdyn.derive(symdyn.read(ARM), ["mass_matrix"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.read(ARM), ["mass_matrix"]))
     for real in ("double", "float"):
         for rows in (False, True):
             assert Code.of(program, real, rows) == Code.of(program, real, rows)

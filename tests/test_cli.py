@@ -106,7 +106,9 @@ def test_wrong_usage_is_exit_2(arguments: list[str], capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(arguments)
 
-    assert "usage: symdyn" in capsys.readouterr().err
+    said, see = capsys.readouterr().err.splitlines()
+    assert said.startswith("symdyn")
+    assert re.fullmatch(r"see: symdyn.* --help", see)
 
 
 def test_new_writes_a_scene_that_generates_and_never_overwrites(

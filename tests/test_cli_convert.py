@@ -102,7 +102,7 @@ def test_a_scene_with_faults_leaves_the_old_file_alone(invalid: Path, tmp_path: 
         (SCARA, "arm.sdf", "arm.sdf: does not say which format to write"),
         ("nowhere.toml", "arm.toml", "nowhere.toml: there is no such file"),
         ("nowhere.urdf", "arm.toml", "nowhere.urdf: there is no such file"),
-        ("robot.step", "arm.toml", 'robot.step: the extension ".step" names no format; known are .toml, .urdf'),
+        ("robot.step", "arm.toml", 'robot.step: the extension ".step" names no format; there are .toml, .urdf'),
         ("page.xml", "arm.toml", "page.xml: has the root element <html>; expected one of <robot>, <mujoco>, <sdf>"),
         ("empty.xml", "arm.toml", "empty.xml: is empty; give a robot file"),
         ("open.xml", "arm.toml", "open.xml: line 1, column 10: is not well-formed XML"),

@@ -35,7 +35,7 @@ def test_derivatives_are_what_differences_tend_to(name: str, output: str) -> Non
 
 def function_arguments(scene: symdyn.Scene, output: str) -> list[str]:
     """Return the names of the arguments of an output, parameters left out."""
-    function = symdyn.derive(scene, [output])[output]
+    function = symdyn.dynamics.derive(scene, [output])[output]
     return [argument.name for argument in function.arguments if argument.name != "params"]
 
 

@@ -115,7 +115,7 @@ def test_prescribed_motion_is_no_function_of_the_state() -> None:
         scene, joints=(replace(scene.joints[0], motion=Quantity.symbol("t") * Quantity.symbol("t")), *scene.joints[1:])
     )
     agree(led)
-    rows = symdyn.derive(led, ["forward_dynamics_derivatives"])["forward_dynamics_derivatives"].entries[:6]
+    rows = symdyn.dynamics.derive(led, ["forward_dynamics_derivatives"])["forward_dynamics_derivatives"].entries[:6]
     assert all(entry.is_zero for entry in rows)
 
 
@@ -126,7 +126,9 @@ def test_a_joint_that_moves_no_mass_is_named(led: bool) -> None:
         scene = replace(scene, joints=(replace(scene.joints[0], motion=Quantity.symbol("t")), *scene.joints[1:]))
     tip = replace(scene.bodies[-1], particles=())
     with pytest.raises(DerivationError, match=f"joint {scene.joints[-1].name}, which carries {tip.name}, moves no"):
-        symdyn.derive(replace(scene, bodies=(*scene.bodies[:-1], tip)), ["forward_dynamics_derivatives"], "recursive")
+        symdyn.dynamics.derive(
+            replace(scene, bodies=(*scene.bodies[:-1], tip)), ["forward_dynamics_derivatives"], "recursive"
+        )
 
 
 PROVED = [COUPLED[3], jointed("spherical"), jointed("custom")]

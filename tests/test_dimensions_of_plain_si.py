@@ -177,7 +177,7 @@ def test_letters_in_a_long_chain_are_told_in_little_time() -> None:
 
 @pytest.mark.runs("cc")
 def test_messages_name_what_is_there() -> None:
-    with pytest.raises(SimulateError, match=r'units = "none" at the top of the scene, or ask with --no-units'):
+    with pytest.raises(SimulateError, match=r'units = "none" at the top of the scene, or ask with units="none"'):
         symdyn.simulate(pendulum(), until=0.1, stops="phi - phi_dot")
     with pytest.raises(SimulateError, match=r"max\(phi\) is a plain number, and max\(phi_dot\) is in rad/s"):
         symdyn.ensemble(pendulum(), forces={}, until=0.1, measures=["max(phi) - max(phi_dot)"])

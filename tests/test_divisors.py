@@ -33,7 +33,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
 def test_a_particle_that_is_pinned_falls_as_a_pendulum(formulation):
     """Closed form: r² φ̈ = -g x; the mass matrix is singular, and that of what the loop leaves free is not."""
     scene, phi = read(PINNED[0]), 0.4
-    equations = symdyn.derive(scene, ["forward_dynamics"], formulation=formulation)
+    equations = symdyn.dynamics.derive(scene, ["forward_dynamics"], formulation=formulation)
     module = run_python(emit(lower(equations)))
     found = module.forward_dynamics(np.array([0, 0, phi]), np.array([0, 0, 1.0]), np.zeros(3))
     x = 0.3 * cos(phi) - 0.1 * sin(phi)
@@ -56,7 +56,7 @@ def test_a_rod_that_is_free_to_turn_about_itself_has_no_forward_dynamics(formula
     """Its mass matrix is singular at all positions, yet none of its entries is zero."""
     tree = read_text(PINNED[1].read_text(encoding="utf-8").split("[[loop]]")[0])
     with pytest.raises(symdyn.SymdynError, match="moves no mass, so that the mass matrix is singular; give d a mass"):
-        symdyn.derive(tree, ["forward_dynamics"], formulation=formulation)
+        symdyn.dynamics.derive(tree, ["forward_dynamics"], formulation=formulation)
 
 
 MASSLESS = """
@@ -87,7 +87,7 @@ acts_in = "joints"
 
 def test_a_mass_matrix_that_is_singular_at_zeros_alone_leaves_no_hole_there():
     """At zeros the row holds q1 alone, and q2 turns with the inertia 1 about its joint: q2'' = tau2."""
-    module = run_python(emit(lower(symdyn.derive(read_text(MASSLESS), ["forward_dynamics"]))))
+    module = run_python(emit(lower(symdyn.dynamics.derive(read_text(MASSLESS), ["forward_dynamics"]))))
     found = module.forward_dynamics(np.zeros(2), np.zeros(2), np.array([0.3, 0.7]))
     assert found == pytest.approx([0.0, 0.7], abs=1e-14)
 

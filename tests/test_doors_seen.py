@@ -65,7 +65,7 @@ def test_what_is_not_there_is_told_with_what_is_meant():
     )
 
     last = ran.stderr.strip().splitlines()[-1]
-    assert "symdyn has no 'simulat'; it has" in last
+    assert "symdyn has no 'simulat'; did you mean simulate?" in last
     assert last.endswith("Did you mean: 'simulate'?")
 
 
@@ -100,6 +100,35 @@ def test_pyright_knows_every_door_and_refuses_the_rest(tmp_path):
     assert wrong == [(len(shown) + k, "reportAttributeAccessIssue") for k in (2, 3)]
     assert len(said) == len(shown) + 2
     assert not [text for _, _, text in said if re.search(r'is "(Unknown|Any)"', text)]
+
+
+WORK = """# pyright: strict
+import numpy as np
+import symdyn
+cart = symdyn.example("cart_pole")
+run = symdyn.simulate(cart, until=np.float64(3), start={"x": 0, "theta": 0.1}, values={"mc": 1, "l": "1/2"}, every=0.1)
+run = symdyn.simulate(cart, until=3, start="x=1", forces={"F": "-x"}, stops=["x - 1"], reports="x")
+lin = symdyn.linearize(cart, start={"theta": 3, "x": 1.0}, forces={"F": 0}, values={"mc": 2}, outputs=["x"])
+symdyn.picture(cart, q=[0, 1], parameters={"mc": np.float64(1)})
+symdyn.animation(cart, run.t, run.q)
+symdyn.sweep(cart, {"mc": np.linspace(1, 2, 5)}, ["max(x)", "end(x)"], until=2)
+symdyn.ensemble(cart, until=2, start={"x": [0, 1]}, measures="max(x)")
+symdyn.inverse(cart, {"x": "t", "theta": 0}, times=[0, 1, 2])
+symdyn.collocation(cart, until=2, cost="F**2", start={"x": 0}, end={"x": 1}, bounds={"F": (-1, 1), "x": (-2.0, None)})
+symdyn.identify(cart, {"t": [0, 1], "x": np.zeros(2)}, units={"t": "ms"}, values={"g": 9.81})
+print(symdyn.load(cart, parameters={"mc": 1, "l": "1/2"}, free=["mc"]).mass_matrix([0, 1], mc=2))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.long(0)
+def test_pyright_takes_what_works(tmp_path):
+    """`linearize` wanted texts where everyone writes numbers."""
+    path = tmp_path / "work.py"
+    path.write_text(WORK)
+
+    assert pyright(path) == []
 
 
 @pytest.mark.runs

@@ -313,7 +313,7 @@ def test_generated_code_gives_the_reactions(one, output):
     from symdyn.emit import emit
     from symdyn.runtime import build, run_python
 
-    program = symdyn.lower(derive(one, [output]))
+    program = symdyn.program.lower(derive(one, [output]))
     for module in (run_python(emit(program, "numpy")), build(program)):
         found = getattr(module, function.name)(*state)
         assert found.shape == expected.shape

@@ -76,7 +76,7 @@ def worst(function, given: list[np.ndarray], found: np.ndarray) -> float:
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("name", "output"), CASES)
 def test_results_have_29_digits_and_more(name, output):
-    program = lower(symdyn.derive(symdyn.example(name), [output]))
+    program = lower(symdyn.dynamics.derive(symdyn.example(name), [output]))
     function = program.routines[0].function
     given = drawn(function, 20)
     found = build(program, real="dd").functions[0](*given)
@@ -148,7 +148,7 @@ int main(void)
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_it_is_as_right_however_it_is_compiled(compiler, tmp_path):
     """Also where compilers fuse products with sums, which would count the low part of a product twice."""
-    program = lower(symdyn.derive(symdyn.example("puma560"), ["mass_matrix"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("puma560"), ["mass_matrix"]))
     function = program.routines[0].function
     sources = emit(program, "c", "dd", option="batch")
     given = drawn(function, 20)
@@ -201,7 +201,7 @@ def test_two_headers_stand_in_one_file(tmp_path):
 @pytest.mark.long
 @pytest.mark.runs("cc")
 def test_what_depends_on_parameters_alone_is_prepared():
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
     apart = prepare(program)
     plain, split = build(program, real="dd"), build(apart, real="dd")
     *state, params = drawn(program["inverse_dynamics"].function, 18)

@@ -357,9 +357,9 @@ def test_closed_forms_print_like_their_scene() -> None:
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        ({"format": "pdf"}, "format 'pdf' is not known; give latex, text or sympy"),
-        ({"group": "all"}, "group 'all' is not known; give equations, coefficients, textbook or matrix"),
-        ({"angles": "tiny"}, "angles 'tiny' is not known; give long or short"),
+        ({"format": "pdf"}, "format 'pdf' is not known; there are latex, text, sympy"),
+        ({"group": "all"}, "group 'all' is not known; there are equations, coefficients, textbook, matrix"),
+        ({"angles": "tiny"}, "angles 'tiny' is not known; there are long, short"),
         ({"format": "text", "document": True}, "a document is written in LaTeX, not as text"),
     ],
 )

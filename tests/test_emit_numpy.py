@@ -288,9 +288,9 @@ def test_a_program_without_functions_is_refused():
 
 def test_unknown_targets_and_types_are_refused():
     program = lower(every_op())
-    with pytest.raises(EmitError, match="target 'fortran' is not known; give numpy or c"):
+    with pytest.raises(EmitError, match="target 'fortran' is not known; there are numpy, c"):
         emit(program, "fortran")
-    with pytest.raises(EmitError, match="real type 'half' is not known; give double or float"):
+    with pytest.raises(EmitError, match="real type 'half' is not known; there are double, float"):
         emit(program, "c", "half")
 
 

@@ -326,7 +326,7 @@ def test_what_is_lost_is_listed_and_refused_without_lossy() -> None:
     assert "parameters.mp: its value 0.1 stands in place of the name" in lost
     assert "joints.rail: force = -b*x_dot: there are no forces in formulas" in lost
     assert "points.tip" in lost
-    with pytest.raises(SceneError, match=r"points\.tip\n(.*\n)*.*par cannot hold all of this; --lossy"):
+    with pytest.raises(SceneError, match=r"points\.tip\n(.*\n)*.*par cannot hold all of this; lossy=True"):
         write_text(once, "par")
     assert write_text(once, "par", lossy=True).text.startswith("(* Robotname = 'cart_pole' *)")
 

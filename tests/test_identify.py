@@ -261,7 +261,7 @@ def test_times_in_milliseconds_are_named_and_can_be_said() -> None:
     data |= {f"{name}_dot": np.gradient(data[name], data["t"]) for name in scara().coordinates}
     data["t"] = 1000 * data["t"]
 
-    with pytest.raises(IdentifyError, match=r"all velocities are 1000 times .* --units t=ms says so"):
+    with pytest.raises(IdentifyError, match=r'all velocities are 1000 times .* units={"t": "ms"} says so'):
         symdyn.identify(scara(), data)
     assert symdyn.identify(scara(), data, units={"t": "ms"}).fits[0].percent < 1
 
@@ -435,7 +435,8 @@ def test_a_force_in_thousands_is_named_by_the_unit_of_its_joint() -> None:
     for drive, joint in kinds.items():
         found = symdyn.identify(scara(), {**data, drive: data[drive] / 1000})
         unit = "kN" if joint.type == "prismatic" else "kNm"
-        assert any(f"it looks like {unit}; --units {drive}={unit}" in note for note in found.notes), drive
+        said = f'it looks like {unit}; units={{"{drive}": "{unit}"}}'
+        assert any(said in note for note in found.notes), drive
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_a_drive_in_newton_metres_tells_the_gain_of_one_beside_it() -> None:
     [
         (
             {"M1": "0.39*A", "M2": "2*A"}, True,
-            r"^gain M1=0.39\*A does not fit: left free, M1 is 0.65\d* N m/A .* place of 1\d.\d %; .* --units M1=A$",
+            r"^gain M1=0.39\*A does not fit: left free, M1 is 0.65\d* N m/A .* 1\d.\d %; .* units={.M1.: .A.}$",
         ),
         ({"M1": "390*mA", "M2": "A"}, True, r"^gain M1=390\*A does not fit: left free, M1 is 65\d.* N m/A"),
         (
@@ -241,14 +241,14 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
     assert not told["tau3"]
     (why,) = [one for one in found.untold if "gain tau3" in one.parameters]
     assert "its drive feels nothing of known size" in why.words
-    assert "--units tau3=0.12*A" in why.words
+    assert 'units={"tau3": "0.12*A"}' in why.words
     assert identified(found).scene.name == scene.name
 
 
 @pytest.mark.parametrize(
     ("payload", "units", "words"),
     [
-        ((), AMPERE, r"twice all gains with twice all masses .* --payload loaded\.csv:link2:mass=2 .* M1=0\.12\*A"),
+        ((), AMPERE, r"twice all gains with twice all masses .* payloads=Payload\(.link2., 2.* .M1.: .0\.12\*A"),
         (Payload("link3", 2, log=1), AMPERE, "has no body link3; did you mean link"),
         (Payload("link2", -2, log=1), AMPERE, "mass = -2: give what it weighs, kg, above zero"),
         (Payload("link2", "2", log=1), AMPERE, "mass = '2': give what it weighs, kg, above zero"),

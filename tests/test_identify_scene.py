@@ -194,8 +194,8 @@ def test_names_that_data_do_not_tell_apart_are_told_and_give_the_estimates(tmp_p
 
 
 def test_exciting_motions_are_advised_only_where_they_are_found():
-    assert "--excite" in richer(symdyn.example("puma560"))
-    assert "--excite" not in richer(symdyn.example("four_bar"))
+    assert "symdyn.identification.excite" in richer(symdyn.example("puma560"))
+    assert "excite" not in richer(symdyn.example("four_bar"))
 
 
 def test_ten_numbers_become_a_body_and_come_back():

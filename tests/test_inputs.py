@@ -106,12 +106,12 @@ def test_outputs_have_derivatives(cart):
 )
 def test_what_there_is_not_is_told(cart, request_, message):
     with pytest.raises(DerivationError, match=message):
-        symdyn.derive(cart, [request_])
+        symdyn.dynamics.derive(cart, [request_])
 
 
 def test_a_scene_without_inputs_has_no_derivatives_by_them():
     with pytest.raises(DerivationError, match=r"two_link has no inputs .*\[inputs.u\]"):
-        symdyn.derive("examples/two_link.toml", ["forward_dynamics_by_inputs"])
+        symdyn.dynamics.derive("examples/two_link.toml", ["forward_dynamics_by_inputs"])
 
 
 @pytest.mark.usefixtures("numpy_alone")

@@ -212,7 +212,7 @@ def test_outputs_of_a_closed_scene_are_the_same_in_runs_and_functions():
         np.testing.assert_allclose(run[one.name], told[:, k], rtol=1e-9, atol=1e-9)
     assert symdyn.certify(scene, ["outputs", "forward_dynamics_by_V"]).passed
     with pytest.raises(DerivationError, match="outputs: multiplier_hinge_fz is not known; did you mean"):
-        symdyn.derive(read_text(text.replace("hinge_fx_joint", "hinge_fz"), "four_bar.toml"), ["outputs"])
+        symdyn.dynamics.derive(read_text(text.replace("hinge_fx_joint", "hinge_fz"), "four_bar.toml"), ["outputs"])
 
 
 def test_collocation_holds_an_input_and_says_so(cart):

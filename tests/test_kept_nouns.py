@@ -25,8 +25,8 @@ def kept() -> dict[str, Any]:
     scene = symdyn.example("cart_pole")
     found: dict[str, Any] = {"scene": scene, "equations": symdyn.equations(scene)}
     found["sympy"] = found["equations"].sympy()
-    found["derived"] = symdyn.derive(scene, ["mass_matrix"])
-    found["program"] = symdyn.lower(found["derived"])
+    found["derived"] = symdyn.dynamics.derive(scene, ["mass_matrix"])
+    found["program"] = symdyn.program.lower(found["derived"])
     found["loaded"] = symdyn.load(scene, ["mass_matrix"])
     found["function"] = symdyn.lambdify(scene, "mass_matrix")
     found["run"] = symdyn.simulate(scene, until=0.02)
@@ -59,11 +59,11 @@ def test_no_list_is_long() -> None:
     for noun in (
         arm,
         symdyn.equations(symdyn.example("puma560")).sympy(),
-        symdyn.derive(arm, names),
-        symdyn.lower(symdyn.derive(arm, names)),
+        symdyn.dynamics.derive(arm, names),
+        symdyn.program.lower(symdyn.dynamics.derive(arm, names)),
     ):
         assert len(repr(noun)) <= 500
-    assert "(21 in all)" in repr(symdyn.derive(arm, names))
+    assert "(21 in all)" in repr(symdyn.dynamics.derive(arm, names))
 
 
 READ = "import pickle, sys; print([repr(one) for one in pickle.load(sys.stdin.buffer)])"

@@ -596,7 +596,7 @@ def test_a_flag_that_became_a_word_is_told(word, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["linearize", "cart_pole.toml", f"--{word}"])
 
-    assert f"--{word} is no option of symdyn linearize; it is called --show {word} now" in capsys.readouterr().err
+    assert f"--{word} is no option; it is called --show {word} now" in capsys.readouterr().err
 
 
 def test_as_many_crossings_as_are_promised_are_found_between_two_values() -> None:

@@ -68,7 +68,7 @@ def test_names_that_one_door_takes_the_others_take(name: str) -> None:
         except DerivationError as fault:
             refused.append(str(fault))
     assert not refused
-    assert [one.name for one in symdyn.derive(scene, names).functions] == names
+    assert [one.name for one in symdyn.dynamics.derive(scene, names).functions] == names
     assert list(symdyn.load(scene, names).signatures) == names
     for request in loaded.requests:
         assert getattr(loaded, request.replace(":", "_")) is loaded[request]
@@ -104,6 +104,6 @@ def test_what_is_asked_for_twice_by_two_names_is_written_once(tmp_path: Path) ->
 
 def test_a_name_of_closed_scenes_is_none_of_open_ones() -> None:
     with pytest.raises(DerivationError, match="is what mass_matrix is called where loops close a scene"):
-        symdyn.derive(symdyn.example("cart_pole"), ["tree_mass_matrix"])
+        symdyn.dynamics.derive(symdyn.example("cart_pole"), ["tree_mass_matrix"])
     with pytest.raises(DerivationError, match="there is no output 'tree_tree_forces'"):
-        symdyn.derive(symdyn.example("four_bar"), ["tree_tree_forces"])
+        symdyn.dynamics.derive(symdyn.example("four_bar"), ["tree_tree_forces"])

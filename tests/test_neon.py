@@ -72,7 +72,7 @@ def ran(compiler: str, flags: list[str], before: list[str], folder: Path) -> str
 @pytest.mark.wide("double")
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_same_bits_on_arm_as_here(real: str, tmp_path: Path) -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example("arm7"), ["inverse_dynamics", "mass_matrix"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("arm7"), ["inverse_dynamics", "mass_matrix"]))
     for name, text in emit(program, "c", real, option="batch").files:
         (tmp_path / name).write_text(str(text), "utf-8")
     (tmp_path / "driver.c").write_text(DRIVER.format(count=COUNT, real=real), "utf-8")
@@ -86,7 +86,7 @@ def test_the_same_bits_on_arm_as_here(real: str, tmp_path: Path) -> None:
 
 
 def test_loops_over_states_become_vectors_of_arm(tmp_path: Path) -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example("arm7"), ["inverse_dynamics"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("arm7"), ["inverse_dynamics"]))
     for name, text in emit(program, "c", option="batch").files:
         (tmp_path / name).write_text(str(text), "utf-8")
     command = [path_of("aarch64-gcc") or "", *FLAGS, "-S", "arm7.c", "-o", "arm7.s"]

@@ -177,7 +177,10 @@ def strangers() -> Iterator[Any]:
     """Yield nouns whose scene holds a text of a stranger wherever it may."""
     scene = read_text(scene_with(PAYLOADS), "stranger.toml")
     yield from (scene, symdyn.equations(scene), symdyn.equations(scene).sympy(), symdyn.closed_form(scene))
-    yield from (symdyn.derive(scene, ["mass_matrix"]), symdyn.lower(symdyn.derive(scene, ["mass_matrix"])))
+    yield from (
+        symdyn.dynamics.derive(scene, ["mass_matrix"]),
+        symdyn.program.lower(symdyn.dynamics.derive(scene, ["mass_matrix"])),
+    )
 
 
 @pytest.mark.long(0)

@@ -172,5 +172,5 @@ def test_the_same_data_give_the_same_bytes() -> None:
 def test_a_scene_of_numbers_alone_is_told_that_nothing_is_looked_for() -> None:
     rod = symdyn.read(ROD)
 
-    with pytest.raises(IdentifyError, match=r"rod: parameters: none is looked for; name one .* or all by --symbolic"):
+    with pytest.raises(IdentifyError, match=r"rod: parameters: none is looked for; name one .* all by symdyn.scene.w"):
         output_error(rod, {"t": np.linspace(0, 2, 41), "q1": np.ones(41), "tau1": np.ones(41)})

@@ -98,7 +98,7 @@ def test_the_time_is_no_other_letter(key: str) -> None:
 @pytest.mark.parametrize("old", ["named", "body1", "joint1", "point1", "spring1", "load1"])
 def test_what_no_formula_names_may_be_called_so(name: str, old: str) -> None:
     found = read_text(re.sub(rf"\b{old}\b", name, SCENE))
-    assert symdyn.derive(found, ["pose:t"] if (name, old) == ("t", "point1") else ["inverse_dynamics"])
+    assert symdyn.dynamics.derive(found, ["pose:t"] if (name, old) == ("t", "point1") else ["inverse_dynamics"])
     assert read_text(write_text(found, "toml").text) == found
 
 
@@ -109,7 +109,7 @@ REQUESTS = ["inverse_dynamics", "forward_dynamics_derivatives", "kinetic_energy_
 def test_functions_compute_the_same(request_: str, plain: symdyn.Scene, named: symdyn.Scene) -> None:
     found = []
     for scene, request in ((plain, request_), (named, renamed(request_))):
-        equations = symdyn.derive(scene, [request])
+        equations = symdyn.dynamics.derive(scene, [request])
         function = symdyn.lambdify(scene, request)
         rng = np.random.default_rng(3)
         given = [rng.uniform(0.2, 2, () if one.scalar else len(one.symbols)) for one in equations[request].arguments]

@@ -155,11 +155,14 @@ def test_behind_two_dashes_a_word_is_no_option(capsys: Capture) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["linearize", PENDULUM, "--force", "tau1=1"], "--force is no option of symdyn linearize; --forces?"),
-        (["simulate", PENDULUM, "--unti", "1"], "--unti is no option of symdyn simulate; --until?"),
-        (["simulate", PENDULUM, "--star=1", "--until", "1"], "--start or --start-rates?"),
-        (["info", PENDULUM, "--bynd", "m=1"], "--bynd is no option of symdyn info; --bind?"),
-        (["info", PENDULUM, "-x"], "-x is no option of symdyn info"),
+        (
+            ["linearize", PENDULUM, "--force", "tau1=1"],
+            "--force is no option; did you mean --forces?",
+        ),
+        (["simulate", PENDULUM, "--unti", "1"], "--unti is no option; did you mean --until?"),
+        (["simulate", PENDULUM, "--star=1", "--until", "1"], "did you mean --start or --start-rates?"),
+        (["info", PENDULUM, "--bynd", "m=1"], "--bynd is no option; did you mean --bind?"),
+        (["info", PENDULUM, "-x"], "-x is no option"),
     ],
 )
 def test_an_option_that_is_none_is_told_what_was_meant(words: list[str], told: str, capsys: Capture) -> None:

@@ -93,7 +93,7 @@ class Global(Arithmetic):
 def test_it_agrees_with_the_taylor_method_of_mpmath(name, start):
     scene = symdyn.example(name)
     run = simulate(scene, until=0.5, start=start, rtol=1e-28, every=0.5)
-    function = lower(symdyn.derive(scene, ["forward_dynamics"])).routines[0].function
+    function = lower(symdyn.dynamics.derive(scene, ["forward_dynamics"])).routines[0].function
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     begin = {"double_pendulum": [mpmath.mpf(3) / 10, mpmath.pi / 3, 0, 0], "cart_pole": [0, mpmath.mpf(1) / 3, 0, 0]}
 

@@ -81,7 +81,7 @@ def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pyt
         with pytest.raises(EmitError, match=f"target {name} .* has no option {option}; "):
             emit(program, name, option=option)
     for real in set(REALS) - set(target.reals):
-        with pytest.raises(EmitError, match=f"real type '{real}': target {name} .* takes .* alone; leave --real out"):
+        with pytest.raises(EmitError, match=f"real type '{real}': target {name} .* takes .* alone; leave real out"):
             emit(program, name, real)
     for option in set(OPTIONS) - set(target.options):
         assert main(["generate", str(PENDULUM), "--target", name, f"--{option}"]) == 1

@@ -73,7 +73,7 @@ def test_lambdify_takes_what_takes_batches(name: str) -> None:
         running(name, lower(spoken(name)))
         assert lambdify(read(PENDULUM), "mass_matrix", name)(np.zeros((3, 1))).shape == (3, 1, 1)
     else:
-        with pytest.raises(EmitError, match=f"target '{name}' is not known; give numpy or c"):
+        with pytest.raises(EmitError, match=f"target '{name}' is not known; there are numpy, c"):
             lambdify(read(PENDULUM), "mass_matrix", name)
 
 

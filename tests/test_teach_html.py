@@ -182,7 +182,7 @@ def test_exercises_of_the_other_formulation_ask_for_moments_of_inertia_and_drive
 def test_a_walkthrough_without_such_results_says_so() -> None:
     lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), formulation="dalembert", until="count")
 
-    with pytest.raises(TeachError, match="give a later part with --until"):
+    with pytest.raises(TeachError, match="give a later part with until"):
         with_exercises(lesson)
 
 

@@ -483,7 +483,7 @@ def scene_text(more: str) -> str:
 def test_wrong_names_and_languages_are_refused() -> None:
     with pytest.raises(DrawError, match='"m3" is not a parameter'):
         interactive(scene_of("two_link"), {"m3": 1.0})
-    with pytest.raises(TeachError, match="language 'de' is not known; give one of en, sk"):
+    with pytest.raises(TeachError, match="language 'de' is not known; there are en, sk"):
         interactive(scene_of("two_link"), language="de")
 
 

@@ -222,7 +222,7 @@ def test_kanes_form_is_the_same_equation_in_one_line(name: str, formulation: str
 
 
 def test_an_open_mechanism_is_told_the_other_formulation() -> None:
-    with pytest.raises(DerivationError, match="--formulation lagrange"):
+    with pytest.raises(DerivationError, match='formulation="lagrange"'):
         walkthrough(scene("two_link"), formulation="multipliers")
 
 

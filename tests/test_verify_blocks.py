@@ -17,7 +17,9 @@ pytestmark = pytest.mark.runs("cc")
 @pytest.mark.wide(2)
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_every_length_gives_the_states_one_by_one(real: str) -> None:
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix", "kinetic_energy"]))
+    program = lower(
+        symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix", "kinetic_energy"])
+    )
     for code in (program, prepare_program(program)):
         found = blocks.run_blocks(Building(code, real), "c")
 
@@ -42,7 +44,7 @@ def test_every_length_gives_the_states_one_by_one(real: str) -> None:
     ],
 )
 def test_a_fault_of_the_fixed_text_is_found(monkeypatch: pytest.MonkeyPatch, old: str, new: str, told: str) -> None:
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
     emit = building.emit
 
     def broken(*words: object, **named: object) -> object:
@@ -68,7 +70,7 @@ def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
 
 @pytest.mark.runs("g++")
 def test_blocks_of_cpp_are_run_at_every_length() -> None:
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
     found = blocks.run_blocks(Building(program, "double"), "cpp")
 
     assert (found.wrong, found.ways, found.functions) == ("", ("columns", "rows"), 2)
@@ -79,7 +81,7 @@ def test_blocks_of_cpp_are_run_at_every_length() -> None:
 def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, way: str) -> None:
     old = {"columns": "own::give(states, n, 1, r, out + k);", "rows": "own::give(states, 1, 2, r, out + k * 2);"}[way]
     new = old.replace("states", "states - (states == 3)")
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
     emit = building.emit
 
     def broken(*words: object, **named: object) -> object:
@@ -97,7 +99,7 @@ def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, 
 @pytest.mark.runs("rustc")
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_rows_of_rust_are_run_at_every_length(real: str) -> None:
-    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+    program = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
     for code in (program, prepare_program(program)):
         found = blocks.run_blocks(Building(code, real), "rust")
 

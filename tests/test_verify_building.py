@@ -21,7 +21,7 @@ from symdyn.runtime.compiler import find_compiler
 from symdyn.verify import building as room
 from symdyn.verify.building import Building
 
-PROGRAM = lower(symdyn.derive(symdyn.example("two_link"), ["mass_matrix"]))
+PROGRAM = lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["mass_matrix"]))
 
 
 @pytest.mark.runs("cc")
@@ -90,7 +90,7 @@ def test_whoever_interrupts_a_call_waits_for_no_interpreter(
 ) -> None:
     begun, done = _slow(tmp_path, program, monkeypatch)
     heard = signal.signal(signal.SIGINT, signal.default_int_handler)
-    sources = emit(lower(symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix"])), target)
+    sources = emit(lower(symdyn.dynamics.derive(symdyn.example("cart_pole"), ["mass_matrix"])), target)
 
     def interrupt() -> None:
         _wait_for(begun)

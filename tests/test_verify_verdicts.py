@@ -208,7 +208,7 @@ def test_texts_of_functions_that_no_point_of_a_field_has_are_not_passed(monkeypa
 def test_a_measurement_of_no_state_is_not_passed() -> None:
     from symdyn.program import lower
 
-    program = lower(symdyn.derive(nowhere(), ["inverse_dynamics"]))
+    program = lower(symdyn.dynamics.derive(nowhere(), ["inverse_dynamics"]))
     (found,) = measure(program, {"numpy": SimpleNamespace(inverse_dynamics=lambda q, qd, qdd: np.zeros(1))})
 
     assert not found.passed
@@ -240,7 +240,7 @@ def test_blocks_of_states_without_a_value_are_not_passed() -> None:
     from symdyn.program import lower
     from symdyn.verify.building import Building, run_blocks
 
-    found = run_blocks(Building(lower(symdyn.derive(nowhere(), ["inverse_dynamics"])), "double"), "c")
+    found = run_blocks(Building(lower(symdyn.dynamics.derive(nowhere(), ["inverse_dynamics"])), "double"), "c")
 
     assert not found.passed
     assert not found.wrong
@@ -252,7 +252,7 @@ def test_blocks_are_looked_at_where_they_have_a_value() -> None:
     from symdyn.verify.building import Building, run_blocks
 
     scene = read_text(NOWHERE.replace("2*log(-1 - 3*q1**2)", "2*log(2*q1 - 6)"), "far.toml")
-    found = run_blocks(Building(lower(symdyn.derive(scene, ["inverse_dynamics"])), "double"), "c")
+    found = run_blocks(Building(lower(symdyn.dynamics.derive(scene, ["inverse_dynamics"])), "double"), "c")
 
     assert (found.passed, found.without) == (True, ())
 

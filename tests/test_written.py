@@ -31,11 +31,11 @@ def programs() -> dict[str, Program]:
     """Return programs to write: three scenes as they are, one prepared, one at rest, one that is led over time."""
     found = {}
     for scene in SCENES:
-        found[scene] = lower(symdyn.derive(symdyn.example(scene)))
+        found[scene] = lower(symdyn.dynamics.derive(symdyn.example(scene)))
     found["prepared"] = prepare_program(found["two_link"])
-    found["static"] = lower(symdyn.derive(symdyn.example("two_link")).at_rest())
+    found["static"] = lower(symdyn.dynamics.derive(symdyn.example("two_link")).at_rest())
     led = (EXAMPLES / "cart_pole.toml").read_text(encoding="utf-8").replace('drive = "F"', 'motion = "l*sin(5*t)"')
-    found["led"] = lower(symdyn.derive(read_text(led), ["forward_dynamics", "drive_forces"]))
+    found["led"] = lower(symdyn.dynamics.derive(read_text(led), ["forward_dynamics", "drive_forces"]))
     return found
 
 

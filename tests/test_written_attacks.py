@@ -15,7 +15,8 @@ from symdyn.verify.written import Printed, Written, languages, printed, prove_te
 @pytest.fixture(scope="module")
 def numbers() -> Printed:
     return printed(
-        symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"])), "double"
+        symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"])),
+        "double",
     )
 
 

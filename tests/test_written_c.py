@@ -19,7 +19,7 @@ SCENES = ("two_link", "four_bar", "cart_pole")
 
 
 def program_of(scene: str) -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example(scene)))
+    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(scene)))
 
 
 def proved(program: Program, option: str = "", real: str = "double") -> tuple[Written, ...]:
@@ -29,7 +29,7 @@ def proved(program: Program, option: str = "", real: str = "double") -> tuple[Wr
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
+    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
 
 
 def altered(program: Program, old: str, new: str, option: str = "") -> Written:
@@ -64,7 +64,7 @@ def test_every_file_of_c_is_proved(scene: str, option: str, real: str) -> None:
 
 @pytest.mark.long(0)
 def test_long_functions_are_read_through_their_parts() -> None:
-    program = symdyn.lower(symdyn.derive(chain(90), ["gravity_forces", "inverse_dynamics"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(chain(90), ["gravity_forces", "inverse_dynamics"]))
 
     assert "_part1" in str(emit(program, "c")["chain90.c"])
     assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
@@ -72,7 +72,9 @@ def test_long_functions_are_read_through_their_parts() -> None:
 
 @pytest.mark.long(0)
 def test_parts_leave_out_zeros_that_are_there_before() -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example("quadruped"), ["inverse_dynamics_derivatives"]))
+    program = symdyn.program.lower(
+        symdyn.dynamics.derive(symdyn.example("quadruped"), ["inverse_dynamics_derivatives"])
+    )
     cleared = "    memset(r, 0, sizeof r);\n"
 
     assert not re.search(r"out\[[0-9]+\] = 0;", str(emit(program, "c")["quadruped.c"]).replace("0.0", "0"))
@@ -139,7 +141,7 @@ def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, ne
 
 @pytest.mark.parametrize("joints", [4, 12])
 def test_which_row_of_a_block_an_entry_is_is_read(joints: int) -> None:
-    program = symdyn.lower(symdyn.derive(chain(joints), ["mass_matrix"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(chain(joints), ["mass_matrix"]))
     files = files_of(emit(program, "c", option="batch"))
     name = f"chain{joints}.c"
     text = str(files.contents[name])
@@ -168,7 +170,7 @@ def test_a_comment_may_say_anything(two_link: Program) -> None:
 
 
 def test_one_unit_in_the_last_place_of_a_constant_is_found() -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example("puma560"), ["gravity_forces"]))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("puma560"), ["gravity_forces"]))
     files = files_of(emit(program, "c"))
     text = str(files.contents["puma560.c"])
     digits = next(re.finditer(r"(?<![\w.])\d+\.\d{3,}(?![\w.])", text[text.index("#include") :]))[0]

@@ -17,7 +17,7 @@ OUTPUTS = ["inverse_dynamics", "mass_matrix", "kinetic_energy"]
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), OUTPUTS))
+    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), OUTPUTS))
 
 
 def altered(program: Program, old: str, new: str) -> Written:

@@ -18,14 +18,14 @@ from symdyn.verify.written.reading import Read
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
+    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
 
 
 @pytest.mark.long(0)
 @pytest.mark.wide("two_link", "four_bar")
 @pytest.mark.parametrize("scene", ["two_link", "four_bar", "cart_pole", "puma560"])
 def test_every_file_of_matlab_is_proved(scene: str) -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example(scene)))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(scene)))
     for code in (program, prepare_program(program)):
         files = files_of(emit(code, "matlab"))
         found = prove_texts(printed(code, "double"), files, READERS["matlab"], files.contents)

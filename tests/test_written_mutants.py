@@ -22,7 +22,9 @@ CASES = [
 @pytest.mark.wide(4)
 @pytest.mark.parametrize(("name", "option"), CASES)
 def test_a_sample_of_faults_is_caught(name: str, option: str) -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "forward_dynamics"]))
+    program = symdyn.program.lower(
+        symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "forward_dynamics"])
+    )
     found = score(program, name, 1, option, SAMPLE)
 
     assert not found.missed
@@ -39,6 +41,6 @@ def test_a_sample_of_faults_is_caught(name: str, option: str) -> None:
     ],
 )
 def test_every_fault_is_caught(scene: str, name: str, option: str) -> None:
-    found = score(symdyn.lower(symdyn.derive(symdyn.example(scene))), name, 10, option)
+    found = score(symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(scene))), name, 10, option)
 
     assert not found.missed

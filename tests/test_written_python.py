@@ -25,7 +25,7 @@ def known(program: Program, target: str, option: str = "", real: str = "double")
 @pytest.mark.parametrize("target", PYTHON)
 @pytest.mark.parametrize("scene", ["two_link", "four_bar", "cart_pole", "puma560"])
 def test_every_file_is_proved(scene: str, target: str) -> None:
-    program = symdyn.lower(symdyn.derive(symdyn.example(scene)))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(scene)))
     for code in (program, prepare_program(program)):
         for option in ("", *TARGETS[target].options):
             for real in TARGETS[target].reals:
@@ -36,7 +36,7 @@ def test_every_file_is_proved(scene: str, target: str) -> None:
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
+    return symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
 
 
 def altered(program: Program, target: str, old: str, new: str) -> Written:

@@ -15,7 +15,9 @@ from symdyn.verify.written import READERS, Written, printed, prove_texts
 
 @pytest.fixture(scope="module")
 def two_link() -> Program:
-    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+    return symdyn.program.lower(
+        symdyn.dynamics.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"])
+    )
 
 
 def altered(program: Program, old: str, new: str, option: str = "") -> Written:

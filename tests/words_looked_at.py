@@ -37,7 +37,7 @@ def _forces(scene: symdyn.Scene) -> object:
 
 
 def _values(scene: symdyn.Scene, name: str) -> object:
-    arguments = symdyn.derive(scene, [name])[name].arguments
+    arguments = symdyn.dynamics.derive(scene, [name])[name].arguments
     given = [0.3 + 0.1 * np.arange(max(1, len(one.symbols))) for one in arguments]
     given = [one[0] if argument.scalar else one for one, argument in zip(given, arguments, strict=True)]
     return np.round(symdyn.lambdify(scene, name)(*given), 12).tolist()

@@ -286,7 +286,7 @@ def main() -> int:
     words.add_argument("--functions", help="comma-separated; default: all")
     asked = words.parse_args()
     wanted = asked.functions.split(",") if asked.functions else None
-    program = symdyn.lower(symdyn.derive(symdyn.example(asked.scene), wanted))
+    program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example(asked.scene), wanted))
     if asked.prepare:
         program = prepare_program(program)
     found = score(program, asked.target, asked.every, asked.option)

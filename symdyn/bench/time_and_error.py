@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.arguments import argument
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
 from symdyn.bench.reference import (
@@ -108,7 +109,8 @@ def bench(
 def _check(scene: Scene, functions: Sequence[str]) -> None:
     """Raise DerivationError, all at once, where functions do not exist, or none is asked for."""
     if not functions:
-        raise DerivationError(f"{scene.name}: no function is asked for; name some, or leave --functions out")
+        told = f"name some, or leave {argument('functions')} out"
+        raise DerivationError(f"{scene.name}: no function is asked for; {told}")
     faults = []
     for name in functions:
         try:

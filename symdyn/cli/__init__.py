@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn import shell
-from symdyn.cli.options import add_options
+from symdyn.arguments import naming
+from symdyn.cli.options import add_options, flag
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
-from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
+from symdyn.errors import SymdynError, SymdynWarning, printable, quoted, without_long_words
 from symdyn.resources import version
 from symdyn.rounding import showing
 
@@ -98,22 +99,29 @@ class Parser(argparse.ArgumentParser):
         known = [name for action in self._actions for name in action.option_strings]
         unknown = [name for name in (word.partition("=")[0] for word in words) if name not in known]
         if unknown:
-            self.error("; ".join(f"{name} is no option of {self.prog}{_meant(name, known)}" for name in unknown))
+            self.error("; ".join(f"{name} is no option{_meant(name, known)}" for name in unknown))
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            from symdyn.scene.values import choice  # help needs none
+
+            what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
+            raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {choice(value, action.choices)}")
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, and exit with 2."""
-        super().error(printable(without_long_words(message)))
+        """Print the message and where more stands, and exit with 2."""
+        self.exit(2, f"{self.prog}: {printable(without_long_words(message), keep='')}\nsee: {self.prog} --help\n")
 
 
 def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    from difflib import get_close_matches  # help needs none
+    from symdyn.scene.values import nearest  # help needs none
 
-    longer = [name for name in known if len(word) > 2 and name.startswith(word)]
-    near = longer or get_close_matches(word, known, n=2)
-    return f"; {' or '.join(near)}?" if near else ""
+    near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])
+    meant = " or ".join(near)
+    return f"; did you mean {meant}?" if meant else ""
 
 
 class Version(argparse.Action):
@@ -146,7 +154,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is None:
         shell.take()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), naming(partial(flag, {})):
         warnings.showwarning = partial(_show, warnings.showwarning)
         return run(arguments)
 
@@ -186,7 +194,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
     try:
-        with showing(options.digits):
+        with showing(options.digits), naming(partial(flag, options.parser._option_string_actions)):
             verb = import_module(f"symdyn.cli.{options.verb.replace('-', '_')}")
             status: int = verb.run(options)
     except SymdynError as fault:

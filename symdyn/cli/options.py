@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
+from symdyn.errors import spoken
 from symdyn.rounding import DIGITS
 
 
@@ -52,6 +54,30 @@ def _digits(text: str) -> int:
 
 TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds": seconds, "digits": _digits}
 """What reads a value; others are functions of a verb's file, such as "generate.target_name"."""
+
+
+PYTHON = {
+    **{"values": "bind", "parameters": "bind", "payloads": "payload", "what": "as", "target": "what"},
+    **{"start": "at", "start_rates": "rates", "stops": "stop", "reports": "report"},
+}
+"""Options that arguments of Python are at a verb that has none of the same name."""
+
+
+def flag(options: Mapping[str, argparse.Action], name: str, value: object = None) -> str:
+    """Return what an argument of Python is among the options of a verb.
+
+    >>> flag({}, "every", 0.1), flag({}, "ignore_limits", True), flag({}, "start", {"q1": 0, "q2": 1})
+    ('--every 0.1', '--ignore-limits', '--at q1=0,q2=1')
+    """
+    same = f"--{name.replace('_', '-')}"
+    option = f"--{PYTHON[name]}" if name in PYTHON and same not in options else same
+    if value is None or value is True:
+        return option
+    every = value if isinstance(value, tuple | list) else [value]
+    words = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else map(spoken, every)
+    apart = option in options and options[option].nargs in ("+", "*")
+    said = (" " if apart else ",").join(word if set(word).isdisjoint(" ();&") else quote(word) for word in words)
+    return f"{option} {said}"
 
 
 class OpenChoices(tuple[Any, ...]):

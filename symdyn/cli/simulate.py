@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
             Problem(scene, forces, start),  # type: ignore[arg-type]
             reports=options.report,
             reactions=options.reactions,
-            feedback=feedback,  # type: ignore[arg-type]
+            feedback=feedback,
             progress=progress,
             say=lambda line: say(f"symdyn: {line}"),
             **vars(run),

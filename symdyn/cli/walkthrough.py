@@ -10,6 +10,7 @@ from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
+from symdyn.scene.values import choice
 from symdyn.teach import Handout
 
 SLIDERS = "sliders"
@@ -39,9 +40,8 @@ def formats(text: str) -> tuple[str, ...]:
     """Return the formats of a list, each once."""
     names = tuple(dict.fromkeys(split(text) or ("",)))
     for name in names:
-        if name not in (*ENDINGS.values(), SLIDERS):
-            known = ", ".join((*ENDINGS.values(), SLIDERS))
-            raise argparse.ArgumentTypeError(f"{name!r} is no format; give some of {known}")
+        if name not in (known := (*ENDINGS.values(), SLIDERS)):
+            raise argparse.ArgumentTypeError(f"{name!r} is no format; {choice(name, known)}")
     if SLIDERS in names[1:] or (names[1:] and names[0] == SLIDERS):
         raise argparse.ArgumentTypeError("sliders is a page without the lesson; ask for it alone")
     return names

@@ -42,7 +42,7 @@ def animation(
     scheme: str = "auto",
     fps: float = RATE,
     loop: bool = True,
-) -> HtmlText:
+) -> str:
     """Return a motion as a page with a slider, play and pause, a choice of speeds, and keys for all of them.
 
     The page keeps `fps` moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points

@@ -11,7 +11,7 @@ from symdyn.algebra import Floats
 from symdyn.draw.force_arrows import Wrench, with_corner, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.paint import File, check_picture
-from symdyn.draw.pictures import SvgText, body_names, delivered, known_body, lines, load_wrench
+from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench
 from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
 from symdyn.draw.shapes import COLOURS, ENGLISH, Item, Title, dot, link, spots
 from symdyn.draw.stage import Stage, View, pose, values_of
@@ -40,7 +40,7 @@ def free_body(
     file: File | None = None,
     titles: Mapping[str, str] = ENGLISH,
     points: Mapping[str, Sequence[float]] | None = None,
-) -> SvgText:
+) -> str:
     """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
 
     `points` are marked and named: places by their names in LaTeX, ground frame, m; shape (3,).

@@ -39,7 +39,7 @@ from symdyn.draw.svg import Drawing, svg
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import Load, suggestion
+from symdyn.scene.values import Load, choice, suggestion
 from symdyn.shown import Shown
 
 SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone
@@ -190,7 +190,7 @@ def picture(
     file: File | None = None,
     titles: Mapping[str, str] = ENGLISH,
     letters: Sequence[Lettered] = (),
-) -> SvgText:
+) -> str:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
     A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
@@ -226,7 +226,7 @@ def picture(
     return delivered(shown, prefix, scheme, file, titles)
 
 
-def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None, titles: Mapping[str, str]) -> SvgText:
+def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None, titles: Mapping[str, str]) -> str:
     """Return a drawing as SVG text, and write it where it shall also be."""
     text = SvgText(svg(shown, prefix, scheme, titles=titles))
     if file is not None:
@@ -248,7 +248,7 @@ def drawing(
     """Return what `picture` writes, as shapes and placed labels."""
     for kind in labels:
         if kind not in LABELS:
-            raise DrawError(f'there are no labels of "{kind}"; known are {", ".join(LABELS)}')
+            raise DrawError(f'there are no labels of "{kind}"; {choice(kind, LABELS)}')
     if q is None:
         shown, values = pose(scene, parameters=parameters)
     else:

@@ -16,7 +16,7 @@ from itertools import groupby
 from symdyn.emit import in_html
 from symdyn.emit.print import PrintName
 from symdyn.errors import DrawError
-from symdyn.scene.values import GREEK
+from symdyn.scene.values import GREEK, choice
 from symdyn.unlocked import cached_property
 
 FONT = 17.0  # units of the picture
@@ -246,7 +246,7 @@ def plain(scheme: str) -> str:
         DrawError: another scheme.
     """
     if scheme not in ("auto", *SCHEMES):
-        raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
+        raise DrawError(f'colour scheme "{scheme}" is unknown; {choice(scheme, ("auto", *SCHEMES))}')
     return "light" if scheme == "auto" else scheme
 
 

@@ -30,7 +30,7 @@ from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_no
 from symdyn.identification.excitation import CRITERIA, FAMILIES, Basis, Criterion, Excitation, Improved, Reached
 from symdyn.runtime import Loaded, load
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults, choice, suggestion
 from symdyn.simulation import Start, Trajectory
 from symdyn.simulation.prescribed import drive_names
 
@@ -312,7 +312,7 @@ def _check(
     """Add what cannot be asked for."""
     for name, given, known in (("family", family, FAMILIES), ("criterion", criterion, CRITERIA)):
         if given not in known:
-            faults.add(name, f"there is no {given!r:.60}; there are {', '.join(known)}")
+            faults.add(name, f"there is no {given!r:.60}; {choice(given, known)}")
     for name, number in (("period", period), ("every", every)):
         if not (isinstance(number, (int, float)) and math.isfinite(number) and number > 0):
             faults.add(name, f"{number!r:.60} is no time; give seconds above zero")

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Indices, Motion
 from symdyn.identification.linear_model import LinearModel
@@ -371,7 +372,7 @@ def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band:
     drive = names[len(names) - len(gains.drives) + int(parts[gains.drives].argmax())].removeprefix("gain ")
     raise IdentifyError(
         f"units: gains did not settle in {STEPS} steps: data hardly tell that of {drive}; give a log with a payload "
-        f"that it feels, or its gain, as in --units {drive}=0.12*A"
+        f"that it feels, or its gain, as in {argument('units', {drive: '0.12*A'})}"
     )
 
 

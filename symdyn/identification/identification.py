@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import argument, check_arguments, native
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
@@ -45,7 +45,7 @@ NEVER = "no motion tells them apart"
 RICHER = "a richer motion would tell"
 
 UNFELT = "its drive feels nothing of known size"
-WEIGH = "a payload that it feels would tell, or a gain that is known, as in --units {}=0.12*A"
+WEIGH = "a payload that it feels would tell, or a gain that is known"
 
 MOST = 4
 """Parameters of a combination that are named; others are counted."""
@@ -108,7 +108,8 @@ def untold(
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
             why, helps = NEVER, "leave a term out, or know one of them"
             if part[0] >= first_gain:
-                why, helps = UNFELT, WEIGH.format(drive_names(model.scene)[list(shown)[part[0] - first_gain]])
+                drive = drive_names(model.scene)[list(shown)[part[0] - first_gain]]
+                why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
             told.append(Untold(formula, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
@@ -121,7 +122,7 @@ def untold(
 
 def richer(scene: Scene) -> str:
     """Return what helps where nothing else is known; --excite only where it finds motions."""
-    return RICHER if fits(scene) else f"{RICHER}, as --excite finds"
+    return RICHER if fits(scene) else f"{RICHER}, as {argument('excite', True, 'symdyn.identification.excite')} finds"
 
 
 def _formula(coefficients: Array, names: Sequence[str]) -> str:

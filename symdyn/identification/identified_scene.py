@@ -22,7 +22,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import argument, check_arguments, native
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import BaseColumns
 from symdyn.errors import IdentifyError, SceneError
@@ -228,7 +228,7 @@ def identified(
             )
             notes.append(
                 f"{asked}: of no effect, since masses are made of parameters with names; what is known of these is "
-                "bound (--bind m1=2), or masses are declared as numbers"
+                f"bound ({argument('values', {'m1': 2})}), or masses are declared as numbers"
             )
         return Identified(with_parameters(scene, values), values, None, named, tuple(notes))
     known = unknowns(scene, added)

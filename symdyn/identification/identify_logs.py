@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import argument, check_arguments, native
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
@@ -227,7 +227,7 @@ def doubts(
         unit = specified[j].unit if j in specified else "A"
         return [
             f"{given[0]} does not fit: left free, {free[0]}, and {fit}; what was found with it is off, too. Look it up "
-            f"again, or let the data tell it, with --units {names[j]}={unit}"
+            f"again, or let the data tell it, with {argument('units', {names[j]: unit})}"
         ]
     return [
         f"{' and '.join(given)} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not tell "
@@ -373,11 +373,13 @@ def _check_gains(
     if payloads:
         return
     last = model.scene.bodies[-1].name if model.scene.bodies else "BODY"
+    python = f'payloads=Payload("{last}", 2, log="loaded.csv")'
+    carried = argument("payload", f"loaded.csv:{last}:mass=2", python)
+    known = argument("units", {names[0]: "0.12*A"})
     raise IdentifyError(
         f"{model.scene.name}: {listed(names)}: no log tells what one {next(iter(shown.values()))} is worth: twice all "
         "gains with twice all masses and frictions is the same motion. Measure once more with a payload of known mass "
-        f"and give both logs, with --payload loaded.csv:{last}:mass=2 (in Python payloads=Payload({last!r}, 2, "
-        f'log="loaded.csv")); or say a gain that is known, as in --units {names[0]}=0.12*A'
+        f"and give both logs, with {carried}; or say a gain that is known, as in {known}"
     )
 
 

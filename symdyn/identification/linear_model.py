@@ -23,6 +23,7 @@ from functools import cache
 import numpy as np
 
 from symdyn.algebra import Array, Floats
+from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError, SceneError
@@ -299,16 +300,15 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
     if not all(one.is_zero for one in left):
         raise IdentifyError(
             f"{scene.name}: a part of its driving forces depends on no linear parameter, such as a spring whose "
-            "stiffness and free length are both parameters; --bind the free length"
+            f"stiffness and free length are both parameters; give the free length by {argument('values')}"
         )
     met = {str(node.value) for node in reachable(list(entries))}
     free = {parameter.name for parameter in scene.free_parameters}
     lacking = [p.name for p in scene.parameters if p.name in free & met]
     if lacking:
-        told_how = ",".join(f"{name}=1" for name in lacking)
         raise IdentifyError(
             f"{scene.name}: {', '.join(lacking)} {'has' if len(lacking) == 1 else 'have'} no value, and it is geometry "
-            f"or gravity, which is not identified; give it, as in --bind {told_how}"
+            f"or gravity, which is not identified; give it, as in {argument('values', dict.fromkeys(lacking, 1))}"
         )
     known = {p.name: float(p.value.at({}) or 0) for p in augmented.parameters if p.value is not None}
     prior = np.array([_number(value, known) for _, value in told])
@@ -355,7 +355,7 @@ def _check(scene: Scene) -> None:
     if not any(scene.drives):
         raise IdentifyError(
             f'{scene.name}: no joint has a drive, so no force is measured; name one, as in drive = "tau1", or fit '
-            "motions alone, by output error: --by output-error, in Python symdyn.identification.output_error"
+            f"motions alone, by output error: {argument('by', 'output-error', 'symdyn.identification.output_error')}"
         )
     if scene.inputs:
         names = ", ".join(one.name for one in scene.inputs)

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.scene import Scene, SceneUnits
@@ -230,7 +231,8 @@ def _judge(scene: Scene, source: str, k: int, kind: str, ratio: float, faults: F
             faults.add(source, f"{what}: {column} looks like {unit}; {_way(column, unit)}")
             return
     if _near(ratio, 1e3) or _near(ratio, 1e-3):
-        faults.add(source, f"{what}: one of the two is off by 1000; say which, as in --units {rate}=mm/s")
+        way = argument("units", {rate: "mm/s"})
+        faults.add(source, f"{what}: one of the two is off by 1000; say which, as in {way}")
     elif ratio < 0:
         faults.add(source, f"{what}: one of the two has the other sign; turn its column round")
     elif abs(ratio - 1) > OFF:
@@ -238,7 +240,7 @@ def _judge(scene: Scene, source: str, k: int, kind: str, ratio: float, faults: F
 
 
 def _way(column: str, unit: str) -> str:
-    return f"--units {column}={unit} says so"
+    return f"{argument('units', {column: unit})} says so"
 
 
 def _ratio(one: Array, other: Array) -> float | None:
@@ -362,7 +364,8 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     before = len(faults.lines)
     step = float(np.median(np.diff(table.t)))
     if not SHORTEST_STEP < step < LONGEST_STEP:
-        faults.add(source, f"samples are {step:.3g} s apart, as no log's are; --units t=ms says that t is in ms")
+        way = argument("units", {"t": "ms"})
+        faults.add(source, f"samples are {step:.3g} s apart, as no log's are; {way} says that t is in ms")
     for name in [name for name in table.values if name in known(scene)]:
         if (most := float(np.abs(table.values[name]).max())) > LARGEST:
             faults.add(source, f"{name} goes to {most:.3g}, as nothing does that is measured; leave such rows out")

@@ -19,7 +19,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import with_fields
+from symdyn.arguments import argument, with_fields
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
@@ -185,7 +185,7 @@ def output_error(
     if not chosen:
         raise IdentifyError(
             f"{scene.name}: parameters: none is looked for; name one in [parameters], beside gravity's, or all by "
-            "--symbolic"
+            f"{argument('symbolic', 'all', 'symdyn.scene.with_symbols')}"
         )
     search, more = _begin(scene, names, logs, chosen, guess)
     if asked is None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.emit import render
 from symdyn.errors import IdentifyError, printable
 from symdyn.identification.filtered import Motion
@@ -125,12 +125,13 @@ def _untold(identification: Identification) -> Section:
 
 
 def _fits(identification: Identification) -> Section:
+    way = argument("hold_back", 0.25)
     held = any(isfinite(one.held_back) for one in identification.fits)
     words = (
         "Root mean squares; errors are those in the band.",
         "What was held back was not fitted: an error much larger there means that too much was fitted."
         if held
-        else "Nothing was held back: --hold-back 0.25 judges the parameters by data that they were not fitted to.",
+        else f"Nothing was held back: {way} judges the parameters by data that they were not fitted to.",
     )
     return Section("Driving forces", words, (fit_table(identification),))
 

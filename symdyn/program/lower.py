@@ -57,7 +57,7 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
 
     >>> import symdyn
     >>> from symdyn.emit import emit
-    >>> program = symdyn.lower(symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix"]))
+    >>> program = symdyn.program.lower(symdyn.dynamics.derive(symdyn.example("cart_pole"), ["mass_matrix"]))
     >>> program
     <Program of cart_pole: mass_matrix>
     >>> list(emit(program, "c").texts)

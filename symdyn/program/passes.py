@@ -39,6 +39,7 @@ from symdyn.dynamics import Function
 from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.scene.values import choice
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
@@ -258,7 +259,7 @@ def optimise(function: Function, passes: Sequence[str] = DEFAULT) -> Function:
     """
     unknown = [name for name in passes if name not in PASSES]
     if unknown:
-        raise DerivationError(f"there is no pass {unknown[0]!r}; there are {', '.join(PASSES)}")
+        raise DerivationError(f"there is no pass {unknown[0]!r}; {choice(unknown[0], PASSES)}")
     parameters = [str(one.value) for a in function.arguments if a.name == PARAMS for one in a.symbols]
     costs = _costs(function)
     for name in passes:

@@ -38,7 +38,7 @@ from symdyn.dynamics.outputs import Counts
 from symdyn.errors import DerivationError, UnknownNameError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
-from symdyn.scene.values import listed
+from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 
 
@@ -126,7 +126,7 @@ class Program(Shown):
         for routine in self.routines:
             if name in (routine.function.name, routine.function.request):
                 return routine
-        raise UnknownNameError(f"no routine {name}; there are {', '.join(r.function.name for r in self.routines)}")
+        raise UnknownNameError(f"no routine {name}; {choice(name, (r.function.name for r in self.routines))}")
 
     @property
     def outputs(self) -> tuple[Expr, ...]:

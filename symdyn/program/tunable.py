@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from symdyn.arguments import argument
 from symdyn.dynamics import Argument, LoopChoices
 from symdyn.dynamics.outputs import DIRECTIONS
 from symdyn.errors import DerivationError
@@ -46,7 +47,7 @@ def tunable(
             names = [one.name for one in scene.free_parameters]
             raise DerivationError(
                 f"{scene.name}: {', '.join(names)} {'has' if len(names) == 1 else 'have'} no value, at which the loops "
-                f"are looked at; give --bind {','.join(f'{name}=1' for name in names)}, or what they are"
+                f"are looked at; give {argument('values', dict.fromkeys(names, 1))}, or what they are"
             )
         known = ((one.name, one.value.at({})) for one in scene.parameters if one.value is not None)
         closing = replace(closing, parameters=tuple((name, float(value or 0)) for name, value in known))
@@ -86,13 +87,13 @@ class Sampling:
     def state(self, widen: float = 1.0) -> list[Array]:
         """Return the values of the arguments at one state, in ranges wider than usual by a factor."""
         drawn = []
-        for argument in self.arguments:
-            wide = RANGES.get(argument.name)
+        for one in self.arguments:
+            wide = RANGES.get(one.name)
             low, high = (-wide * widen, wide * widen) if wide else (0.5, 1.5 * widen)
-            state = np.array([self.rng.uniform(low, high) for _ in argument.symbols])
-            for k in quaternion_places(argument.units) if argument.name == "q" else ():
+            state = np.array([self.rng.uniform(low, high) for _ in one.symbols])
+            for k in quaternion_places(one.units) if one.name == "q" else ():
                 state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
-            state = state.reshape(argument.shape)
+            state = state.reshape(one.shape)
             drawn.append(state.astype(np.float32).astype(np.float64) if self.real == "float" else state)
         return drawn
 

@@ -38,6 +38,7 @@ from symdyn.runtime.commands import (
     stop_command,
     waiting,
 )
+from symdyn.scene.values import choice
 
 CANDIDATES = candidates()
 
@@ -138,7 +139,7 @@ def find_compiler(requested: str | None = None, machine: str = "native", languag
         MissingCompiler: there is none at all.
     """
     if machine not in MACHINES:
-        raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
+        raise BuildError(f"machine {machine!r} is not known; {choice(machine, MACHINES)}")
     asked, ways_out = requested or os.environ.get(language.variable, "").strip(), language.ways_out()
     if asked:
         origin = "compiler" if requested else f"the environment variable {language.variable}"

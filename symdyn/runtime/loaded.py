@@ -16,7 +16,7 @@ from symdyn.program import Program, formulate, identifier, lower, prepare as pre
 from symdyn.runtime.numeric_function import Later, Makers, NumericFunction, numeric_function, plain, soon
 from symdyn.runtime.runners import RUNNERS, or_warn, run_or_python
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import suggestion
+from symdyn.scene.values import choice, suggestion
 from symdyn.shown import Shown
 
 MOST_SHOWN = 4
@@ -240,7 +240,7 @@ def lambdify(
     check_arguments(lambdify, locals())
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
-        raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
+        raise EmitError(f"target {target!r} is not known; {choice(target, runners)}")
     known = scene_of(scene)
     wanted = tuple(request_of(one, known) for one in names_of("name", name))
     lines = not TARGETS[target].loops

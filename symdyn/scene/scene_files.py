@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
 from symdyn.resources import folder
@@ -170,7 +170,8 @@ def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
     writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text
     written = writer(scene)
     if written.lost and not lossy:
-        raise SceneError([*written.lost, f"{scene.name}: {format} cannot hold all of this; --lossy leaves it out"])
+        told = f"{format} cannot hold all of this; {argument('lossy', True)} leaves it out"
+        raise SceneError([*written.lost, f"{scene.name}: {told}"])
     return written
 
 
@@ -208,8 +209,8 @@ def _format(file: Path | Opened) -> str:
     if isinstance(file, Opened) and first is None and ending != ".xml":
         return "toml"
     if not isinstance(file, Opened) and ending != ".xml":
-        known = ", ".join([*EXTENSIONS, ".xml"])
-        raise SceneError(f'{file}: the extension "{ending}" names no format; known are {known}')
+        known = choice(ending, (*EXTENSIONS, ".xml"))
+        raise SceneError(f'{file}: the extension "{ending}" names no format; {known}')
     # where there is no element, the parser says what is wrong with the text
     root = first[1].decode("ascii") if first else XmlElement.parse(content, str(file)).tag
     if root not in ROOTS:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.loops import direction_words
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
@@ -199,7 +200,10 @@ GUESSES = 30
 SMALL = 1e-3
 """Parts of a direction that are not told."""
 
-WAY_OUT = "keep the path away from there, begin on another branch (--start), or leave a component free (_)"
+
+def _way_out() -> str:
+    other = f"begin on another branch ({argument('start')})"
+    return f"keep the path away from there, {other}, or leave a component free (_)"
 
 
 @np.errstate(all="ignore")  # numbers that no double holds are looked for, and told
@@ -255,13 +259,13 @@ def _first(equations: PathEquations, t: float, guess: Array) -> tuple[PathPlace,
             best = min(ends, key=lambda end: end[1])[0]
             raise SimulateError(f"path: t = {t:g} s: out of reach: {_misses(equations, t, best)}; {_reach(equations)}")
         q = min(found, key=lambda one: float(np.abs(np.sin((one - guess) / 2)).max(initial=0.0)))
-        notes.append("path: nothing is found from the start; one of random guesses is taken: give --start")
+        notes.append(f"path: nothing is found from the start; one of random guesses is taken: give {argument('start')}")
     q = _turned_back(equations, t, q, guess)
     equations.looked_at(t, q)
     if equations.clear(equations.matrix(t, q)) < AVOIDED and not equations.left:
         raise SimulateError(
             f"path: t = {t:g} s: it begins at a singular place, {_singular(equations, t, q)}; "
-            "begin elsewhere, on another branch (--start), or leave a component free (_)"
+            f"begin elsewhere, on another branch ({argument('start')}), or leave a component free (_)"
         )
     return equations.place(t, q), notes
 
@@ -320,7 +324,8 @@ def _left(equations: PathEquations, first: PathPlace) -> list[str]:
         more = "1 freedom is" if equations.left == 1 else f"{equations.left} freedoms are"
         notes.append(
             f"path: {more} left: the velocities of {', '.join(free)} are those with the least sum of squares; or give "
-            f"{'a law' if equations.left == 1 else f'{equations.left} laws'} beside, such as --motion {free[-1]}=0.3"
+            f"{'a law' if equations.left == 1 else f'{equations.left} laws'} beside, such as "
+            f"{argument('motion', {free[-1]: 0.3})}"
         )
     return notes
 
@@ -363,7 +368,7 @@ def _integrated(
                 break
             rows.append(equations.place(now, q))
     except SimulateError as fault:
-        stopped = f"{fault}; {WAY_OUT}"
+        stopped = f"{fault}; {_way_out()}"
     near = min(rows, key=lambda row: row.clear)
     said = f"path: t = {near.t:.6g} s: near a singular place, {_singular(equations, near.t, near.q)}"
     return rows, [said] if near.clear < CLEAR else [], stopped
@@ -383,7 +388,7 @@ def _stopped(equations: PathEquations, here: PathPlace, ahead: Array) -> str:
             )
     return (
         f"path: t = {here.t:.6g} s: singular: the coordinates cannot go on smoothly, "
-        f"{_singular(equations, here.t, here.q)}; {WAY_OUT}"
+        f"{_singular(equations, here.t, here.q)}; {_way_out()}"
     )
 
 

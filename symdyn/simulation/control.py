@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.scene import Scene
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.control_loop import SAME, Loop, Loops, lateness
@@ -136,8 +137,7 @@ def hidden(placed: Placed, times: Array) -> list[str]:
         return []
     return [
         f"the controller takes a sample every {period:g} s, and {int(unseen.sum())} of {len(acts)} lie between rows, "
-        f"up to {int(unseen.max())} between two: the columns show the last one; --every {period:g}, in Python "
-        f"every={period:g}, shows all"
+        f"up to {int(unseen.max())} between two: the columns show the last one; {argument('every', period)} shows all"
     ]
 
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
@@ -226,7 +227,7 @@ class Following:
             f"motion: laws are missing: {len(free)} freedom{'s' * (len(free) != 1)} of {self.scene.name} "
             f"{'is' if len(free) == 1 else 'are'} left, and {', '.join(names)} not determined"
             f"{' by ' + ', '.join(self.given) if self.given else ''}; give {len(free)} more, such as "
-            f"--motion {names[0]}=0.3 for rest"
+            f"{argument('motion', {names[0]: 0.3})} for rest"
         )
 
     def names_of(self, velocities: Sequence[int]) -> list[str]:

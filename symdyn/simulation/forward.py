@@ -16,7 +16,7 @@ from typing import Unpack
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import with_fields
+from symdyn.arguments import argument, with_fields
 from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
 from symdyn.scene import SceneLike
@@ -131,8 +131,9 @@ def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None,
         raise MethodError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
     if not method.finds_events and not why and limited:
-        why = "joints have limits, which end runs, and it looks for no events (--ignore-limits lets it)"
-    coarser = f"give --rtol {DOUBLES:g} or more" if rtol is not None and rtol < DOUBLES else ""
+        lets = argument("ignore_limits", True)
+        why = f"joints have limits, which end runs, and it looks for no events ({lets} lets it)"
+    coarser = f"give {argument('rtol', DOUBLES)} or more" if rtol is not None and rtol < DOUBLES else ""
     if why:
         raise MethodError(f"method {name} does not apply: {why}; {' and '.join(filter(None, (other, coarser)))}")
     if coarser and not method.beyond_doubles:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
 from symdyn.simulation.prescribed.point_path import Approach, PathRequest, PointPath
@@ -154,7 +155,7 @@ class PathEquations:
         every, loose = [self.matrix(t, one) for one in near], self.following.loose
         if not every:
             raise SimulateError(
-                f"path: t = {t:g} s: no finite motion of {self.names} at the start; give another (--start)"
+                f"path: t = {t:g} s: no finite motion of {self.names} at the start; give another ({argument('start')})"
             )
         sizes = np.max([np.abs(A).max(axis=0, initial=0.0) for A in every], axis=0)
         self.idle = np.array([k for k in loose if sizes[k] <= NEGLIGIBLE], dtype=int)

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
@@ -54,7 +55,7 @@ def reached(limit: Limit, scene: Scene, t: float) -> str:
     """Return what is said of a limit that ended a run."""
     return (
         f"joint {limit.joint.name} reaches its {limit.words(scene)} at t = {t:.9g} s, a stop that the equations do not "
-        "know; --ignore-limits, in Python ignore_limits=True, goes on"
+        f"know; {argument('ignore_limits', True)} goes on"
     )
 
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import native
+from symdyn.arguments import argument, native
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene.values import Faults, choice, suggestion
@@ -222,7 +222,7 @@ def read_design(
         faults.add(
             "design",
             f"lists ({', '.join(listed)}) make a grid, and distributions ({', '.join(drawn)}) are drawn from; say "
-            "which with --design random, latin or sobol, where a list gives each of its values with equal chance",
+            f"which with {argument('design')} random, latin or sobol, where each value of a list has the same chance",
         )
     kind = kind or ("random" if drawn else "grid")
     if kind not in DESIGNS:
@@ -240,7 +240,7 @@ def read_design(
     if plan.lists:
         size = prod(0 if one.values is None else len(one.values) for one in over)
         if count is not None and count != size:
-            faults.add("count", f"{kind} has {size} runs, as the lists say; leave --count out")
+            faults.add("count", f"{kind} has {size} runs, as the lists say; leave {argument('count')} out")
         if size > LARGEST_COUNT:
             faults.add("design", f"the grid has {size} runs; {LARGEST_COUNT} are allowed")
         return Design(kind, over, size, seed)
@@ -298,7 +298,7 @@ def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -
     if not runs.has_indices:
         raise SimulateError(
             f"{runs.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
-            f"{runs.about.get('design')}; sweep again with --design {SALTELLI}"
+            f"{runs.about.get('design')}; sweep again with {argument('design', SALTELLI)}"
         )
     if measure not in runs.measures:
         raise UnknownNameError(f"{runs.scene}: there is no measure {measure}; {choice(measure, runs.measures)}")
@@ -310,8 +310,8 @@ def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -
     if count < FEWEST:
         raise SimulateError(
             f"{runs.scene}: {measure}: {len(whole)} of {len(groups)} groups of {d + 2} runs have values throughout; "
-            f"Sobol's indices take {FEWEST} at least, and hundreds to mean something: raise --count, or vary by less "
-            "where runs fail"
+            f"Sobol's indices take {FEWEST} at least, and hundreds to mean something: raise {argument('count')}, or "
+            "vary by less where runs fail"
         )
     found = whole[:count]
     notes = []
@@ -332,8 +332,8 @@ def indices(runs: Runs, measure: str, level: float, resamples: int, seed: int) -
     widest = float(np.max(ends[1] - ends[0]))
     if widest > WIDE:
         notes.append(
-            f"{measure}: an interval is {widest:.2g} wide; indices need more runs than quantiles: raise --count "
-            f"({count} groups now)"
+            f"{measure}: an interval is {widest:.2g} wide; indices need more runs than quantiles: raise "
+            f"{argument('count')} ({count} groups now)"
         )
     return Indices(measure, runs.names, first, total, ends[:, 0].T, ends[:, 1].T, level, count, tuple(notes))
 

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import (
     Faults,
@@ -351,7 +352,7 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
             where,
             f"{name} has no {what}; say it, such as tolerance(5 %)"
             if tolerance is None
-            else f"{name} has no {what}; give it one, as in --bind {name}=1",
+            else f"{name} has no {what}; give it one, as in {argument('values', {name: 1})}",
         )
         return None
     value = float(parameter.value.at({}) or 0)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import SimulateError
 from symdyn.scene.values import choice, suggestion
@@ -194,7 +195,7 @@ def _needs(count: int, most: int | None, kind: str) -> Callable[[Runs], str]:
 def _drawn_for_indices(runs: Runs) -> str:
     if runs.has_indices:
         return ""
-    return f"indices need runs of the design {SALTELLI}; sweep again with --design {SALTELLI}"
+    return f"indices need runs of the design {SALTELLI}; sweep again with {argument('design', SALTELLI)}"
 
 
 def _bars(names: int) -> float:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
+from symdyn.arguments import argument
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import State, body_placements, squared_length, vector
 from symdyn.emit.print import Letters, Printable
@@ -97,7 +98,8 @@ def refuse_quaternions(scene: Scene) -> None:
     for joint in scene.joints:
         if joint.velocities:
             raise DerivationError(
-                f"{scene.name}: joint {joint.name} turns by a quaternion; --formulation quaternions is its lesson, "
+                f"{scene.name}: joint {joint.name} turns by a quaternion; "
+                f"{argument('formulation', 'quaternions')} is its lesson, "
                 'and orientation = "zyx" (or another sequence of axes) gives it angles, which this formulation takes'
             )
 
@@ -247,7 +249,8 @@ class Lesson(Prose):
         if is_tied(self.scene):
             raise DerivationError(
                 f"{self.scene.name}: Lagrange's equations (5.21) are of open mechanisms, and this one has constraints; "
-                "--formulation multipliers goes on with them, --formulation dalembert finds all reactions"
+                f"{argument('formulation', 'multipliers')} goes on with them, "
+                f"{argument('formulation', 'dalembert')} finds all reactions"
             )
 
     # Derived once
@@ -264,8 +267,8 @@ class Lesson(Prose):
         if (terms := sum(len(entry) for row in found.M for entry in row)) > READ:
             raise DerivationError(
                 f"{self.scene.name}: a lesson would be longer than anyone reads: k_z has {terms} terms, and {READ} is "
-                "the limit; with fewer moving joints there is one; --format sliders is a page that moves it and shows "
-                "what every coefficient is worth, and symdyn generate writes the code"
+                f"the limit; with fewer moving joints there is one; {argument('format', 'sliders')} is a page that "
+                "moves it and shows what every coefficient is worth, and symdyn generate writes the code"
             )
         return found
 

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Redraw
+from symdyn.arguments import argument
 from symdyn.dynamics import Function, row_of
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS
@@ -383,7 +384,8 @@ def why_unread(target: str) -> str:
     """Return why files of a target are not read back, and what would work; "" for those that are."""
     if target in READERS:
         return ""
-    measured = f", or verify the scene with --targets {target}, which measures it" if target in RUNNERS else ""
+    told = argument("targets", [target])
+    measured = f", or verify the scene with {told}, which measures it" if target in RUNNERS else ""
     return f"{_not_read_back(target)}; give a folder of files for {' or '.join(READERS)}{measured}"
 
 

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Floats
+from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
 from symdyn.emit import emit
@@ -116,7 +117,7 @@ def _undetermined(w: Workspace, state: _State) -> str:
         return ""
     return (
         f"there {', '.join(names[k] for k in free)} do not determine the other velocities: the columns of these have "
-        f"rank {rank} of {rest.shape[1]}; choose others with --independent"
+        f"rank {rank} of {rest.shape[1]}; choose others with {argument('independent')}"
     )
 
 

@@ -192,7 +192,7 @@ child = "rod"
     assert symdyn.certify(scene).passed
     assert str(symdyn.closed_form(scene).sympy("k_z", 0, 1)) == "r*(-sin(phi)*sin(q2) + cos(phi)*cos(q2))/2 + 1/4"
     free = [name for name, target in TARGETS.items() if target.functions is None]
-    assert all(emit(symdyn.lower(symdyn.derive(scene, ["reactions"])), name).files for name in free)
+    assert all(emit(symdyn.program.lower(symdyn.dynamics.derive(scene, ["reactions"])), name).files for name in free)
     assert f"{NAME} joint mesh" in symdyn.picture(scene)
     follows = read_text(TREE + rod + 'mimic = { joint = "mesh", ratio = -1 }\n')
     assert symdyn.certify(follows).passed

@@ -43,6 +43,7 @@ from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.scene import Scene
+from symdyn.scene.values import choice
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
@@ -343,12 +344,13 @@ def _velocity(scene: Scene, coordinate: str) -> int:
                 raise DerivationError(f"{scene.name}: {coordinate} has no velocity of its own, so it cannot be held")
             return k + joint.coordinates.index(coordinate)
         k += len(joint.rates)
-    raise DerivationError(f"{scene.name}: there is no coordinate {coordinate!r}; {', '.join(scene.coordinates)}")
+    told = choice(coordinate, scene.coordinates)
+    raise DerivationError(f"{scene.name}: there is no coordinate {coordinate!r}; {told}")
 
 
 def _index(scene: Scene, names: Sequence[str], name: str) -> int:
     if name not in names:
-        raise DerivationError(f"{scene.name}: there is no {name!r}; there are {', '.join(names)}")
+        raise DerivationError(f"{scene.name}: there is no {name!r}; {choice(name, names)}")
     return list(names).index(name)
 
 

@@ -39,6 +39,7 @@ from symdyn.dynamics.loops.partition import (
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
+from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_numbers import Numbers
@@ -258,7 +259,8 @@ def _wanted(scene: Scene, requested: Sequence[str], G: Array) -> list[int]:
     }
     for name in requested:
         if name not in known:
-            raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {', '.join(velocities)}")
+            told = choice(name, velocities)
+            raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {told}")
     independent = list(dict.fromkeys(known[name] for name in requested))
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:

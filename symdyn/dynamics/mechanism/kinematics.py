@@ -54,6 +54,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
+from symdyn.scene.values import choice
 from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
@@ -68,7 +69,7 @@ def check_place(scene: Scene, name: str, kind: str = "body or point") -> None:
     """
     known = [one.name for place in PLACES[kind] for one in getattr(scene, place)]
     if name not in known:
-        raise DerivationError(f"{scene.name}: there is no {kind} {name!r}; there are {', '.join(known)}")
+        raise DerivationError(f"{scene.name}: there is no {kind} {name!r}; {choice(name, known)}")
 
 
 def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:

@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import product
 
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, TIME
 from symdyn.dynamics.outputs import recursive_derivatives
@@ -72,8 +73,9 @@ def parameters_of(w: Workspace, only: str = "") -> tuple[str, ...]:
         )
     found = (only,) if only else tuple(name for name in there if name not in without)
     if not found:
+        others = argument("symbolic", "all", "symdyn.scene.with_symbols")
         raise DerivationError(
-            f"{scene.name} has no named parameter to differentiate by; name one in [parameters], or all by --symbolic"
+            f"{scene.name} has no named parameter to differentiate by; name one in [parameters], or all by {others}"
         )
     return found
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from math import prod
 from typing import ClassVar
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.state import INPUTS, TIME, has_motion, refuse_ideal_friction
@@ -35,7 +35,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.values import listed
+from symdyn.scene.values import choice, listed
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
@@ -51,7 +51,7 @@ def derive(
     """Return the equations of motion of a scene, only the outputs asked for.
 
     >>> import symdyn
-    >>> equations = symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
+    >>> equations = symdyn.dynamics.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
     >>> equations
     <Equations of cart_pole: mass_matrix(q), pose_tip(q)>
     >>> equations["mass_matrix"].shape, equations["pose:tip"].units
@@ -114,7 +114,7 @@ def refuse_large(workspace: Workspace, request: str) -> None:
 def _derived(workspace: Workspace, request: str, row: Output, place: str, formulation: str) -> Function:
     scene = workspace.scene
     if formulation not in row.formulations:
-        raise DerivationError(f"{request} has no formulation {formulation!r}; there are {', '.join(row.formulations)}")
+        raise DerivationError(f"{request} has no formulation {formulation!r}; {choice(formulation, row.formulations)}")
     if DRIVES in row.arguments:
         refuse_ideal_friction(scene)
     entries = workspace.once(row.formulations[formulation].derive, *([place] if row.place else []))
@@ -222,8 +222,6 @@ def over_time(workspace: Workspace, entries: Sequence[Expr]) -> tuple[str, ...]:
 LARGE = 12
 """Velocities up to which outputs that grow with their cube are wanted by default."""
 
-ASK = "ask with --functions"
-
 
 @dataclass(frozen=True)
 class Requested:
@@ -253,18 +251,18 @@ class Requested:
         if workspace.closing.independent:
             _ = workspace.loops.decisions  # a wrong choice is a mistake, not an output that the scene lacks
         wanted = [*expected(scene), *(one for point in scene.points for one in of_place(point.name))]
-        left_out = []
+        left_out, ask = [], f"ask with {argument('functions')}"
         if n > LARGE:
             wanted = [name for name in wanted if not row_of(name)[0].cubic]
             cubic = ", ".join(name for name, row in OUTPUTS.items() if row.cubic)
-            left_out.append(f"{cubic} are left out for more than {LARGE} coordinates; {ASK}")
+            left_out.append(f"{cubic} are left out for more than {LARGE} coordinates; {ask}")
         large = {name: fault for name in wanted if (fault := too_large(workspace, name))}
         wanted = [name for name in wanted if name not in large]
         left_out += large.values()
         if n > cls.LARGEST:
             square = _square(workspace, wanted)
             wanted = [name for name in wanted if name not in square]
-            left_out.append(f"{listed(square, 6)}: left out, since their entries grow with the square of {n}; {ASK}")
+            left_out.append(f"{listed(square, 6)}: left out, since their entries grow with the square of {n}; {ask}")
         if by == "verify":
             wanted += of_place(scene.bodies[-1].name, by)
             wanted += [name for name in expected(scene, by) if row_of(name)[0].default_in == by]

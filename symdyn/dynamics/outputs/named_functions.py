@@ -24,7 +24,7 @@ from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import force_unit, listed
+from symdyn.scene.values import choice, force_unit, listed
 from symdyn.shown import Shown
 
 
@@ -123,7 +123,7 @@ class Equations(Shown):
         for function in self.functions:
             if name in (function.name, function.request):
                 return function
-        raise UnknownNameError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")
+        raise UnknownNameError(f"{name} was not derived; {choice(name, (f.name for f in self.functions))}")
 
     def at_rest(self) -> Equations:
         """Return the equations of the mechanism at rest, q̇ = 0 and no longer an argument, on the same graph.

@@ -45,6 +45,7 @@ from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
 from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
+from symdyn.scene.values import choice, nearest
 
 BY = "_by_"
 """Behind the name of an output, before that of an argument or a parameter."""
@@ -270,8 +271,11 @@ def _those_there(name: str, closed: bool) -> str:
     of = max((one for one in MANY if name.startswith(f"{one}_")), key=len, default="")
     if of:
         return f"of {of} there are {', '.join(words(of, closed))}"
+    there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
+    if near := nearest(name, there):
+        return f"did you mean {near}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
-    return f"there are {', '.join((*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES))}; and {derived}"
+    return f"there are {', '.join(there)}; and {derived}"
 
 
 def _of_state(name: str, closed: bool) -> Output | None:
@@ -334,7 +338,7 @@ def known_formulation(scene: Scene, outputs: Sequence[str], formulation: str | N
         why = lacking(scene) if loop else ""
         raise DerivationError(
             f"no output that was asked for has the formulation {formulation!r}{why and f' ({why})'}; "
-            f"there are {', '.join(known)}"
+            f"{choice(formulation, known)}"
         )
 
 

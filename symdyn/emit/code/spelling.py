@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, ClassVar
 from symdyn.algebra import NAMES, BigFloats, RunningErrors
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op
+from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.algebra import Midpoints
@@ -314,7 +315,7 @@ class Real:
         return kind(numbers, self.roundoff, self.function_error, bound_of_sines(accuracy))
 
 
-NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; leave --real dd out"
+NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; take real type double"
 
 REALS = {
     "double": Real("double", "float64", "", 53, -1074, 1024, 2.0**-53, 2.0**-1022, 64),
@@ -342,7 +343,7 @@ SINGLE = tuple(name for name, row in REALS.items() if row.parts == 1)
 def find_real(name: str) -> Real:
     """Return the real type called `name`; EmitError if there is none."""
     if name not in REALS:
-        raise EmitError(f"real type {name!r} is not known; give {' or '.join(REALS)}")
+        raise EmitError(f"real type {name!r} is not known; {choice(name, REALS)}")
     return REALS[name]
 
 

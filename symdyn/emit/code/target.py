@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.arguments import argument
 from symdyn.dynamics import Argument, TableLoop
 from symdyn.dynamics.outputs import Counts
 from symdyn.emit.code.identifiers import function_names, stem
@@ -92,11 +93,11 @@ class FunctionText:
     def propagation(self) -> str:
         """What a NaN in an argument does, in a sentence; "" where no argument is read."""
         needed = []
-        for argument in self.arguments:
-            places = sorted(place for _, name, place in self.inputs if name == argument.name)
-            whole = argument.scalar or len(places) == argument.length
+        for one in self.arguments:
+            places = sorted(place for _, name, place in self.inputs if name == one.name)
+            whole = one.scalar or len(places) == one.length
             parts = _ranges(places, self.first)
-            needed += [argument.name if whole else f"{argument.name}[{part}]" for part in parts]
+            needed += [one.name if whole else f"{one.name}[{part}]" for part in parts]
             needed = list(dict.fromkeys(needed))
         if not needed:
             return ""
@@ -324,7 +325,7 @@ class Target:
         if wanted and {*wanted} != {*there} - {Program.PREPARE}:
             raise EmitError(
                 f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
-                "leave --functions out"
+                f"leave {argument('functions')} out"
             )
         lacking = [(f"target {self.name} ({self.text})", self.lacks), (f"real type {real.name}", real.lacks)]
         for what, op, why in ((what, op, why) for what, lacks in lacking for op, why in lacks.items()):

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Compactor, Form, Function, Symbol, TrigonometricRing
+from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, angle_groups
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
@@ -209,7 +210,8 @@ def dalembert_equations(scene: Scene, format: str = "latex", document: bool = Fa
     if format == "text" and not document:
         return dalembert_lines(scene)
     if format != "latex":
-        raise EmitError(f"D'Alembert's system is written in LaTeX and, without --document, as text, not as {format}")
+        told = f"without {argument('document')}"
+        raise EmitError(f"D'Alembert's system is written in LaTeX and, {told}, as text, not as {format}")
     return dalembert_text(scene, document)
 
 

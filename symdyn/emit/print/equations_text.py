@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from symdyn.algebra import Form
-from symdyn.arguments import check_arguments
+from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
@@ -27,6 +27,7 @@ from symdyn.emit.print.written_page import (
 from symdyn.errors import EmitError
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -106,8 +107,7 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
 
 def _check(name: str, value: str) -> None:
     if value not in _CHOICES[name]:
-        *others, last = _CHOICES[name]
-        raise EmitError(f"{name} {value!r} is not known; give {', '.join(others)} or {last}")
+        raise EmitError(f"{name} {value!r} is not known; {choice(value, _CHOICES[name])}")
 
 
 def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
@@ -144,18 +144,20 @@ def printed_text(
     if formulation == "lagrange" and what != "base-parameters":
         return equations_text(scene, format, what, angles, document)
     if angles != "long":
-        raise EmitError(f"{angles} angles are those of equations in closed form; leave --angles out")
+        raise EmitError(f"{angles} angles are those of equations in closed form; leave {argument('angles')} out")
     plain = scene.scene if isinstance(scene, ClosedForm) else scene
     if formulation == "lagrange":
         return _base_parameters(plain, format, document)
     if what != "equations":
-        raise EmitError(f"D'Alembert's system is no {what}; leave --as out, or --formulation dalembert")
+        others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
+        raise EmitError(f"D'Alembert's system is no {what}; leave {others}")
     return _dalembert(plain, format, document)
 
 
 def _base_parameters(scene: Scene, format: str, document: bool) -> str:
     if document:
-        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
+        others = f"{argument('document')} out, or {argument('what', 'base-parameters')}"
+        raise EmitError(f"a document holds equations; leave {others}")
     return base_parameters_text(scene, format)
 
 

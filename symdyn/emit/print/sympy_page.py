@@ -29,7 +29,7 @@ from symdyn.emit.print.written_page import coefficient_name
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import acceleration_name, listed
+from symdyn.scene.values import acceleration_name, choice, listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -267,7 +267,7 @@ class SympyEquations(Shown):
         """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
         check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
         if name not in self.symbols:
-            raise UnknownNameError(f"there is no {name!r}; there are {', '.join(self.symbols)}")
+            raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}")
         return self.symbols[name]
 
     @cached_property

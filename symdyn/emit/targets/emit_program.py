@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import Any
 
+from symdyn.arguments import argument
 from symdyn.emit.code.spelling import ShortSines, find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.render import render
@@ -27,7 +28,7 @@ from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import Program, in_lines, shared
-from symdyn.scene.values import spell
+from symdyn.scene.values import choice, spell
 
 ELSEWHERE = {
     "wasm": "a compiler makes WebAssembly of the files of target c: zig cc --target=wasm32-wasi -O3 -s "
@@ -41,7 +42,7 @@ class Targets(dict[str, Target]):
 
     def __missing__(self, name: str) -> Target:
         """Raise EmitError."""
-        instead = ELSEWHERE.get(name) or f"give {' or '.join(self)}"
+        instead = ELSEWHERE.get(name) or choice(name, self)
         raise EmitError(f"target {name!r} is not known; {instead}")
 
 
@@ -98,7 +99,8 @@ def emit(
     program = program if row.loops_in(number) else in_lines(program)
     if real not in row.reals:
         raise EmitError(
-            f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"
+            f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; "
+            f"leave {argument('real')} out"
         )
     sines = ShortSines.find(accuracy, real)
     if sines and option not in row.shortens:

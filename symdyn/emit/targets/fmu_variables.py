@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import in_xml
@@ -141,7 +142,7 @@ def _check_values(scene: Scene, free: Sequence[str]) -> None:
     if missing:
         raise EmitError(
             f"{scene.name}: {', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no value, and a variable of "
-            f"an FMU starts with one; give --bind {','.join(f'{name}=1' for name in missing)}, or what they are: they "
+            f"an FMU starts with one; give {argument('values', dict.fromkeys(missing, 1))}, or what they are: they "
             "can be set later"
         )
 

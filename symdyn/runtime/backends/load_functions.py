@@ -15,6 +15,7 @@ from symdyn.extras import install
 from symdyn.runtime.loaded import Loaded, loaded, names_of, values_of
 from symdyn.runtime.numeric_function import compile_all
 from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene.values import choice
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def find_backend(name: str) -> Backend:
         MissingProgram: its package is not installed.
     """
     if name not in BACKENDS:
-        raise BuildError(f"backend {name!r} is not known; give {' or '.join(BACKENDS)}")
+        raise BuildError(f"backend {name!r} is not known; {choice(name, BACKENDS)}")
     row = BACKENDS[name]
     if row.package and find_spec(row.package) is None:
         raise MissingProgram(f"backend {name!r}: {row.title} is not installed; `{install(row.package)}` does that")

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 
+from symdyn.arguments import argument
 from symdyn.graph import Op
 from symdyn.scene.declaration.draft import Use, draft_of, uses
 from symdyn.scene.forces.constraints import Formula
@@ -305,7 +306,8 @@ class SceneUnits:
         for pair in found.wrong:
             told = words(pair, found).removeprefix(" = ")
             unchecked = Faults(self.scene.source).unchecked
-            asked = unchecked if "--no-units" in unchecked else f"{unchecked} of the scene, or ask with --no-units"
+            asking = argument("no_units", True, 'units="none"')
+            asked = unchecked if asking in unchecked else f"{unchecked} of the scene, or ask with {asking}"
             faults.add(where, f"{told}; {ADVICE}, or {asked}")
 
     @property

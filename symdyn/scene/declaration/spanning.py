@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.arguments import argument
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES
@@ -78,7 +79,8 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
     edges = [_edge(entry, k) for k, entry in enumerate(joints)]
     unknown = [name for name in cuts or () if name not in {edge.entry.name for edge in edges}]
     for name in unknown:
-        faults.add("", f'--spanning-tree: "{name}" is not a joint; {suggestion(name, [e.entry.name for e in edges])}')
+        told = suggestion(name, [edge.entry.name for edge in edges])
+        faults.add(argument("spanning_tree"), f'"{name}" is not a joint; {told}')
     if unknown or any(not edge.parent or not edge.child for edge in edges):
         return Span(tuple(edge.entry for edge in _parents_first(edges)))  # reported where it stands
     if not cuts and _is_tree(edges):
@@ -146,10 +148,10 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             continue
         keys = _kept(edge.entry) + [f"{pulls} or mimic at it"] * (edge.entry.name in held)
         if keys:
-            advice = "say which joints to cut by --spanning-tree"
+            advice = f"say which joints to cut by {argument('spanning_tree')}"
             faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
         else:
-            others = "--spanning-tree NAMES cuts others"
+            others = f"{argument('spanning_tree', ['NAME'])} cuts others"
             faults.note(edge.entry.where, f"closes a loop and is cut: it has no coordinates; {others}")
     _note_turned(tree, back, faults)
     return span
@@ -159,7 +161,7 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
     """Return the tree that is left without some joints."""
     left = [edge for edge in edges if edge.entry.name not in cuts]
     tree = _forest(left)
-    asked = f"--spanning-tree {','.join(sorted(cuts))}"
+    asked = argument("spanning_tree", sorted(cuts))
     for edge in left:
         if edge not in tree:
             ring = " -> ".join(_ring(tree, edge))
@@ -178,7 +180,7 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
     back = _backwards(tree)
     for edge in tree:
         if edge.index in back and not turnable(edge.kind):
-            why = f"a {edge.kind} joint cannot be turned round, as --spanning-tree would need it"
+            why = f"a {edge.kind} joint cannot be turned round, as {argument('spanning_tree')} would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
     for edge in edges:
         dropped = [key for key in STARTS if key in edge.entry.table]

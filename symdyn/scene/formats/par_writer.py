@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby, permutations, product
 
+from symdyn.arguments import argument
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.par import FIXED, TYPES
@@ -250,7 +251,8 @@ def _lost(scene: Scene) -> Iterator[str]:
             yield f"parameters.{parameter.name}: {', '.join(words)}"
     for body in scene.bodies:
         if body.allow_invalid_inertia:
-            yield f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia"
+            again = argument("allow_invalid_inertia", True)
+            yield f"bodies.{body.name}: allow_invalid_inertia; read it back with {again}"
     for joint in scene.joints:
         if joint.limits != Limits():
             yield f"joints.{joint.name}: limits"

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
+from symdyn.arguments import argument
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
@@ -83,7 +84,8 @@ def _lost(scene: Scene) -> list[str]:
     lost += lost_words(scene)
     for body in scene.bodies:
         if body.allow_invalid_inertia:
-            lost.append(f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia")
+            again = argument("allow_invalid_inertia", True)
+            lost.append(f"bodies.{body.name}: allow_invalid_inertia; read it back with {again}")
     return lost
 
 

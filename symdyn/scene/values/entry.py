@@ -9,6 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
+from symdyn.arguments import argument
 from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
@@ -68,13 +69,13 @@ class Faults:
     def excuse(self) -> str:
         """How to keep an inertia that no body has; a robot file has no key for it."""
         own = Path(self.source).suffix in ("", ".toml")
-        return "write allow_invalid_inertia = true" if own else "read with --allow-invalid-inertia"
+        return "write allow_invalid_inertia = true" if own else f"read with {argument('allow_invalid_inertia', True)}"
 
     @property
     def unchecked(self) -> str:
         """How to have no dimensions checked, of a scene that is dimensionless on purpose."""
         own = Path(self.source).suffix in ("", ".toml")
-        return 'write units = "none" at the top' if own else "read with --no-units"
+        return 'write units = "none" at the top' if own else "read with " + argument("no_units", True, 'units="none"')
 
     @contextmanager
     def noted(self) -> Iterator[None]:

@@ -31,11 +31,11 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
-from heapq import nlargest
+
+from symdyn.errors import choice as choice, listed as listed, nearest as nearest, suggestion as suggestion  # noqa: PLC0414
 
 LONGEST_WORDS = 200
 LONGEST_LATEX = 100
@@ -301,9 +301,6 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 LONGEST = 60
 
-MOST_KNOWN, MOST_COMPARED = 5000, 50
-"""Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
-
 
 def check_name(name: object, letter: bool = False) -> str | None:
     """Return what is wrong with a name and what would work, or None for a good one; a `letter` is one of formulas."""
@@ -338,51 +335,6 @@ def check_scene_name(name: object) -> str | None:
     if name.startswith("_"):
         return "begins with _, as only names inside generated code do; begin with a letter"
     return None
-
-
-def nearest(name: object, known: Iterable[str]) -> str | None:
-    """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
-
-    Of many names only those are compared that begin and end most like it; a name of a line's length is none.
-    """
-    if not isinstance(name, str) or len(name) > LONGEST:
-        return None
-    lowered = {candidate.lower(): candidate for candidate in known}
-    meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
-    if len(candidates) > MOST_COMPARED:
-        candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(meant, candidate))
-    found = get_close_matches(meant, candidates, n=1, cutoff=0.6)
-    return lowered[found[0]] if found else None
-
-
-def _in_common(a: str, b: str) -> int:
-    """Return how many letters two names have in common at their beginnings and their ends."""
-    differ = [x != y for x, y in zip(a, b, strict=False)]
-    ahead = differ.index(True) if True in differ else len(differ)
-    behind = [x != y for x, y in zip(a[ahead:][::-1], b[ahead:][::-1], strict=False)]
-    return ahead + (behind.index(True) if True in behind else len(behind))
-
-
-def listed(names: Iterable[str], most: int = 12) -> str:
-    """Return names as text for a message, shortened when there are many."""
-    every = list(names)
-    if not every:
-        return "none"
-    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
-
-
-def suggestion(name: object, known: Iterable[str]) -> str:
-    """Return "did you mean X?" when something known is near, else the known names."""
-    every = list(known)
-    near = nearest(name, every)
-    return f"did you mean {near}?" if near else f"known are {listed(every)}"
-
-
-def choice(name: object, known: Iterable[str]) -> str:
-    """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
-    every = list(known)
-    near, all_of_them = nearest(name, every), f"there are {', '.join(every)}"
-    return f"did you mean {near}? ({all_of_them})" if near else all_of_them
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
@@ -346,18 +347,18 @@ def feedback_of(
 ) -> Feedback:
     """Return the controller of a file, with other times and limits; what is None or nothing stays as it is there.
 
-    `limits` are formulas in parameters, largest sizes of forces by name, told as of --limits.
+    `limits` are formulas in parameters, largest sizes of forces by name, told as of `limits`.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
     values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
     with faults.noted():
-        ask_for_units(scene.inputs, limits.items(), "--limits")
+        ask_for_units(scene.inputs, limits.items(), argument("limits"))
     for name, text in limits.items():
-        formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
+        formula = read_formula(text, values, f"{argument('limits')}: {name}", faults, unit=units.get(name, ""))
         if formula is not None:
-            most[name] = number_of(formula, values, f"--limits: {name}", faults)
+            most[name] = number_of(formula, values, f"{argument('limits')}: {name}", faults)
     faults.close(SimulateError)
     more: dict[str, Any] = {"period": period, "delay": delay, "limits": most or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 
 Sides = npt.NDArray[np.int_]
 """Of every force: -1 where it is cut at its least value, 1 where at its most, else 0; shape (m,)."""
@@ -124,7 +125,7 @@ def cut_lines(saturations: Sequence[Saturation]) -> list[str]:
     """Return lines that list such times, the first of many."""
     more = len(saturations) - MOST
     lines = [one.words for one in saturations[:MOST]]
-    return [*lines, f"and {more} more, which --json and, in Python, run.saturations list"] if more > 0 else lines
+    return [*lines, f"and {more} more, which {argument('json', True, 'run.saturations')} lists"] if more > 0 else lines
 
 
 def saturation_report(cuts: Cuts, end: float) -> list[str]:

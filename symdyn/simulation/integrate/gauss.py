@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Floats
+from symdyn.arguments import argument
 from symdyn.dynamics import Equations, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import C, emit, render
@@ -106,11 +107,11 @@ def _why_stuck(system: StateEquations, t: float, x: Array) -> str:
                 return (
                     f"{name} = {size:.9g} rad at t = {t:.9g} s is too large: sines of 31 digits are there for angles "
                     f"below 2^{DD.limit_exponent} = {2**DD.limit_exponent} rad; start it whole turns nearer to zero, "
-                    "or give --rtol 1e-16 or more"
+                    f"or give {argument('rtol', 1e-16)} or more"
                 )
     return (
         f"the steps of the iteration get too short after t = {t:.9g} s: the motion is stiff, leaves what numbers "
-        "hold, or a formula has no real value; give a coarser --rtol, which other methods take"
+        f"hold, or a formula has no real value; give a coarser {argument('rtol')}, which other methods take"
     )
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits
@@ -354,7 +355,7 @@ def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | No
     if until is None and len(tables) == 1:
         until = float(Columns.read(Path(tables[0])).t[-1])
     if until is None:
-        faults.add("", "until when? give --until, the time of the end in seconds")
+        faults.add("", f"until when? give {argument('until')}, the time of the end in seconds")
         faults.close(SimulateError)
         until = 0.0
     times = sample_times(until, every, faults)

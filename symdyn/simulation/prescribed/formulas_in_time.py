@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
@@ -77,9 +78,9 @@ def parameter_values(scene: Scene) -> dict[str, Quantity]:
     """
     free = [parameter.name for parameter in scene.free_parameters]
     if free:
-        binding = ",".join(f"{name}=1" for name in free)
+        binding = argument("values", dict.fromkeys(free, 1))
         have = "has" if len(free) == 1 else "have"
-        raise SimulateError(f"{scene.name}: {', '.join(free)} {have} no value; give them, as in --bind {binding}")
+        raise SimulateError(f"{scene.name}: {', '.join(free)} {have} no value; give them, as in {binding}")
     return {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
 
 

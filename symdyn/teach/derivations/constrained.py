@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symdyn.algebra import Compactor, Floats, Form, Function, Polynomial, Symbol, TrigonometricRing, with_added_angles
+from symdyn.arguments import argument
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.loops import Cut, Partition, differentiated
 from symdyn.dynamics.mechanism import quaternions
@@ -152,7 +153,7 @@ class Constrained(Lesson):
             )
             raise DerivationError(
                 f"{self.scene.name}: nothing ties the coordinates ({idle}), so there are no multipliers; "
-                "--formulation lagrange shows it"
+                f"{argument('formulation', 'lagrange')} shows it"
             )
 
     @cached_property

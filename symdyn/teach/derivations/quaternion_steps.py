@@ -24,6 +24,7 @@ from fractions import Fraction
 from itertools import combinations
 
 from symdyn.algebra import Compactor, Form, Number, Power, Symbol, TrigonometricRing
+from symdyn.arguments import argument
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.emit.print import text_of
@@ -105,13 +106,14 @@ class Turning(Constrained):
         if n > MOST_VELOCITIES:
             raise DerivationError(
                 f"{self.scene.name}: a lesson would be longer than anyone reads: there are {n} velocities, and "
-                f"{MOST_VELOCITIES} is the limit; --format sliders is a page that moves it, and symdyn "
+                f"{MOST_VELOCITIES} is the limit; {argument('format', 'sliders')} is a page that moves it, and symdyn "
                 "generate writes the code"
             )
         if not self.spheres:
+            other = argument("formulation", "multipliers" if self.scene.is_constrained else "lagrange")
             raise DerivationError(
-                f"{self.scene.name}: no joint turns by a quaternion, so there are none to explain; --formulation "
-                f"{'multipliers' if self.scene.is_constrained else 'lagrange'} shows the equations of this mechanism"
+                f"{self.scene.name}: no joint turns by a quaternion, so there are none to explain; {other} shows the "
+                "equations of this mechanism"
             )
 
     @cached_property

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from symdyn.algebra import Form
 from symdyn.errors import TeachError
+from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Words
@@ -77,7 +78,7 @@ def language_of(code: str) -> Language:
         TeachError: there is no such language.
     """
     if code not in languages():
-        raise TeachError(f"language {code!r} is not known; give one of {', '.join(languages())}")
+        raise TeachError(f"language {code!r} is not known; {choice(code, languages())}")
     return _read(FOLDER / f"{code}.toml")
 
 

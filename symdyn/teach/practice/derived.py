@@ -18,6 +18,7 @@ from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute, tangents
 from symdyn.scene import Scene
+from symdyn.scene.values import choice
 from symdyn.spatial import Mat
 from symdyn.table import Table
 from symdyn.teach.document import Document, Step, Words
@@ -133,7 +134,7 @@ class Derived:
             TeachError: there is no such name, or something in the expression has no meaning here.
         """
         if name not in self.values:
-            raise TeachError(f"there is no {name!r}; there are {', '.join(self.values)}")
+            raise TeachError(f"there is no {name!r}; {choice(name, self.values)}")
         mine, right = sympy_to_graph(expression, self.graph, self.scene.coordinates), self.values[name]
         finding = prove([Claim(name, "yours", "symdyn's", (mine,), (right,))])[1][0]
         keys: dict[str, str] = {Verdict.PROVED: "derived.proved", Verdict.NUMERICAL: "derived.numerical"}

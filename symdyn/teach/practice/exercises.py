@@ -16,9 +16,11 @@ from dataclasses import dataclass, replace
 from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
+from symdyn.arguments import argument
 from symdyn.errors import NoValueError, TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
+from symdyn.scene.values import choice
 from symdyn.table import Table
 from symdyn.teach.document import (
     ERRATA,
@@ -188,8 +190,8 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
     if not results:
         raise TeachError(
-            f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with --until, "
-            "or leave --until out"
+            f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with "
+            f"{argument('until')}, or leave it out"
         )
     kinds = ask or GRADES[grade].kinds
     known = {name for key in results for name in (key, _kind(key))}
@@ -358,7 +360,7 @@ def judge(document: Document, key: str, text: str) -> str:
     """
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if key not in blanks:
-        raise TeachError(f"there is no exercise {key!r}; there are {', '.join(blanks)}")
+        raise TeachError(f"there is no exercise {key!r}; {choice(key, blanks)}")
     words = language_of(document.language).lesson
     if not text.strip():
         return words["fault.empty"]

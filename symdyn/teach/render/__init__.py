@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from symdyn.errors import EmitError
+from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Document
@@ -27,7 +28,7 @@ def rendered(document: Document, format: str) -> dict[str, str | bytes]:
         EmitError: an unknown format, or a program that the format needs is absent.
     """
     if format not in FORMATS:
-        raise EmitError(f"format {format!r} is not known; give one of {', '.join(FORMATS)}")
+        raise EmitError(f"format {format!r} is not known; {choice(format, FORMATS)}")
     module, function = FORMATS[format]
     render: Callable[[Document], dict[str, str | bytes]] = getattr(import_module(f"{__name__}.{module}"), function)
     return render(document)

@@ -9,9 +9,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene.values import choice
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -71,8 +73,11 @@ FORMULATIONS: Mapping[str, LessonFormulation] = {
 
 DETAILS = ("brief", "full")
 
-SHORTER = "ask for less of it (--until, --detail brief), or for --format sliders; generated code has no such limit"
-"""What to ask for where a lesson is too long."""
+
+def _shorter() -> str:
+    """Return what to ask for where a lesson is too long."""
+    less = f"{argument('until')}, {argument('detail', 'brief')}"
+    return f"ask for less of it ({less}), or for {argument('format', 'sliders')}; generated code has no such limit"
 
 
 def walkthrough(
@@ -106,20 +111,18 @@ def walkthrough(
         ("formulation", formulation, FORMULATIONS),
     ):
         if value not in known:
-            raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
+            raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
     scene = with_letters(scene.in_language(language), language)
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
-        raise EmitError(
-            f"until {until!r} is no part of the formulation {formulation}; give one of {', '.join(chosen.until)}"
-        )
+        raise EmitError(f"until {until!r} is no part of the formulation {formulation}; {choice(until, chosen.until)}")
     try:
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
     document = document.brief() if detail == "brief" else document
-    refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), SHORTER)
+    refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
 
 

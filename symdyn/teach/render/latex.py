@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from symdyn.arguments import argument
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
@@ -248,9 +249,9 @@ def pdf(document: Document) -> dict[str, bytes]:
     Raises:
         EmitError: pdflatex is absent or stops.
     """
-    program = shutil.which("pdflatex")
+    program, other = shutil.which("pdflatex"), f"{argument('format', 'latex')} writes the source"
     if program is None:
-        raise EmitError("pdflatex is not installed, so there is no PDF; --format latex writes the source")
+        raise EmitError(f"pdflatex is not installed, so there is no PDF; {other}")
     ((name, source),) = latex(document).items()
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "lesson.tex").write_text(source, encoding="utf-8")
@@ -262,8 +263,8 @@ def pdf(document: Document) -> dict[str, bytes]:
                 errors="replace",
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise EmitError(f"pdflatex takes more than {SECONDS} s; --format latex writes the source") from None
+            raise EmitError(f"pdflatex takes more than {SECONDS} s; {other}") from None
         if done.returncode:
             said = "\n".join(done.stdout.splitlines()[-TAIL:])
-            raise EmitError(f"pdflatex stops; --format latex writes the source. Its last words:\n{said}")
+            raise EmitError(f"pdflatex stops; {other}. Its last words:\n{said}")
         return {f"{Path(name).stem}.pdf": Path(folder, "lesson.pdf").read_bytes()}

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form
+from symdyn.arguments import argument
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.grammar import Names, Target, plain_index
@@ -182,7 +183,8 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     targets = [found for found in given if found is not None] if len(parts) > 1 else []
     if len(parts) == 1:
         if target is None:
-            raise from_text.fault(chunk[0].at, "this says not what it is; write k_z11 = ..., or give --what k_z11")
+            named = argument("target", "k_z11")
+            raise from_text.fault(chunk[0].at, f"this says not what it is; write k_z11 = ..., or give {named}")
         targets = [target]
         given = [None]
     elif target is not None and not targets and _lone(parts[0]):
