@@ -46,7 +46,7 @@ def test_a_view_frames_labels_and_a_free_body(capsys: Capture) -> None:
         (["--at", "q1=h1"], "is no number"),
         (["--view", "20"], "is not two numbers"),
         (["--view", "0,nan"], "azimuth and elevation are degrees"),
-        (["--labels", "names"], "known are coordinates, bodies, joints, points"),
+        (["--labels", "names"], "there are coordinates, bodies, joints, points"),
         (["--body", "link"], "did you mean link"),
         (["-o", "arm.jpg"], "pictures are written to .svg, .pdf, .png files"),
         (["-o", "arm"], "pictures are written to .svg, .pdf, .png files"),
