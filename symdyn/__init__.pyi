@@ -26,7 +26,13 @@ from .identification import identify as identify
 from .linear import linearize as linearize
 from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read
-from .simulation import Problem as Problem, inverse as inverse, sensitivity as sensitivity, simulate as simulate
+from .simulation import (
+    Problem as Problem,
+    inverse as inverse,
+    pid as pid,
+    sensitivity as sensitivity,
+    simulate as simulate,
+)
 from .study import ensemble as ensemble, sweep as sweep, uncertainty as uncertainty
 from .transcription import collocation as collocation
 from .verify import certify as certify

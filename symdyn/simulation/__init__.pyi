@@ -3,12 +3,8 @@
 from .columns import axes_of as axes_of, read_output as read_output
 from .ensemble_task import RunBlock as RunBlock
 from .equations.compiled_routines import compiled_entries as compiled_entries, opened as opened, points as points
-from .equations.controller import (
-    Feedback as Feedback,
-    feedback_of as feedback_of,
-    linear_law as linear_law,
-    read_feedback as read_feedback,
-)
+from .equations.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
+from .equations.linear_controllers import linear_law as linear_law, pid as pid
 from .equations.linear_feedback import state_names as state_names
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty

@@ -114,6 +114,9 @@ def _momentum(match: re.Match[str]) -> str:
     return "kg m/s" if match["what"] == "P" else "kg m^2/s"
 
 
+CONTROLLED = {"command": "commands", "reference": "references", "measured": "measurements"}
+"""By how they begin, kinds of columns of a controller that have the unit of what they are of, as estimates have."""
+
 ROWS = (
     ColumnRow("(kinetic|potential)_energy|work", ENERGIES, "J"),
     ColumnRow("(drive|other)_power", "powers", "W"),
@@ -132,6 +135,9 @@ ROWS = (
     ColumnRow(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
     ColumnRow(r"multiplier_.+", "multipliers", ""),
     ColumnRow(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
+    *(ColumnRow(f"{word}_(?P<of>.+)", kind, "") for word, kind in CONTROLLED.items()),
+    ColumnRow("(?P<of>.+)_hat", "estimates", ""),
+    ColumnRow(r"controller_x\d+|pid_(integral|filter)", "controller states", ""),
 )
 """The first that fits."""
 
@@ -168,7 +174,11 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit)
         for row, unit in SceneUnits(scene).rows.items()
     }
-    found += [said.get(name) or held.get(name) or _beside(name, own) for name in extra]
+    for name in extra:
+        beside = said.get(name) or held.get(name) or _beside(name, own)
+        if (of := _measured(name)) and beside.kind != "outputs":
+            beside = replace(beside, unit=units.get(of, "") or _beside(of, own).unit)
+        found.append(beside)
     return tuple(one if one.name in said else replace(one, unit=scene.shown_unit(one.unit)) for one in found)
 
 
@@ -216,6 +226,12 @@ def _beside(name: str, momenta: Mapping[str, str]) -> Column:
         if found := re.fullmatch(row.pattern, name.rstrip("_")):
             return Column(name, row.kind, row.unit if isinstance(row.unit, str) else row.unit(found), row.latex(found))
     return Column(name, OTHERS, "")
+
+
+def _measured(name: str) -> str:
+    """Return the signal or force of which a column of a controller is, "" of others."""
+    found = re.fullmatch(rf"({'|'.join(CONTROLLED)})_(?P<of>.+)|(?P<estimated>.+)_hat", name)
+    return (found["of"] or found["estimated"]) if found else ""
 
 
 def missing(name: object, names: Sequence[str]) -> str:

@@ -72,7 +72,8 @@ class Control:
             return None
         nq, nv = len(scene.coordinates), len(scene.velocities)
         found = Loops([Loop(law, nq, nv, until, len(scene.inputs)) for law in self.laws])
-        found.start(initial.q, initial.u)
+        with np.errstate(all="ignore"):  # what has no value is told
+            found.start(initial.q, initial.u)
         return found
 
     def reported(self, trajectory: Trajectory, x: Array, forces: Forces, loops: Loops | None) -> Trajectory:
@@ -85,7 +86,8 @@ class Control:
         cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])
         others = tuple(k for one in self.functions for k in one.places)
         n = trajectory.q.shape[1] + trajectory.qd.shape[1]
-        told = loops.loops[0].columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loops.nz])
+        with np.errstate(all="ignore"):
+            told = loops.loops[0].columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loops.nz])
         extra = apart(trajectory.scene, {**trajectory.extra, **told})
         held: tuple[str, ...] = ()
         if self.sampled is not None:

@@ -61,12 +61,12 @@ class Feedback:
     """
 
     law: Any
-    inputs: tuple[str, ...] = ()
+    inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
     limits: Mapping[str, float | Sequence[float]] = field(default_factory=dict)
     initial: Sequence[float] = ()
-    measures: tuple[str, ...] = ()
+    measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
@@ -84,67 +84,6 @@ class Feedback:
         usual = Feedback(None)
         names = [one.name for one in fields(self) if one.name != "law"]
         return {name: x for name in names if (x := getattr(self, name)) is not (y := getattr(usual, name)) and x != y}
-
-
-def linear_law(
-    A: object,
-    B: object,
-    C: object,
-    D: object,
-    measures: str | Sequence[str],
-    drives: str | Sequence[str],
-    *,
-    period: float | None = None,
-    y0: object = None,
-    u0: object = None,
-    reference: Mapping[str, object] | str | float | None = None,
-    states: Sequence[str] = (),
-) -> Feedback:
-    """Return a linear controller with states, z: ż = A z + B (r - y), u = u0 + C z + D (r - y).
-
-    Its states are integrated along with the motion, from 0 on; or, with a period, z' = A z + B (r - y) are those at the
-    next sample, and u is held in between.
-
-    >>> from symdyn.simulation import linear_law, simulate
-    >>> import symdyn
-    >>> lead = linear_law(-20, 1, -340, 20, "theta", "F")  # F = 20 (s + 3)/(s + 20) (0 - theta)
-    >>> run = simulate(symdyn.example("cart_pole"), until=0.1, start={"theta": 0.1}, feedback=lead)
-    >>> run["controller_x1"].shape
-    (201,)
-
-    Args:
-        A: shape (n, n); n may be 0.
-        B: shape (n, p).
-        C: shape (m, n).
-        D: shape (m, p).
-        measures: the p signals y: names of coordinates, velocities, points' places or outputs, or formulas of these.
-        drives: names of the m drives or inputs.
-        period: seconds between samples; None is none.
-        y0: the signals where the law was designed, by name or in order; 0 where nothing is said.
-        u0: forces or inputs there, likewise.
-        reference: r by name of the signal, a number or formula; y0 where nothing is said.
-        states: names of the n columns that show z; `controller_x1`, .. without.
-
-    Raises:
-        SimulateError: with every fault: matrices of other sizes, names that are not there.
-    """
-    faults = Faults("linear law")
-    signals, inputs = ((one,) if isinstance(one, str) else tuple(one) for one in (measures, drives))
-    law = LinearLaw.read({"A": A, "B": B, "C": C, "D": D}, signals, inputs, faults)
-    at, given = (
-        numbers_by_signal(one, names, where, faults) for one, names, where in ((y0, signals, "y0"), (u0, inputs, "u0"))
-    )
-    names = (states,) if isinstance(states, str) else tuple(states)
-    if names and len(set(names)) != law.size:
-        faults.add("states", f"{', '.join(names)} are not {law.size} different names")
-    faults.close(SimulateError)
-    law = replace(
-        law,
-        y0=tuple(at.get(name, 0.0) for name in signals),
-        initial=tuple(given.get(name, 0.0) for name in inputs),
-        states=names,
-    )
-    return Feedback(law, inputs, period, measures=signals, reference=reference)
 
 
 @dataclass(frozen=True)
@@ -203,7 +142,7 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
     if isinstance(law, Mapping):
         gains, more = gains_from(scene, law, "feedback")
         return replace(Feedback(gains, gains.inputs, **more), **given)
-    linear = linear_of(scene, law, asked.measures, asked.inputs, driven(scene), faults)
+    linear = linear_of(scene, law, tuple(asked.measures), tuple(asked.inputs), driven(scene), faults)
     faults.close(SimulateError)
     if linear is not None:
         system, measures, drives, period = linear
@@ -241,7 +180,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
-    names = feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene)  # gains name their own
+    names = tuple(feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene))  # gains name their own
     found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")

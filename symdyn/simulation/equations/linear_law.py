@@ -42,7 +42,7 @@ from symdyn.simulation.equations.compiled_routines import (
     opened,
     plain,
 )
-from symdyn.simulation.prescribed.formulas_in_time import read_seen
+from symdyn.simulation.prescribed.formulas_in_time import read_formula, read_seen
 from symdyn.unlocked import cached_property
 
 STATE = ("q", "qd", TIME)
@@ -193,12 +193,14 @@ class Signals:
         formulas = [_measurable(scene, text, where, faults) for text in measures]
         given = by_signal(reference, measures, "feedback: reference", faults)
         texts = {name: one for name, one in given.items() if isinstance(one, str)}
-        formulas += [_measurable(scene, one, f"feedback: reference: {name}", faults) for name, one in texts.items()]
+        for name, text in texts.items():
+            led = read_formula(text, _letters(scene), f"feedback: reference: {name}", faults)
+            formulas.append(led or Quantity.ZERO)
         others = {name: one for name, one in given.items() if name not in texts}
         known = dict(zip(measures, y0, strict=False))
         known |= numbers_by_signal(others, measures, "feedback: reference", faults)
-        led = tuple(list(measures).index(name) for name in texts)
-        return cls(scene, tuple(measures), tuple(formulas), tuple(known.values()), led, tuple(given))
+        places = tuple(list(measures).index(name) for name in texts)
+        return cls(scene, tuple(measures), tuple(formulas), tuple(known.values()), places, tuple(given))
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -245,16 +247,19 @@ class Signals:
 
 def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quantity:
     """Return a formula in what can be measured; zero after a fault."""
-    formula = read_seen(scene, text, where, faults)
-    if formula is None:
-        return Quantity.ZERO
-    known = {TIME, *scene.coordinates, *scene.velocities, *scene.point_letters, *(p.name for p in scene.parameters)}
-    for name in dict.fromkeys(one for one in formula.symbols if one not in known):
+    formula = read_seen(scene, text, where, faults) or Quantity.ZERO
+    for name in (one for one in formula.symbols if one not in _letters(scene)):
         faults.add(
             where, f"{text} depends on {name}, which forces make at once; measure what coordinates, velocities, points "
             "and parameters tell",
         )  # fmt: skip
     return formula
+
+
+def _letters(scene: Scene) -> tuple[str, ...]:
+    """Return what signals and references may depend on."""
+    parameters = (one.name for one in scene.parameters)
+    return (TIME, *scene.coordinates, *scene.velocities, *scene.point_letters, *parameters)
 
 
 # Systems of python-control and SciPy, known by what they have: these packages need not be there
