@@ -186,7 +186,7 @@ class Loop:
             q, u = (y[: self.nq], y[self.nq :]) if len(y) else (q, u)
             return Computed(self._said(t, q, u), measured=y)
         e = r - y
-        z = self.law.begun(e) if z is None else z
+        z = self.law.start @ e if z is None else z
         command = self._finite(t, self.law.command(z, e))
         return Computed(command, z, self.law.moved(z, e, self._cut(command) - command), y, r)
 
@@ -251,11 +251,9 @@ class Loop:
         signals, law = self.placed.signals, self.law
         if not self.nz or signals is None or not isinstance(law, LinearLaw):
             return np.zeros((0, self.nq + self.nv))
+        rows, free = self._slopes(t, q, u, z)
         found: Array = np.hstack([law.B @ signals.slopes(t, q, u), law.A])
-        if law.tracking is not None:
-            rows, free = self._slopes(t, q, u, z)
-            found += law.tracking @ ((free - 1.0)[:, None] * rows)
-        return found
+        return found + law.tracking @ ((free - 1.0)[:, None] * rows)
 
     def _slopes(self, t: float, q: Array, u: Array, z: Array) -> tuple[Array, Array]:
         """Return ∂v/∂(q, u, z), shape (m, nq + nv + nz), and 1 for what is not cut, 0 for what is, shape (m,)."""
@@ -302,14 +300,12 @@ class Loop:
         Commands before their limits, its states, references that were given, and signals with noise; of one that takes
         samples what it computed at the last of them.
         """
-        placed, signals, law = self.placed, self.placed.signals, self.law
+        placed, signals, labels = self.placed, self.placed.signals, self.placed.labels
+        shown = [] if signals is None else [k for k, name in enumerate(signals.measures) if name in signals.given]
+        noisy = np.flatnonzero((self._noise > 0) | (self._steps > 0)).tolist()
         names = [f"command_{name}" for name in placed.names]
-        names += law.state_names() if isinstance(law, LinearLaw) else ()
-        given = () if signals is None else signals.given
-        labels = () if signals is None else signals.labels
-        shown = [k for k, name in enumerate(() if signals is None else signals.measures) if name in given]
-        noisy = [k for k, name in enumerate(placed.measured) if name]
-        names += [f"reference_{labels[k]}" for k in shown] + [f"measured_{placed.measured[k]}" for k in noisy]
+        names += self.law.states if isinstance(self.law, LinearLaw) else ()
+        names += [f"reference_{labels[k]}" for k in shown] + [f"measured_{labels[k]}" for k in noisy]
 
         def row(t: float, q: Array, u: Array, z: Array) -> Array:
             if self.period is None:
@@ -331,13 +327,13 @@ class Loops:
 
     @property
     def nz(self) -> int:
-        """How many states of a controller are states of the run; functions have none."""
-        return sum(one.nz for one in self.loops)
+        """How many states of the controller are states of the run; it is the first, and functions have none."""
+        return self.loops[0].nz
 
     @property
     def z(self) -> Array:
         """Those at the start of the run, shape (nz,)."""
-        return np.concatenate([one.z for one in self.loops if one.period is None] or [NOTHING])
+        return self.loops[0].z[: self.nz]
 
     def start(self, q: Array, u: Array) -> None:
         """Begin at t = 0."""
@@ -365,7 +361,7 @@ class Loops:
 
     def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
         """Return ż, see `Loop.rates`."""
-        return np.concatenate([one.rates(t, q, u, z) for one in self.loops if one.nz], axis=-1)
+        return self.loops[0].rates(t, q, u, z)
 
     def slope(self, t: float, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return ∂τ/∂(q, u, z) at a state, shape (nv, nq + nv + nz)."""
@@ -377,4 +373,4 @@ class Loops:
 
     def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
         """Return ∂ż/∂(q, u, z), see `Loop.rate_slope`."""
-        return np.concatenate([one.rate_slope(t, q, u, z) for one in self.loops if one.nz])
+        return self.loops[0].rate_slope(t, q, u, z)

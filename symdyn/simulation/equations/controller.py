@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -83,7 +83,8 @@ class Feedback:
         """What differs from what is usual, the law aside."""
         usual = Feedback(None)
         names = [one.name for one in fields(self) if one.name != "law"]
-        return {name: x for name in names if (x := getattr(self, name)) is not (y := getattr(usual, name)) and x != y}
+        pairs = {name: (getattr(self, name), getattr(usual, name)) for name in names}
+        return {name: x for name, (x, y) in pairs.items() if type(x) is not type(y) or x != y}
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,6 @@ class Placed:
     """A controller in its scene.
 
     Attributes:
-        scene: the mechanism.
         feedback: its law, period and delay.
         names: of the inputs.
         units: of their forces.
@@ -99,12 +99,12 @@ class Placed:
         least, most: what every force is cut at, shape (m,).
         initial: shape (m,).
         signals: what a linear law measures; None of others, which are told the state.
-        noise: standard deviation by signal, or of every coordinate and velocity; shape (p,).
+        labels: what columns call what is measured: its signals, or coordinates and velocities; shape (p,).
+        noise: their standard deviations, shape (p,).
         steps: of their quantisation, 0 for none, shape (p,).
         title: what the law is called in messages.
     """
 
-    scene: Scene
     feedback: Feedback
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -113,17 +113,10 @@ class Placed:
     most: tuple[float, ...]
     initial: tuple[float, ...]
     signals: Signals | None = None
+    labels: tuple[str, ...] = ()
     noise: tuple[float, ...] = ()
     steps: tuple[float, ...] = ()
     title: str = "feedback: the controller"
-
-    @property
-    def measured(self) -> tuple[str, ...]:
-        """Names of the signals that have noise or are rounded, shape (p,); "" of others."""
-        scene = self.scene
-        names = (*scene.coordinates, *scene.velocities) if self.signals is None else self.signals.labels
-        pairs = zip(names, self.noise, self.steps, strict=True)
-        return tuple(name if sigma or step else "" for name, sigma, step in pairs)
 
 
 def read_feedback(scene: Scene, what: object) -> Feedback:
@@ -191,11 +184,16 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
     ranges = _ranges(feedback, names, faults)
-    signals, noise, steps = _measured(scene, feedback, names, faults)
+    signals = _signals(scene, feedback, names, faults)
+    state = (*scene.coordinates, *scene.velocities)
+    measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
+    noise, steps = (_sizes(feedback, name, measures, faults) for name in ("noise", "quantisation"))
     faults.close(SimulateError)
     least, most = zip(*(ranges[name] for name in names), strict=True)
     at, units = tuple(k for k in found if k is not None), force_units(scene)
-    return Placed(scene, feedback, names, tuple(units[k] for k in at), at, least, most, initial, signals, noise, steps)
+    return Placed(
+        feedback, names, tuple(units[k] for k in at), at, least, most, initial, signals, labels, noise, steps
+    )  # fmt: skip
 
 
 def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:
@@ -204,34 +202,31 @@ def placed_function(scene: Scene, function: ForceFunction, until: float) -> Plac
     return replace(found, title=f"{function.where}: the function")
 
 
-def _measured(
-    scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faults
-) -> tuple[Signals | None, tuple[float, ...], tuple[float, ...]]:
-    """Return what a linear law measures, None of another one, and noise and steps of what any measures."""
-    law, signals = feedback.law, None
-    measures = known = (*scene.coordinates, *scene.velocities)
-    if isinstance(law, LinearLaw):
-        measures = known = tuple(feedback.measures)
-        signals = Signals.read(scene, measures, feedback.reference, law.y0, faults)
-        if law.D.shape != (len(names), len(known)):
-            made, told = law.D.shape
-            faults.add(
-                "feedback", f"the law makes {made} of {told} numbers, and {len(names)} ({', '.join(names)}) of "
-                f"{len(known)} ({', '.join(known)}) are asked for",
-            )  # fmt: skip
-    else:
-        for name in ("measures", "reference"):
-            if name in feedback.given:
-                faults.add(f"feedback: {name}", "is of linear systems; a function or gains are told the whole state")
-    found: list[tuple[float, ...]] = []
-    for name in ("noise", "quantisation"):
-        sizes = numbers_by_signal(getattr(feedback, name), known, f"feedback: {name}", faults)
-        for signal in (one for one, size in sizes.items() if size < 0):
-            faults.add(f"feedback: {name}", f"{signal} = {sizes[signal]:g} is below 0")
-        if sizes and feedback.period is None:
-            faults.add(f"feedback: {name}", "is of a controller that takes samples; give it a period")
-        found.append(tuple(sizes.get(one, 0.0) for one in measures))
-    return signals, found[0], found[1]
+def _signals(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Faults) -> Signals | None:
+    """Return what a linear law measures; None of others, which are told the whole state."""
+    law, measures = feedback.law, tuple(feedback.measures)
+    if not isinstance(law, LinearLaw):
+        for name in feedback.given.keys() & {"measures", "reference"}:
+            faults.add(f"feedback: {name}", "is of linear systems; a function or gains are told the whole state")
+        return None
+    if law.D.shape != (len(names), len(measures)):
+        made, told = law.D.shape
+        asked = f"{len(names)} ({', '.join(names)}) of {len(measures)} ({', '.join(measures)})"
+        faults.add("feedback", f"the law makes {made} of {told} numbers, and {asked} are asked for")
+    return Signals.read(scene, measures, feedback.reference, law.y0, faults)
+
+
+def _sizes(feedback: Feedback, name: str, measures: Sequence[str], faults: Faults) -> tuple[float, ...]:
+    """Return the noise, or the steps, of what is measured, shape (p,)."""
+    where, seed = f"feedback: {name}", feedback.seed
+    found = numbers_by_signal(getattr(feedback, name), measures, where, faults)
+    for signal in (one for one, size in found.items() if size < 0):
+        faults.add(where, f"{signal} = {found[signal]:g} is below 0")
+    if found and feedback.period is None:
+        faults.add(where, "is of a controller that takes samples; give it a period")
+    if not isinstance(seed, Integral) or seed < 0:
+        faults.add("feedback: seed", f"{quoted(seed)} is no whole number, 0 or more")
+    return tuple(found.get(one, 0.0) for one in measures)
 
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:

@@ -63,9 +63,9 @@ def linear_law(
     at, given = (
         numbers_by_signal(one, names, where, faults) for one, names, where in ((y0, signals, "y0"), (u0, inputs, "u0"))
     )
-    names = (states,) if isinstance(states, str) else tuple(states)
-    if names and len(set(names)) != law.size:
-        faults.add("states", f"{', '.join(names)} are not {law.size} different names")
+    names = ((states,) if isinstance(states, str) else tuple(states)) or law.states
+    if len(set(names)) != len(law.states):
+        faults.add("states", f"{', '.join(names)} are not {len(law.states)} different names")
     faults.close(SimulateError)
     law = replace(
         law,

@@ -150,7 +150,7 @@ def gains_from(scene: Scene, specified: Mapping[str, object], where: str) -> tup
             faults.add("states", f"{name} is part of a quaternion, whose differences are no vector; give {turns}")
         elif name not in known:
             faults.add("states", f"{name} is not known; {suggestion(name, known)}")
-    K = _matrix(specified["K"], len(inputs), len(states), faults)
+    K = _matrix(specified["K"], inputs, states, faults)
     q0, u0 = _reference(scene, _numbers(specified.get("x0", {}), "x0", faults), faults)
     forces = _numbers(specified.get("u0", {}), "u0", faults)
     for name in forces:
@@ -187,15 +187,16 @@ def _names(specified: object, where: str, faults: Faults) -> list[str]:
     return found
 
 
-def _matrix(specified: object, rows: int, columns: int, faults: Faults) -> Array | None:
+def _matrix(specified: object, inputs: Sequence[str], states: Sequence[str], faults: Faults) -> Array | None:
     try:
         K = np.asarray(specified, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         faults.add("K", "is no matrix of numbers, a list of rows of the same length")
         return None
+    rows, columns = len(inputs), len(states)
     if rows and columns and K.shape != (rows, columns):
-        shape = " x ".join(map(str, K.shape)) or "a number"
-        faults.add("K", f"is {shape}; {rows} inputs and {columns} states need {rows} x {columns}")
+        shape, each = " x ".join(map(str, K.shape)) or "a number", f"{', '.join(inputs)} by {', '.join(states)}"
+        faults.add("K", f"is {shape}; {rows} inputs and {columns} states need {rows} x {columns}, {each}")
     elif not np.all(np.isfinite(K)):
         faults.add("K", "has an entry that is not finite")
     return K

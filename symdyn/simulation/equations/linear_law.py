@@ -11,7 +11,7 @@ do not wind up. Where a reference is not given it is y0, the signal at the opera
 Measured signals and references are formulas in time, coordinates, velocities, places of points and parameters, and in
 outputs of the scene that are made of these: what is measured must not depend on the forces that answer it.
 
-Reference: Åström and Hägglund, Advanced PID Control (2006), section 3.5, back calculation and tracking.
+Reference: Åström and Hägglund, Advanced PID Control (2006), chapter 3, back calculation and tracking.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ STATE = ("q", "qd", TIME)
 """What measured signals may depend on."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LinearLaw:
     """A linear controller of n states, p measured signals and m commands; see the module's legend.
 
@@ -57,20 +57,20 @@ class LinearLaw:
         A, B, C, D: shapes (n, n), (n, p), (m, n) and (m, p).
         y0: signals where e vanishes, unless a reference is given, shape (p,).
         initial: u0, shape (m,).
-        states: names of the columns of z, shape (n,); () are numbered.
+        states: names of the columns that show z, shape (n,).
         tracking: L, shape (n, m).
         start: z at the start over e there, shape (n, p).
     """
 
-    A: Array = field(repr=False)
-    B: Array = field(repr=False)
-    C: Array = field(repr=False)
-    D: Array = field(repr=False)
+    A: Array
+    B: Array
+    C: Array
+    D: Array
     y0: tuple[float, ...]
     initial: tuple[float, ...]
-    states: tuple[str, ...] = ()
-    tracking: Array | None = field(default=None, repr=False)
-    start: Array | None = field(default=None, repr=False)
+    states: tuple[str, ...]
+    tracking: Array
+    start: Array
 
     @classmethod
     def read(
@@ -95,12 +95,8 @@ class LinearLaw:
             elif not np.isfinite(found[name]).all():
                 faults.add(name, "has an entry that is not finite")
         A, B, C, D = (found[name].reshape(size) for name, size in sizes.items())
-        return cls(A, B, C, D, (0.0,) * p, (0.0,) * m)
-
-    @property
-    def size(self) -> int:
-        """Number of states."""
-        return len(self.A)
+        states = tuple(f"controller_x{k + 1}" for k in range(n))
+        return cls(A, B, C, D, (0.0,) * p, (0.0,) * m, states, np.zeros((n, m)), np.zeros((n, p)))
 
     def command(self, z: Array, e: Array) -> Array:
         """Return v, shape (m,)."""
@@ -109,16 +105,8 @@ class LinearLaw:
 
     def moved(self, z: Array, e: Array, missed: Array) -> Array:
         """Return ż, or the states at the next sample, shape (n,), where `missed` is sat(v) - v, shape (m,)."""
-        found: Array = self.A @ z + self.B @ e
-        return found if self.tracking is None else found + self.tracking @ missed
-
-    def begun(self, e: Array) -> Array:
-        """Return the states at the start, shape (n,)."""
-        return np.zeros(self.size) if self.start is None else np.asarray(self.start @ e)
-
-    def state_names(self) -> tuple[str, ...]:
-        """Return a name for each state."""
-        return self.states or tuple(f"controller_x{k + 1}" for k in range(self.size))
+        found: Array = self.A @ z + self.B @ e + self.tracking @ missed
+        return found
 
 
 def _numbers(name: str, given: object, faults: Faults) -> Array:
@@ -288,30 +276,20 @@ def linear_of(
     else:
         faults.add("", f"{quoted(system)} is no linear system; give transfer functions or A, B, C and D")
         return None
-    period = _period(whole.dt, faults)
-    p, names = matrices["D"].shape[1], drives or _labels(whole, "output_labels") or usual
-    known = measures or _labels(whole, "input_labels")
-    for others in (tuple(one.name for one in scene.outputs), scene.coordinates):
-        known = known or (others if len(others) == p else ())
-    if not known:
-        faults.add(
-            "", f"the system has {_count(p, 'input')}; say which signals these are: Feedback(system, measures=..)"
-        )
-        return None
-    return LinearLaw.read(matrices, known, names, faults), known, names, period
-
-
-def _labels(system: Any, which: str) -> tuple[str, ...]:
-    """Return the names that somebody gave the inputs or outputs of a system, () of those that are counted."""
-    found = tuple(map(str, getattr(system, which, None) or ()))
-    return () if any(re.fullmatch(r"[uy]\[\d+\]", one) for one in found) else found
-
-
-def _period(dt: Any, faults: Faults) -> float | None:
-    """Return the seconds between samples, None of a system that is continuous, or says nothing."""
+    dt, p = whole.dt, matrices["D"].shape[1]
     if dt is True:
         faults.add("", "the system is sampled, but says not how often; give it a dt in seconds")
-    return None if dt is None or isinstance(dt, bool) or dt == 0 else float(dt)
+    period = None if dt is None or dt is True or dt == 0 else float(dt)
+    named = [tuple(getattr(whole, f"{which}_labels", None) or ()) for which in ("input", "output")]
+    ins, outs = (() if any(re.fullmatch(r"[uy]\[\d+\]", one) for one in names) else names for names in named)
+    likely = (tuple(one.name for one in scene.outputs), scene.coordinates)
+    known = measures or ins or next((names for names in likely if len(names) == p), ())
+    if not known:
+        inputs = _count(p, "input")
+        faults.add("", f"the system has {inputs}; say which signals these are: Feedback(system, measures=..)")
+        return None
+    names = drives or outs or usual
+    return LinearLaw.read(matrices, known, names, faults), known, names, period
 
 
 def _realised(num: Any, den: Any, faults: Faults) -> dict[str, Array]:
