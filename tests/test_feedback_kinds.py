@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -229,10 +230,12 @@ def test_parts_of_a_pid_may_be_left_out(parts: tuple[float, ...], period: float 
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"kp": 0, "kd": 1}, "pid: filter: 0 s is no time above 0"),
-        ({"filter": -1, "kd": 1}, "pid: filter: -1 s is no time above 0"),
-        ({"kp": 0, "ki": 1, "limits": 3}, "pid: antiwindup: 0 s is no time above 0"),
-        ({"kp": np.inf}, "pid: a number is not finite"),
+        ({"kp": 0, "kd": 1}, "pid: filter: kd = 1 beside kp = 0 tells no time of a filter; give one, s"),
+        ({"filter": -1, "kd": 1}, "pid: filter = -1: give a time above 0, s"),
+        ({"period": 0}, "pid: period = 0: give a time above 0, s"),
+        ({"antiwindup": -0.1}, "pid: antiwindup = -0.1: give a time above 0, s"),
+        ({"kp": 0, "ki": 1, "limits": 3}, "pid: antiwindup: ki = 1 alone tells no time in which the integral is to"),
+        ({"kp": np.inf}, "pid: kp = inf: give a finite number"),
         ({"kp": "much"}, "kp = 'much': give a number"),
         ({"to": "G"}, "G is neither a drive nor a coordinate"),
         ({"limits": -3}, "limits: F: -3 is neither a size above 0"),
@@ -429,3 +432,12 @@ def test_what_a_feedback_says_goes_before_what_its_system_says() -> None:
     found = read_feedback(CART, Feedback(Regulated(), limits={"F": 3}, measures=("x",)))
 
     assert (found.limits, found.measures, found.inputs) == ({"F": 3}, ("x",), ("F",))
+
+
+def test_what_the_page_says_of_controllers_runs() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "simulate.md").read_text(encoding="utf-8")
+    text = page.partition("#### LQR, PID")[2].partition("\n### ")[0]
+    found = doctest.DocTestRunner(verbose=False).run(doctest.DocTestParser().get_doctest(text, {}, "page", None, 0))
+
+    assert found.attempted > 20
+    assert found.failed == 0

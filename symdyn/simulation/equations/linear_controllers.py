@@ -121,16 +121,21 @@ def pid(
     13 (samples).
     """
     check_arguments(pid, locals(), SimulateError)
-    (kp, ki, kd, period), h, faults = native(float, kp, ki, kd, period), period or 0.0, Faults("pid")
-    T = filter if filter is not None else abs(kd / kp) / 10 if kp else 0.0
+    faults, times = Faults("pid"), {"filter": filter, "period": period}
+    for name, x in {"kp": kp, "ki": ki, "kd": kd, **times, "antiwindup": antiwindup}.items():
+        if x is not None and not math.isfinite(float(x)):
+            faults.add(f"{name} = {x}", "give a finite number")
+        elif x is not None and (name in times or (name == "antiwindup" and x is not False)) and not x > 0:
+            faults.add(f"{name} = {x:g}", "give a time above 0, s")
+    faults.close(SimulateError)
+    (kp, ki, kd, period), h = native(float, kp, ki, kd, period), float(period or 0.0)
+    T = float(filter) if filter is not None else abs(kd / kp) / 10 if kp else 0.0
     usual = math.sqrt(abs(kd / ki)) if ki and kd else abs(kp / ki) if ki else 0.0
-    T_t = max(usual if antiwindup is True else float(antiwindup), float(h))
-    if not all(map(math.isfinite, (kp, ki, kd, T, T_t))):
-        faults.add("", "a number is not finite")
-    elif kd and not T > 0:
-        faults.add("filter", f"{T:g} s is no time above 0; a derivative needs one")
-    elif ki and limits is not None and antiwindup is not False and not T_t > 0:
-        faults.add("antiwindup", f"{T_t:g} s is no time above 0; give the time in which the integral is to follow")
+    T_t = max(usual if antiwindup is True else float(antiwindup), h)
+    if kd and not T > 0:
+        faults.add("filter", f"kd = {kd:g} beside kp = {kp:g} tells no time of a filter; give one, s")
+    if ki and limits is not None and antiwindup is True and not T_t > 0:
+        faults.add("antiwindup", f"ki = {ki:g} alone tells no time in which the integral is to follow; give one, s")
     faults.close(SimulateError)
     back = 1 / T_t if antiwindup is not False and T_t else 0.0
     states = dict[str, tuple[float, ...]]()  # of each: A, B, C, D, its start over e, L
