@@ -400,12 +400,14 @@ REFUSED = [
     (ct.tf([1, 0, 0], [1, 1]), "feedback: the transfer function is improper, of degree 2 over 1"),
     (
         ct.tf([1], [1, 1]),
-        "feedback: the system has 1 input; say which signals these are: Feedback(",
+        "feedback: say which signals are the inputs of the system, 1 in all: Feedback(system",
     ),
-    (ct.ss(ct.tf([1], [1, 1], dt=True)), "the system is sampled, but says not how often; give it a dt in seconds"),
+    (ct.ss(ct.tf([1], [1, 1], dt=True)), "the system is sampled, but says not how often; give it a dt, or a period"),
     (ct.frd([1, 2], [1, 2]), "is no linear system; give transfer functions or A, B, C and D"),
     (ct.ss([[-1]], [[1]], [[1]], [[0]], inputs=["thta"], outputs=["F"]), "uses thta, which is not known here; did you"),
     (ct.ss([[-1]], [[1]], [[1]], [[0]], inputs=["theta"], outputs=["G"]), "G is neither a drive nor a coordinate"),
+    (Feedback(LABELLED, period=0.1), "feedback: period: the system is continuous; discretise it"),
+    (Feedback(ct.ss(0.5, 1, 1, 0, dt=1), "F", 2, measures="x"), "period: the system has samples every 1 s; leave it"),
     (np.eye(3), "feedback: K: is 3 x 3; 1 inputs and 4 states need 1 x 4"),
     (np.zeros((60, 60)), "feedback: K: is 60 x 60"),
     (np.array([["a"]]), "feedback: K: is no matrix of numbers"),
@@ -441,3 +443,11 @@ def test_what_the_page_says_of_controllers_runs() -> None:
 
     assert found.attempted > 20
     assert found.failed == 0
+
+
+def test_a_system_that_says_not_how_often_takes_the_period_that_is_given() -> None:
+    system = ct.ss(0.5, 1, 1, 0, dt=True)
+    found = read_feedback(CART, Feedback(system, "F", 0.02, measures="x"))
+
+    assert found.period == 0.02
+    assert read_feedback(CART, Feedback(ct.ss(0.5, 1, 1, 0, dt=1), "F", measures="x")).period == 1.0

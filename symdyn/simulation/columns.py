@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from functools import lru_cache
 from itertools import count
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,9 +115,6 @@ def _momentum(match: re.Match[str]) -> str:
     return "kg m/s" if match["what"] == "P" else "kg m^2/s"
 
 
-CONTROLLED = {"command": "commands", "reference": "references", "measured": "measurements"}
-"""By how they begin, kinds of columns of a controller that have the unit of what they are of, as estimates have."""
-
 ROWS = (
     ColumnRow("(kinetic|potential)_energy|work", ENERGIES, "J"),
     ColumnRow("(drive|other)_power", "powers", "W"),
@@ -135,11 +133,13 @@ ROWS = (
     ColumnRow(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
     ColumnRow(r"multiplier_.+", "multipliers", ""),
     ColumnRow(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
-    *(ColumnRow(f"{word}_(?P<of>.+)", kind, "") for word, kind in CONTROLLED.items()),
+    ColumnRow("command_(?P<of>.+)", "commands", ""),
+    ColumnRow("reference_(?P<of>.+)", "references", ""),
+    ColumnRow("measured_(?P<of>.+)", "measurements", ""),
     ColumnRow("(?P<of>.+)_hat", "estimates", ""),
     ColumnRow(r"controller_x\d+|pid_(integral|filter)", "controller states", ""),
 )
-"""The first that fits."""
+"""The first that fits. What is `of` another column has its unit."""
 
 
 def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
@@ -166,6 +166,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         one.name: Column(one.name, "outputs", one.unit or _unit(scene, one.formula, units, one.name))
         for one in scene.outputs
     }
+    units |= {name: one.unit for name, one in said.items()}
     own = {
         f"momentum_{velocity.removesuffix('_dot')}": unit
         for velocity, unit in zip(scene.velocities, rates, strict=True)
@@ -174,11 +175,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit)
         for row, unit in SceneUnits(scene).rows.items()
     }
-    for name in extra:
-        beside = said.get(name) or held.get(name) or _beside(name, own)
-        if (of := _measured(name)) and beside.kind != "outputs":
-            beside = replace(beside, unit=units.get(of, "") or _beside(of, own).unit)
-        found.append(beside)
+    found += [said.get(name) or held.get(name) or _beside(name, own, units) for name in extra]
     return tuple(one if one.name in said else replace(one, unit=scene.shown_unit(one.unit)) for one in found)
 
 
@@ -218,20 +215,16 @@ def known(name: str) -> bool:
     return _beside(name, {}).kind != OTHERS or name.startswith("momentum_")
 
 
-def _beside(name: str, momenta: Mapping[str, str]) -> Column:
-    """Return what a column beside the state is."""
+def _beside(name: str, momenta: Mapping[str, str], units: Mapping[str, str] = MappingProxyType({})) -> Column:
+    """Return what a column beside the state is; `units` are those of others."""
     if name in momenta:
         return Column(name, "momenta", "kg m^2/s" if momenta[name] == "rad" else "kg m/s")
     for row in ROWS:
         if found := re.fullmatch(row.pattern, name.rstrip("_")):
-            return Column(name, row.kind, row.unit if isinstance(row.unit, str) else row.unit(found), row.latex(found))
+            unit = row.unit if isinstance(row.unit, str) else row.unit(found)
+            of = found.groupdict().get("of") or ""
+            return Column(name, row.kind, unit or units.get(of) or (of and _beside(of, momenta).unit), row.latex(found))
     return Column(name, OTHERS, "")
-
-
-def _measured(name: str) -> str:
-    """Return the signal or force of which a column of a controller is, "" of others."""
-    found = re.fullmatch(rf"({'|'.join(CONTROLLED)})_(?P<of>.+)|(?P<estimated>.+)_hat", name)
-    return (found["of"] or found["estimated"]) if found else ""
 
 
 def missing(name: object, names: Sequence[str]) -> str:

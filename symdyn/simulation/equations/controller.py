@@ -25,7 +25,13 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
 from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains, state_names
-from symdyn.simulation.equations.linear_law import LinearLaw, Signals, linear_of, numbers_by_signal
+from symdyn.simulation.equations.linear_law import (
+    LinearLaw,
+    Signals,
+    matrices_of,
+    names_of,
+    numbers_by_signal,
+)
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 
@@ -135,11 +141,10 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
     if isinstance(law, Mapping):
         gains, more = gains_from(scene, law, "feedback")
         return replace(Feedback(gains, gains.inputs, **more), **given)
-    linear = linear_of(scene, law, tuple(asked.measures), tuple(asked.inputs), driven(scene), faults)
+    matrices = matrices_of(law, faults)
     faults.close(SimulateError)
-    if linear is not None:
-        system, measures, drives, period = linear
-        return replace(Feedback(system, drives, period, measures=measures), **given)
+    if matrices is not None:
+        return _of_system(scene, asked, matrices)
     if isinstance(law, LinearLaw):
         return asked
     if not isinstance(law, type) and callable(made := getattr(law, "feedback", None)):
@@ -157,6 +162,27 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
             "file of them, a regulator, a linear system, or a Feedback of one"
         )
     return asked
+
+
+def _of_system(scene: Scene, asked: Feedback, matrices: Mapping[str, Array]) -> Feedback:
+    """Return the controller of a system: its names, if it has any, are those of signals and drives, `dt` its period."""
+    faults, dt, given = Faults("feedback"), asked.law.dt, asked.period
+    (ins, outs), p = names_of(asked.law), matrices["D"].shape[1]
+    likely = (tuple(one.name for one in scene.outputs), scene.coordinates)
+    measures = tuple(asked.measures) or ins or next((names for names in likely if len(names) == p), ())
+    names = tuple(asked.inputs) or outs or driven(scene)
+    if not measures:
+        faults.add("", f"say which signals are the inputs of the system, {p} in all: Feedback(system, measures=..)")
+    if dt is True and given is None:
+        faults.add("", "the system is sampled, but says not how often; give it a dt, or a period, in seconds")
+    period = given if dt is True else None if not dt else float(dt)
+    if given is not None and given != period:
+        why = "is continuous; discretise it (c2d of python-control, cont2discrete of SciPy)"
+        faults.add("period", f"the system {why if period is None else f'has samples every {period:g} s'}; leave it out")
+    faults.close(SimulateError)
+    law = LinearLaw.read(matrices, measures, names, faults)
+    faults.close(SimulateError)
+    return replace(Feedback(law, names, period, measures=measures), **asked.given)
 
 
 def driven(scene: Scene) -> tuple[str, ...]:

@@ -253,43 +253,29 @@ def _letters(scene: Scene) -> tuple[str, ...]:
 # Systems of python-control and SciPy, known by what they have: these packages need not be there
 
 
-def linear_of(
-    scene: Scene,
-    system: Any,
-    measures: tuple[str, ...],
-    drives: tuple[str, ...],
-    usual: tuple[str, ...],
-    faults: Faults,
-) -> tuple[LinearLaw, tuple[str, ...], tuple[str, ...], float | None] | None:
-    """Return the law of a system, what it measures and drives, and its period; None of what is no system.
+def matrices_of(system: Any, faults: Faults) -> dict[str, Array] | None:
+    """Return A, B, C and D of what has `dt` beside them, or num and den, or is made to have by `to_tf`; None of others.
 
-    Names of its inputs and outputs are those of signals and drives, if somebody has given it names. It has `dt`, and
-    A, B, C, D, or num and den, or zeros, poles and gain (`to_tf`).
+    What has `dt` and none of them is a fault.
     """
     whole = system.to_tf() if hasattr(system, "to_tf") and hasattr(system, "poles") else system
     if isinstance(system, type) or not hasattr(whole, "dt"):
         return None
     if all(hasattr(whole, name) for name in "ABCD"):
-        matrices = {name: np.atleast_2d(getattr(whole, name)) for name in "ABCD"}
-    elif hasattr(whole, "num") and hasattr(whole, "den"):
-        matrices = _realised(whole.num, whole.den, faults)
-    else:
-        faults.add("", f"{quoted(system)} is no linear system; give transfer functions or A, B, C and D")
-        return None
-    dt, p = whole.dt, matrices["D"].shape[1]
-    if dt is True:
-        faults.add("", "the system is sampled, but says not how often; give it a dt in seconds")
-    period = None if dt is None or dt is True or dt == 0 else float(dt)
-    named = [tuple(getattr(whole, f"{which}_labels", None) or ()) for which in ("input", "output")]
-    ins, outs = (() if any(re.fullmatch(r"[uy]\[\d+\]", one) for one in names) else names for names in named)
-    likely = (tuple(one.name for one in scene.outputs), scene.coordinates)
-    known = measures or ins or next((names for names in likely if len(names) == p), ())
-    if not known:
-        inputs = _count(p, "input")
-        faults.add("", f"the system has {inputs}; say which signals these are: Feedback(system, measures=..)")
-        return None
-    names = drives or outs or usual
-    return LinearLaw.read(matrices, known, names, faults), known, names, period
+        return {name: np.atleast_2d(getattr(whole, name)) for name in "ABCD"}
+    if hasattr(whole, "num") and hasattr(whole, "den"):
+        return _realised(whole.num, whole.den, faults)
+    faults.add("", f"{quoted(system)} is no linear system; give transfer functions or A, B, C and D")
+    return None
+
+
+def names_of(system: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names that somebody gave the inputs, and the outputs, of a system; () of those that are counted."""
+    ins, outs = (
+        () if any(re.fullmatch(r"[uy]\[\d+\]", one) for one in names) else names
+        for names in (tuple(getattr(system, f"{which}_labels", None) or ()) for which in ("input", "output"))
+    )
+    return ins, outs
 
 
 def _realised(num: Any, den: Any, faults: Faults) -> dict[str, Array]:
