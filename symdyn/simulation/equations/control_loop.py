@@ -143,15 +143,9 @@ class Loop:
 
     def __call__(self, t: npt.ArrayLike, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return driving forces, then inputs, at times () or (N,) and states, shape (nv + inputs,) or (N, ..)."""
-
-        def acting(t: float, q: Array, u: Array, z: Array) -> Array:
-            found = np.zeros(self.size)
-            found[list(self.placed.places)] = (
-                self._cut(self.computed(t, q, u, z).command) if self.period is None else self._acting(t)
-            )
-            return found
-
-        return self._each(acting, self.size, t, q, u, z)
+        found, places = np.zeros((*np.shape(t), self.size)), list(self.placed.places)
+        found[..., places] = self._each(self._acting, len(places), t, q, u, z)
+        return found
 
     def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
         """Return ż at times () or (N,) and states, shape (nz,) or (N, nz)."""
@@ -171,8 +165,10 @@ class Loop:
                 continue
         return found
 
-    def _acting(self, t: float) -> Array:
-        slack = SAME * (self.period or 0.0)  # a row's time and a sample's may be rounded differently
+    def _acting(self, t: float, q: Array, u: Array, z: Array) -> Array:
+        if self.period is None:
+            return self._cut(self.computed(t, q, u, z).command)
+        slack = SAME * self.period  # a row's time and a sample's may be rounded differently
         return self._held[bisect_right(self._since, t + slack) - 1]
 
     def computed(self, t: float, q: Array, u: Array, z: Array | None) -> Computed:
