@@ -436,6 +436,7 @@ def test_what_a_feedback_says_goes_before_what_its_system_says() -> None:
     assert (found.limits, found.measures, found.inputs) == ({"F": 3}, ("x",), ("F",))
 
 
+@pytest.mark.long(0)
 def test_what_the_page_says_of_controllers_runs() -> None:
     page = (Path(__file__).parent.parent / "docs" / "simulate.md").read_text(encoding="utf-8")
     text = page.partition("#### LQR, PID")[2].partition("\n### ")[0]
@@ -451,3 +452,14 @@ def test_a_system_that_says_not_how_often_takes_the_period_that_is_given() -> No
 
     assert found.period == 0.02
     assert read_feedback(CART, Feedback(ct.ss(0.5, 1, 1, 0, dt=1), "F", measures="x")).period == 1.0
+
+
+def test_a_function_with_attributes_of_a_system_is_a_function() -> None:
+    class Own:
+        A = B = C = D = np.eye(1)
+        dt = 0.01
+
+        def __call__(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+            return 40 * float(q[1])
+
+    assert np.array_equal(last(Own()), last(lambda t, q, u: 40 * q[1]))

@@ -141,3 +141,21 @@ def test_what_no_linear_law_can_be_is_told(given: tuple[object, ...], more: dict
         simulate(CART, until=0.1, feedback=linear_law(*given, **more))  # type: ignore[arg-type]
 
     assert words in str(fault.value)
+
+
+def test_a_law_without_states_is_gains() -> None:
+    law = linear_law([], [], [], [[36, 6]], ["theta", "theta_dot"], "F", y0=[0.02, 0], u0={"F": 0.1})
+    found = simulate(CART, until=0.5, start={"theta": "0.1"}, feedback=law)
+    same = simulate(CART, forces="F=0.1-36*(theta-0.02)-6*theta_dot", until=0.5, start={"theta": "0.1"})
+
+    assert np.abs(found.q - same.q).max() < 1e-8
+    assert not any("controller" in name for name in found.names)
+
+
+def test_references_are_of_their_signals_in_any_order() -> None:
+    law = linear_law([], [], [], [[1, 10]], ["x", "theta"], "F", reference={"theta": "0.1*t", "x": "0.3*t"})
+    run = simulate(CART, until=0.5, start={"theta": "0.1"}, feedback=law, method="radau")
+
+    assert np.allclose(run["reference_theta"], 0.1 * run.t)
+    assert np.allclose(run["reference_x"], 0.3 * run.t)
+    assert np.allclose(run["F"], 0.3 * run.t - run["x"] + 10 * (0.1 * run.t - run["theta"]), atol=1e-12)

@@ -73,7 +73,7 @@ class Loop:
     Attributes:
         nz: how many states of the controller are states of the run.
         z: its states at the start, or at the next sample.
-        taken: what it computed at its samples, in order.
+        taken: what columns show of its samples, in order.
         cuts: when forces were cut at their limits.
     """
 
@@ -84,13 +84,14 @@ class Loop:
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
         self.nz, self.z = 0, NOTHING
-        self.taken: list[Computed] = []
+        self.taken: list[Array] = []
         self.late, self.rest = (0, 0.0) if self.period is None else lateness(feedback)
         self.cuts = Cuts(placed.names, placed.units, placed.least, placed.most)
         self._since, self._held = [-math.inf], [self._cut(np.array(placed.initial))]
         self._waiting: deque[tuple[float, Array]] = deque()
         self._noise, self._steps = np.array(placed.noise), np.array(placed.steps)
-        self._inexact = bool(self._noise.any() or self._steps.any())
+        self._rough = np.flatnonzero((self._noise > 0) | (self._steps > 0)).tolist()
+        self._led = [] if placed.signals is None else placed.signals.given
         self._random = np.random.default_rng(feedback.seed)
 
     @property
@@ -197,9 +198,9 @@ class Loop:
             for name, finite in zip(signals.measures, np.isfinite(r - y), strict=True):
                 if not finite:
                     raise ControllerError(f"feedback: the measured signal {name} has no finite value at t = {t:.9g} s")
-        elif self._inexact:
+        elif self._rough:
             y = np.concatenate([q, u])
-        if self._inexact:
+        if self._rough:
             y = y + self._noise * self._random.standard_normal(len(y))
             rough = self._steps > 0
             y[rough] = np.round(y[rough] / self._steps[rough]) * self._steps[rough]
@@ -280,7 +281,7 @@ class Loop:
         k = self.samples
         found = self.computed(k * self.period, q, u, self.z if k else None)
         self._waiting.append(((k + self.late) * self.period + self.rest, found.command))
-        self.taken.append(found)
+        self.taken.append(self._row(found))
         self.z = found.moved
 
     def _act(self, t: float) -> None:
@@ -296,21 +297,21 @@ class Loop:
         Commands before their limits, its states, references that were given, and signals with noise; of one that takes
         samples what it computed at the last of them.
         """
-        placed, signals, labels = self.placed, self.placed.signals, self.placed.labels
-        shown = [] if signals is None else [k for k, name in enumerate(signals.measures) if name in signals.given]
-        noisy = np.flatnonzero((self._noise > 0) | (self._steps > 0)).tolist()
-        names = [f"command_{name}" for name in placed.names]
+        labels = self.placed.labels
+        names = [f"command_{name}" for name in self.placed.names]
         names += self.law.states if isinstance(self.law, LinearLaw) else ()
-        names += [f"reference_{labels[k]}" for k in shown] + [f"measured_{labels[k]}" for k in noisy]
+        names += [f"reference_{labels[k]}" for k in self._led] + [f"measured_{labels[k]}" for k in self._rough]
 
         def row(t: float, q: Array, u: Array, z: Array) -> Array:
             if self.period is None:
-                found = self.computed(t, q, u, z)
-            else:
-                found = self.taken[min(int(t / self.period + SAME), self.samples - 1)]
-            return np.concatenate([found.command, found.states, found.reference[shown], found.measured[noisy]])
+                return self._row(self.computed(t, q, u, z))
+            return self.taken[min(int(t / self.period + SAME), self.samples - 1)]
 
         return dict(zip(names, self._each(row, len(names), t, q, u, z).T, strict=True))
+
+    def _row(self, found: Computed) -> Array:
+        told = found.reference[self._led], found.measured[self._rough]
+        return np.concatenate([found.command, found.states, *told])
 
 
 class Loops:

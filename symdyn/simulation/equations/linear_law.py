@@ -160,15 +160,15 @@ class Signals:
         formulas: of the signals, and then of the references that are formulas.
         numbers: the references that are numbers, shape (p,).
         led: indices of the signals whose references are formulas.
-        given: the signals whose reference is given.
+        given: indices of the signals whose reference is given.
     """
 
     scene: Scene
     measures: tuple[str, ...]
     formulas: tuple[Quantity, ...]
     numbers: tuple[float, ...]
-    led: tuple[int, ...] = ()
-    given: tuple[str, ...] = ()
+    led: list[int]
+    given: list[int]
 
     @classmethod
     def read(
@@ -181,14 +181,14 @@ class Signals:
         formulas = [_measurable(scene, text, where, faults) for text in measures]
         given = by_signal(reference, measures, "feedback: reference", faults)
         texts = {name: one for name, one in given.items() if isinstance(one, str)}
-        for name, text in texts.items():
-            led = read_formula(text, _letters(scene), f"feedback: reference: {name}", faults)
-            formulas.append(led or Quantity.ZERO)
+        for name in (one for one in measures if one in texts):
+            formula = read_formula(texts[name], _letters(scene), f"feedback: reference: {name}", faults)
+            formulas.append(formula or Quantity.ZERO)
         others = {name: one for name, one in given.items() if name not in texts}
         known = dict(zip(measures, y0, strict=False))
         known |= numbers_by_signal(others, measures, "feedback: reference", faults)
-        places = tuple(list(measures).index(name) for name in texts)
-        return cls(scene, tuple(measures), tuple(formulas), tuple(known.values()), places, tuple(given))
+        led, told = ([k for k, name in enumerate(measures) if name in some] for some in (texts, given))
+        return cls(scene, tuple(measures), tuple(formulas), tuple(known.values()), led, told)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -198,7 +198,7 @@ class Signals:
     def __call__(self, t: float, q: Array, u: Array) -> tuple[Array, Array]:
         """Return y and r, shape (p,) each."""
         values, r = self._calls["signals"](q, u, t), np.array(self.numbers)
-        r[list(self.led)] = values[len(r) :]
+        r[self.led] = values[len(r) :]
         return values[: len(r)], r
 
     def slopes(self, t: float, q: Array, u: Array) -> Array:
@@ -207,7 +207,7 @@ class Signals:
         dq, du = (np.ascontiguousarray(part) for part in np.split(every, [len(q)], axis=1))
         values = self._along["along"](q, u, t, dq, du).T
         found: Array = -values[:p]
-        found[list(self.led)] += values[p:]
+        found[self.led] += values[p:]
         return found
 
     @cached_property
@@ -256,10 +256,12 @@ def _letters(scene: Scene) -> tuple[str, ...]:
 def matrices_of(system: Any, faults: Faults) -> dict[str, Array] | None:
     """Return A, B, C and D of what has `dt` beside them, or num and den, or is made to have by `to_tf`; None of others.
 
-    What has `dt` and none of them is a fault.
+    What has `dt` and none of them is a fault. A function with such attributes is a function, but for python-control's,
+    which have `ninputs`.
     """
     whole = system.to_tf() if hasattr(system, "to_tf") and hasattr(system, "poles") else system
-    if isinstance(system, type) or not hasattr(whole, "dt"):
+    function = callable(whole) and not hasattr(whole, "ninputs")
+    if isinstance(system, type) or function or not hasattr(whole, "dt"):
         return None
     if all(hasattr(whole, name) for name in "ABCD"):
         return {name: np.atleast_2d(getattr(whole, name)) for name in "ABCD"}
