@@ -277,7 +277,7 @@ class Trajectory(Shown):
         check_arguments(Trajectory.save_plot, locals(), SimulateError)
         from symdyn.simulation.panels import plot
 
-        plot(self, Path(file), names)
+        plot(self, Path(file), list(names))
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the usual plot as a picture; the same run, the same bytes.
