@@ -15,7 +15,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.scene import Scene
 from symdyn.simulation.columns import apart
-from symdyn.simulation.equations.control_loop import SAME, Loop, Loops, lateness
+from symdyn.simulation.equations.control_loop import SAME, Loop, lateness
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.initial import Start
@@ -66,28 +66,28 @@ class Control:
             found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
         return found if self.sampled is None else found + hidden(self.sampled, times)
 
-    def begun(self, scene: Scene, initial: Start, until: float) -> Loops | None:
+    def begun(self, scene: Scene, initial: Start, until: float) -> Loop | None:
         """Return them at work at the start of a run, None where there are none."""
         if not self.laws:
             return None
-        nq, nv = len(scene.coordinates), len(scene.velocities)
-        found = Loops([Loop(law, nq, nv, until, len(scene.inputs)) for law in self.laws])
+        first, *beside = self.laws
+        found = Loop(first, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs), beside)
         with np.errstate(all="ignore"):  # what has no value is told
             found.start(initial.q, initial.u)
         return found
 
-    def reported(self, trajectory: Trajectory, x: Array, forces: Forces, loops: Loops | None) -> Trajectory:
+    def reported(self, trajectory: Trajectory, x: Array, forces: Forces, loop: Loop | None) -> Trajectory:
         """Return a run, of states (N, nx), with what is told of the controller.
 
         That are columns of what it computed, which columns are under zero-order hold, and saturations.
         """
-        if self.controller is None or loops is None:
+        if self.controller is None or loop is None:
             return trajectory
-        cuts, end = loops.loops[0].cuts, float(trajectory.t[-1])
+        cuts, end = loop.cuts, float(trajectory.t[-1])
         others = tuple(k for one in self.functions for k in one.places)
         n = trajectory.q.shape[1] + trajectory.qd.shape[1]
         with np.errstate(all="ignore"):
-            told = loops.loops[0].columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loops.nz])
+            told = loop.columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loop.nz])
         extra = apart(trajectory.scene, {**trajectory.extra, **told})
         held: tuple[str, ...] = ()
         if self.sampled is not None:

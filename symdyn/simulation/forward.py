@@ -225,7 +225,7 @@ def simulate(
     times = outside.samples(run.until, run.every, times)
     system = state_equations(scene, given, zeros, problem.whole)
     system = replace(system, loop=outside.begun(scene, initial, run.until))
-    own = np.zeros(0) if system.loop is None else system.loop.z
+    own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
     x = np.concatenate([initial.q, initial.u, own, np.zeros(int(system.works))])
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))

@@ -71,15 +71,19 @@ class Loop:
     """A controller of a scene with nq coordinates, nv velocities and some inputs, in a run to the time `until`.
 
     Attributes:
+        beside: functions that forces are given by, which are added; they act all the time and have no limits or states.
         nz: how many states of the controller are states of the run.
         z: its states at the start, or at the next sample.
         taken: what columns show of its samples, in order.
         cuts: when forces were cut at their limits.
     """
 
-    def __init__(self, placed: Placed, nq: int, nv: int, until: float, inputs: int = 0) -> None:
+    def __init__(
+        self, placed: Placed, nq: int, nv: int, until: float, inputs: int = 0, beside: Sequence[Placed] = ()
+    ) -> None:
         """Take a controller; it says nothing before `start`."""
         self.placed, self.nq, self.nv, self.until = placed, nq, nv, until
+        self.beside = tuple(Loop(one, nq, nv, until, inputs) for one in beside)
         self.size = nv + inputs
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
@@ -146,7 +150,7 @@ class Loop:
         """Return driving forces, then inputs, at times () or (N,) and states, shape (nv + inputs,) or (N, ..)."""
         found, places = np.zeros((*np.shape(t), self.size)), list(self.placed.places)
         found[..., places] = self._each(self._acting, len(places), t, q, u, z)
-        return found
+        return np.asarray(sum((one(t, q, u) for one in self.beside), found))
 
     def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
         """Return ż at times () or (N,) and states, shape (nz,) or (N, nz)."""
@@ -241,6 +245,8 @@ class Loop:
         if self.period is None:
             rows, free = self._slopes(t, q, u, z)
             found[list(self.placed.places)] = free[:, None] * rows
+        for one in self.beside:
+            found[:, : self.nq + self.nv] += one.slope(t, q, u)
         return found
 
     def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
@@ -312,62 +318,3 @@ class Loop:
     def _row(self, found: Computed) -> Array:
         told = found.reference[self._led], found.measured[self._rough]
         return np.concatenate([found.command, found.states, *told])
-
-
-class Loops:
-    """Several that act together: a controller, and functions that forces are given by; at most one takes samples."""
-
-    def __init__(self, loops: Sequence[Loop]) -> None:
-        """Take them; each says nothing before `start`."""
-        self.loops = tuple(loops)
-        self.period = next((one.period for one in loops if one.period is not None), None)
-
-    @property
-    def nz(self) -> int:
-        """How many states of the controller are states of the run; it is the first, and functions have none."""
-        return self.loops[0].nz
-
-    @property
-    def z(self) -> Array:
-        """Those at the start of the run, shape (nz,)."""
-        return self.loops[0].z[: self.nz]
-
-    def start(self, q: Array, u: Array) -> None:
-        """Begin at t = 0."""
-        for one in self.loops:
-            one.start(q, u)
-
-    @property
-    def due(self) -> float:
-        """The next time at which a force may change, see `Loop.due`."""
-        return min(one.due for one in self.loops)
-
-    def halt(self, t: float, q: Array, u: Array) -> bool:
-        """Let act what acts from a time on; tell whether it was due."""
-        heard = [one.halt(t, q, u) for one in self.loops]
-        return any(heard)
-
-    def look(self, t0: float, t1: float, states: Callable[[Array], Array]) -> None:
-        """Look where forces pass their limits in a step, see `Loop.look`."""
-        for one in self.loops:
-            one.look(t0, t1, states)
-
-    def __call__(self, t: npt.ArrayLike, q: Array, u: Array, z: Array = NOTHING) -> Array:
-        """Return the sum of their forces at times () or (N,) and states, shape (nv,) or (N, nv)."""
-        return np.asarray(sum(one(t, q, u, z) for one in self.loops))
-
-    def rates(self, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
-        """Return ż, see `Loop.rates`."""
-        return self.loops[0].rates(t, q, u, z)
-
-    def slope(self, t: float, q: Array, u: Array, z: Array = NOTHING) -> Array:
-        """Return ∂τ/∂(q, u, z) at a state, shape (nv, nq + nv + nz)."""
-        found = np.zeros((self.loops[0].size, len(q) + len(u) + self.nz))
-        for one in self.loops:
-            part = one.slope(t, q, u, z)
-            found[:, : part.shape[1]] += part
-        return found
-
-    def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
-        """Return ∂ż/∂(q, u, z), see `Loop.rate_slope`."""
-        return self.loops[0].rate_slope(t, q, u, z)

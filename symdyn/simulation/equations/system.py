@@ -40,7 +40,7 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
-from symdyn.simulation.equations.control_loop import NOTHING, Loops
+from symdyn.simulation.equations.control_loop import NOTHING, Loop
 from symdyn.simulation.equations.monitors import Candidates, Limit
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property
@@ -108,7 +108,7 @@ class StateEquations:
     notes: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
     _made: dict[Any, Any] = field(default_factory=dict, repr=False)
-    loop: Loops | None = field(default=None, repr=False)
+    loop: Loop | None = field(default=None, repr=False)
 
     def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
         """Return the same equations at the values of a scene, and under tables of forces, that they were written for.
