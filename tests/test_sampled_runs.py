@@ -83,7 +83,7 @@ def test_samples_between_rows_are_told() -> None:
 
 
 def test_of_very_many_samples_some_have_no_row_and_that_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.simulation.control.MOST", 100)
+    monkeypatch.setattr("symdyn.simulation.equations.control_loop.MOST", 100)
     run = simulate(BLOCK, until=1.0, feedback=Feedback(lambda t, q, u: t, period=0.004))
 
     assert np.allclose(np.diff(run.t)[:-1], 0.012)

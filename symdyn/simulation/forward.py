@@ -19,14 +19,16 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
 from symdyn.errors import MethodError, SimulateError
 from symdyn.extras import install
-from symdyn.scene import SceneLike
+from symdyn.scene import Scene, SceneLike
 from symdyn.scene.values import Faults, suggestion
-from symdyn.simulation.columns import axes_of
-from symdyn.simulation.control import Control, control
+from symdyn.simulation.columns import apart, axes_of
+from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
+from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
+from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.initial import beyond_doubles, singular
+from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 from symdyn.simulation.integrate.integration import (
@@ -39,7 +41,7 @@ from symdyn.simulation.integrate.integration import (
     integrated,
     valueless,
 )
-from symdyn.simulation.prescribed.forces import held
+from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import (
@@ -292,3 +294,85 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
+
+
+@dataclass(frozen=True)
+class Control:
+    """What acts on a run from outside of its equations: a controller, and functions that forces are given by.
+
+    It says at which times the run has samples, and what is told of the controller in the end.
+
+    Attributes:
+        controller: None where there is none.
+        functions: forces that are functions.
+    """
+
+    controller: Placed | None = None
+    functions: tuple[Placed, ...] = ()
+
+    @property
+    def laws(self) -> tuple[Placed, ...]:
+        """All of them, the controller first."""
+        return (*(() if self.controller is None else (self.controller,)), *self.functions)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """The indices of the forces and inputs on which they act."""
+        return tuple(dict.fromkeys(k for law in self.laws for k in law.places))
+
+    @property
+    def sampled(self) -> Placed | None:
+        """The controller if it takes samples."""
+        return self.controller if self.controller is not None and self.controller.feedback.period is not None else None
+
+    def samples(self, until: float, every: float | None, usual: Array) -> Array:
+        """Return the times of a run's samples: the usual ones, or the controller's where nobody asks for others."""
+        return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
+
+    def notes(self, times: Array) -> list[str]:
+        """Return what is said of what has no effect, and of controller's samples that lie between those."""
+        if self.controller is None:
+            return []
+        feedback, found = self.controller.feedback, []
+        if len(feedback.initial) and not (self.sampled and feedback.delay):
+            found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
+        return found if self.sampled is None else found + hidden(self.sampled, times)
+
+    def begun(self, scene: Scene, initial: Start, until: float) -> Loop | None:
+        """Return them at work at the start of a run, None where there are none."""
+        if not self.laws:
+            return None
+        first, *beside = self.laws
+        found = Loop(first, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs), beside)
+        with np.errstate(all="ignore"):  # what has no value is told
+            found.start(initial.q, initial.u)
+        return found
+
+    def reported(self, trajectory: Trajectory, x: Array, forces: Forces, loop: Loop | None) -> Trajectory:
+        """Return a run, of states (N, nx), with what is told of the controller.
+
+        That are columns of what it computed, which columns are under zero-order hold, and saturations.
+        """
+        if self.controller is None or loop is None:
+            return trajectory
+        cuts, end = loop.cuts, float(trajectory.t[-1])
+        others = tuple(k for one in self.functions for k in one.places)
+        n = trajectory.q.shape[1] + trajectory.qd.shape[1]
+        with np.errstate(all="ignore"):
+            told = loop.columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loop.nz])
+        extra = apart(trajectory.scene, {**trajectory.extra, **told})
+        held: tuple[str, ...] = ()
+        if self.sampled is not None:
+            held = (*held_columns(trajectory.scene, forces, self.sampled, others), *list(extra)[-len(told) :])
+        notes = (*trajectory.notes, *saturation_report(cuts, end))
+        return replace(trajectory, extra=extra, held=held, saturations=cuts.until(end), notes=notes)
+
+
+def control(scene: Scene, feedback: object, forces: Forces, until: float) -> Control:
+    """Return what acts from outside, from what `simulate` is given.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    controller = None if feedback is None else placed(scene, read_feedback(scene, feedback), until)
+    return Control(controller, tuple(placed_function(scene, one, until) for one in forces.functions))
