@@ -26,17 +26,18 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
-from symdyn.linear.modes import Complexes, pairs_of
+from symdyn.linear.state_space import LinearSystem, StateSpace
 from symdyn.rounding import in_digits
 from symdyn.scene.joints import JOINTS, Gimbal
 from symdyn.scene.values import Joint
+from symdyn.shell import flag
 from symdyn.simulation import opened
 
 if TYPE_CHECKING:
@@ -204,38 +205,13 @@ TOLERANCE = 1e-12
 """Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""
 
 
-@dataclass(frozen=True)
-class Sampled:
-    """A system with a period.
-
-    Attributes:
-        period: T, s.
-        A, B: Φ, shape (nx, nx), and Γ, shape (nx, nw).
-    """
-
-    period: float
-    A: Array
-    B: Array
-
-    @property
-    def eigenvalues(self) -> Complexes:
-        """Of Φ, largest first; inside the unit circle decays."""
-        found = np.linalg.eigvals(self.A).astype(np.complex128)
-        return found[np.argsort(-np.abs(found), kind="stable")]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return {"period": self.period, "Phi": self.A.tolist(), "Gamma": self.B.tolist(),
-                "eigenvalues": pairs_of(self.eigenvalues)}  # fmt: skip
-
-
 def check_period(period: float) -> None:
     """Raise LinearizeError for what is no period."""
     if not (math.isfinite(period) and period > 0):
-        raise LinearizeError(f"--dt {period:g}: a period is finite and above zero, in s")
+        raise LinearizeError(f"{flag('dt')} {period:g}: a period is finite and above zero, in s")
 
 
-def sampled(one: Linearization, period: float) -> Sampled:
+def discretized(one: LinearSystem, period: float) -> StateSpace:
     """Return the system with its inputs held between samples, by the matrix exponential.
 
     Raises:
@@ -244,17 +220,26 @@ def sampled(one: Linearization, period: float) -> Sampled:
     from scipy.linalg import expm  # late: it takes long to load
 
     check_period(period)
+    if one.period is not None:
+        raise LinearizeError(f"{one.name}: {flag('dt')} {period:g}: it is sampled already, every {one.period:g} s")
     n, inputs = one.B.shape
     whole = np.zeros((n + inputs, n + inputs))
     whole[:n, :n], whole[:n, n:] = one.A, one.B
     with np.errstate(over="ignore", invalid="ignore"):
         found = expm(whole * period)
     if not np.isfinite(found).all():
-        raise LinearizeError(f"--dt {period:g}: something grows beyond all numbers within a period; give a shorter one")
-    return Sampled(period, found[:n, :n], found[:n, n:])
+        raise LinearizeError(
+            f"{flag('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
+        )
+    return sampled(one, found[:n, :n], found[:n, n:], period)
 
 
-def along_a_step(prepared: Prepared, one: Linearization, period: float) -> Sampled:
+def sampled(one: LinearSystem, A: Array, B: Array, period: float) -> StateSpace:
+    """Return a system from sample to sample, its names those of another."""
+    return StateSpace(A, B, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
+
+
+def along_a_step(prepared: Prepared, one: Linearization, period: float) -> StateSpace:
     """Return the same by variational equations, along the motion from the point.
 
     Raises:
@@ -273,7 +258,7 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> Sampl
         here = prepared.at(q, u, t)
         if here.states != full.states:
             raise LinearizeError(
-                f"--dt {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
+                f"{flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
             )
         moved = here.A @ variations
         moved[:, n:] += here.B @ turned(full, labels, one.spin, t - point.t).W if one.spin.any() else here.B
@@ -282,9 +267,9 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> Sampl
     start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
     run = solve_ivp(rates, (point.t, point.t + period), start, "DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
-        raise LinearizeError(f"--dt {period:g}: the motion from the point cannot be followed that long")
+        raise LinearizeError(f"{flag('dt')} {period:g}: the motion from the point cannot be followed that long")
     found = run.y[nq + nv :, -1].reshape(n, n + inputs)
     if one.spin.any():  # to the axes that the system is in
         found = np.asarray(np.linalg.solve(turned(full, labels, one.spin, period).X, found), np.float64)
     kept = [full.states.names.index(name) for name in one.states.names]
-    return Sampled(period, found[np.ix_(kept, kept)], found[kept, n:])
+    return sampled(one, found[np.ix_(kept, kept)], found[kept, n:], period)
