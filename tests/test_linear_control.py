@@ -26,9 +26,9 @@ from symdyn.linear.linearized import complete, systems
 from symdyn.linear.locus import CROSSINGS, read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.prepared import prepared
-from symdyn.linear.weights import read_weights
 from symdyn.linear.search import Search
 from symdyn.linear.transfer import invariant_zeros
+from symdyn.linear.weights import read_weights
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate

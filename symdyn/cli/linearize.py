@@ -127,7 +127,9 @@ def _matrix(name: str, M: Any) -> Lines:
 def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.lqr(options.lqr, options.dt)
     lines = found.lines()
-    lines.append(f"closed-loop poles: {poles_in_words(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s"))
+    lines.append(
+        f"closed-loop poles: {poles_in_words(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s")
+    )
     lines += list(found.notes)
     if options.gains:
         path = Path(options.gains)

@@ -33,7 +33,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
-from symdyn.linear.state_space import LinearSystem, StateSpace
+from symdyn.linear.state_space import StateSpace
 from symdyn.rounding import in_digits
 from symdyn.scene.joints import JOINTS, Gimbal
 from symdyn.scene.values import Joint
@@ -205,13 +205,17 @@ TOLERANCE = 1e-12
 """Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""
 
 
+SHORTEST = 1e-12
+"""Periods, s, that are none."""
+
+
 def check_period(period: float) -> None:
     """Raise LinearizeError for what is no period."""
-    if not (math.isfinite(period) and period > 0):
+    if not (math.isfinite(period) and period > SHORTEST):
         raise LinearizeError(f"{flag('dt')} {period:g}: a period is finite and above zero, in s")
 
 
-def discretized(one: LinearSystem, period: float) -> StateSpace:
+def discretized(one: StateSpace, period: float) -> StateSpace:
     """Return the system with its inputs held between samples, by the matrix exponential.
 
     Raises:
@@ -234,7 +238,7 @@ def discretized(one: LinearSystem, period: float) -> StateSpace:
     return sampled(one, found[:n, :n], found[:n, n:], period)
 
 
-def sampled(one: LinearSystem, A: Array, B: Array, period: float) -> StateSpace:
+def sampled(one: StateSpace, A: Array, B: Array, period: float) -> StateSpace:
     """Return a system from sample to sample, its names those of another."""
     return StateSpace(A, B, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
 
@@ -258,7 +262,8 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
         here = prepared.at(q, u, t)
         if here.states != full.states:
             raise LinearizeError(
-                f"{flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
+                f"{flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a "
+                "shorter one"
             )
         moved = here.A @ variations
         moved[:, n:] += here.B @ turned(full, labels, one.spin, t - point.t).W if one.spin.any() else here.B

@@ -28,7 +28,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import NOTHING, balance, spectrum
-from symdyn.linear.state_space import Axis, LinearSystem
+from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
@@ -132,14 +132,12 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Linearization(LinearSystem):
-    """A mechanism next to an operating point.
+class Linearization(StateSpace):
+    """A mechanism next to an operating point: a `StateSpace` named after its scene, without a period.
 
     Attributes:
         scene: the mechanism, its parameters bound.
         point: where.
-        states, inputs, outputs: what x, w and y are.
-        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
         positions: p, how many states are positions; the others are velocities.
         moves: how all coordinates move with the positions, shape (nq, p): δq = moves ξ.
         directions: how all displacements along velocities do, shape (nv, p).
@@ -157,13 +155,6 @@ class Linearization(LinearSystem):
 
     scene: Scene
     point: Point
-    states: Axis
-    inputs: Axis
-    outputs: Axis
-    A: Array
-    B: Array
-    C: Array
-    D: Array
     positions: int
     moves: Array = field(repr=False)
     directions: Array = field(repr=False)
@@ -204,9 +195,10 @@ class Linearization(LinearSystem):
         outputs = [k for k in range(len(self.outputs)) if k not in moving]
         p = [k for k in range(self.positions) if k not in positions]
         return replace(
-            self, point=replace(self.point, outputs=self.point.outputs[outputs]), states=self.states.of(states), outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)],
-            B=self.B[states], C=self.C[np.ix_(outputs, states)], D=self.D[outputs], positions=len(p),
-            moves=self.moves[:, p], directions=self.directions[:, p], rates=self.rates[:, states],
+            self, point=replace(self.point, outputs=self.point.outputs[outputs]), states=self.states.of(states),
+            outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)], B=self.B[states],
+            C=self.C[np.ix_(outputs, states)], D=self.D[outputs], positions=len(p), moves=self.moves[:, p],
+            directions=self.directions[:, p], rates=self.rates[:, states],
             dropped=(*self.dropped, *(self.states.names[k] for k in positions)),
         )  # fmt: skip
 
@@ -222,25 +214,16 @@ class Linearization(LinearSystem):
         return stability(self)
 
     @property
-    def name(self) -> str:
-        """That of the scene."""
-        return self.scene.name
-
-    @property
-    def period(self) -> None:
-        """None: it moves all the time."""
-
-    @property
     def manner(self) -> str:
         """In words, how it moves at the point."""
         return {"rest": "at rest", "steady": "along a steady motion", "moving": "at an instant of a motion"}[self.kind]
 
     @property
-    def place(self) -> str:
+    def where(self) -> str:
         """The point in words: coordinates, velocities that are not zero, forces that are not."""
-        from symdyn.linear.report import where
+        from symdyn.linear.report import where_in_words
 
-        return where(self)
+        return where_in_words(self)
 
     def latex(self) -> str:
         """Return the system in LaTeX, in numbers."""

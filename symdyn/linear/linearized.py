@@ -351,13 +351,15 @@ def systems(
         "t",
     }
     if name in taken:
-        raise LinearizeError(f"{flag('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name")
+        raise LinearizeError(
+            f"{flag('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
+        )
     if name not in [one.name for one in scene.parameters]:
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"{flag('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it does, as in "
-                f"{spoken('start_rates', {scene.velocities[0]: name})}"
+                f"{flag('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it does, as "
+                f"in {spoken('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))
     derived: dict[Scene, Prepared] = {}

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -23,7 +23,7 @@ from numpy.polynomial import chebyshev
 from symdyn.algebra import Array
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.modes import SIDEWAYS, Complexes, Spectrum, pairs_of
+from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.plots import Plotted
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, parse
@@ -31,6 +31,9 @@ from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, s
 from symdyn.shell import flag
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.linear.state_space import StateSpace
 
 
 MOST = 20_000
@@ -263,22 +266,10 @@ class RootLocus(Plotted):
         }  # fmt: skip
 
 
-class HasPoles(Protocol):
-    """A linear system as a locus sees it."""
-
-    @property
-    def poles(self) -> Complexes:
-        """All eigenvalues, zeros last."""
-
-    @property
-    def spectrum(self) -> Spectrum:
-        """The same, zeros apart."""
-
-
 def root_locus(
     over: str,
     values: Sequence[float] | Array,
-    system: Callable[[float], HasPoles],
+    system: Callable[[float], StateSpace],
     name: str = "",
     zeros: Complexes | None = None,
 ) -> RootLocus:
@@ -312,7 +303,7 @@ def root_locus(
     return RootLocus(name, over, x, _followed(found), np.array(counts), tuple(critical), zeros)
 
 
-def _followed(systems: Sequence[HasPoles]) -> Complexes:
+def _followed(systems: Sequence[StateSpace]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
     from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
 
@@ -328,12 +319,12 @@ def _followed(systems: Sequence[HasPoles]) -> Complexes:
     return np.array(rows)
 
 
-def _count(one: HasPoles) -> int:
+def _count(one: StateSpace) -> int:
     return sum(2 if mode.oscillates else 1 for mode in one.spectrum.growing)
 
 
 def _crossings(
-    system: Callable[[float], HasPoles],
+    system: Callable[[float], StateSpace],
     low: float,
     high: float,
     below: int,
@@ -354,7 +345,7 @@ def _crossings(
     return [*_refined(system, left, right), *_crossings(system, right, high, count, above, left_over - 1)]
 
 
-def _refined(system: Callable[[float], HasPoles], low: float, high: float) -> list[Critical]:
+def _refined(system: Callable[[float], StateSpace], low: float, high: float) -> list[Critical]:
     """Return where counts change between two values close to each other."""
     nodes = (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts2(DEGREE + 1)
     branches = _followed([system(float(x)) for x in nodes]).T
@@ -380,7 +371,7 @@ def _zero(nodes: Array, values: Array) -> float:
     return float(brentq(chebyshev.Chebyshev.fit(nodes, values, DEGREE), nodes[0], nodes[-1], rtol=8.9e-16))
 
 
-def _halved(system: Callable[[float], HasPoles], low: float, high: float) -> Critical:
+def _halved(system: Callable[[float], StateSpace], low: float, high: float) -> Critical:
     """Return where a count changes by bisection alone: two pairs on the axis meet, and one leaves it."""
     below, above = _count(system(low)), _count(system(high))
     for _ in range(HALVINGS):

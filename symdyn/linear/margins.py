@@ -4,8 +4,8 @@
     Im G(iω) = 0      at zeros of G(s) - G(-s) there, and at ω = 0; where G < 0 the gain margin is 1/|G|
     min |1 + G(iω)|   the distance, between frequencies close together
 
-Zeros are those of systems of twice the states, found as all zeros are. A sampled loop is looked at in w = (z - 1)/(z + 1),
-in which its unit circle is the imaginary axis: ω = 2 atan(Im w)/T.
+Zeros are those of systems of twice the states, found as all zeros are. A sampled loop is looked at in
+w = (z - 1)/(z + 1), in which its unit circle is the imaginary axis: ω = 2 atan(Im w)/T.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Margins:
     """Margins of the loop that feeds -y back to w.
 
     Attributes:
-        gain: the factor of k G next to 1 at which the loop is at the edge; below 1 it must not fall so far; inf of none.
+        gain: the factor next to 1 at which the loop is at the edge; one below 1 it must not fall to; inf of none.
         phase: degrees of lag next to 0 that it stands; negative is what it lacks; inf of none.
         delay: s of dead time that it stands; inf of none.
         distance: of G(iω) from -1, the least.
@@ -122,7 +122,9 @@ def _in_w(one: StateSpace) -> StateSpace:
                       one.D - one.C @ inverse @ one.B)  # fmt: skip
 
 
-def _phase_crossings(A: Array, b: Array, c: Array, d: float, G: Callable[[float], complex], values: Array) -> list[float]:
+def _phase_crossings(
+    A: Array, b: Array, c: Array, d: float, G: Callable[[float], complex], values: Array
+) -> list[float]:
     """Return frequencies at which G is real and negative; none where it is real at all of them."""
     finite = values[np.abs(values) < LARGE]
     if np.all(np.abs(finite.imag) <= ASIDE**2 * np.abs(finite)):
@@ -157,5 +159,7 @@ def _distance(G: Callable[[float], complex], grid: Array, values: Array, d: floa
     least = [abs(1 + d), float(away[0])]
     for k in inner:
         bounds = (float(grid[k - 1]), float(grid[k + 1]))
-        least.append(float(minimize_scalar(lambda w: abs(1 + G(w)), bounds=bounds, options={"xatol": 1e-9 * bounds[0]}).fun))
+        least.append(
+            float(minimize_scalar(lambda w: abs(1 + G(w)), bounds=bounds, options={"xatol": 1e-9 * bounds[0]}).fun)
+        )
     return min(least)

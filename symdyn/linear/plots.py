@@ -1,9 +1,9 @@
 """Plots of linear systems, as python-control and MATLAB draw them: figures of matplotlib, whose axes one can change.
 
-    Bode        a column an input; of each output magnitudes in dB above phases in degrees, over frequency
-    Nyquist     G(iω), for ω < 0 dashed, with the unit circle and -1
-    courses     a column an input, a row an output, over time; of a sampled system as stairs
-    pole map    poles ×, zeros ○, and the edge of stability: the imaginary axis, or the unit circle
+Bode        a column an input; of each output magnitudes in dB above phases in degrees, over frequency
+Nyquist     G(iω), for ω < 0 dashed, with the unit circle and -1
+courses     a column an input, a row an output, over time; of a sampled system as stairs
+pole map    poles ×, zeros ○, and the edge of stability: the imaginary axis, or the unit circle
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
@@ -97,7 +96,9 @@ def _circle(plane: Any) -> None:
 def _shown(title: str, outputs: Sequence[str], inputs: Sequence[str]) -> tuple[str, int, int]:
     """Return a title that says what is left out, and how many outputs and inputs are drawn."""
     rows, columns = min(len(outputs), HIGHEST), min(len(inputs), WIDEST)
-    left = [f"{n - k} {what}" for n, k, what in ((len(outputs), rows, "outputs"), (len(inputs), columns, "inputs")) if n > k]
+    left = [
+        f"{n - k} {what}" for n, k, what in ((len(outputs), rows, "outputs"), (len(inputs), columns, "inputs")) if n > k
+    ]
     return (f"{title} (and {' and '.join(left)} more)" if left else title), rows, columns
 
 

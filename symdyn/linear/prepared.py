@@ -317,9 +317,9 @@ class Prepared:
             (*(shown(force_unit(units[k])) for k in self.drives), *(told[one.name] for one in scene.inputs)),
         )
         return Linearization(
-            scene, replace(here.point, outputs=found.y), states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
-            found.D, len(choice.positions), found.moves, found.directions, found.rates,
-            notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
+            found.A, found.B, found.C, found.D, states, inputs, Axis(self.outputs.names, self.outputs.units), None,
+            scene.name, scene, replace(here.point, outputs=found.y), len(choice.positions), found.moves,
+            found.directions, found.rates, notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
         )  # fmt: skip
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:

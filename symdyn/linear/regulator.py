@@ -20,7 +20,7 @@ import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -84,7 +84,9 @@ class Regulator(Plotted):
         one, open_loop = self.system, _steps(self.system, self.period)
         places = [one.inputs.names.index(name) for name in self.inputs]
         A, C = open_loop.A - open_loop.B[:, places] @ self.K, one.C - one.D[:, places] @ self.K
-        return StateSpace(A, open_loop.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed")
+        return StateSpace(
+            A, open_loop.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed"
+        )
 
     @property
     def loop(self) -> StateSpace:
@@ -178,7 +180,7 @@ class Observer(Plotted):
 
 
 class Compensator(StateSpace):
-    """A regulator that acts on what a filter tells of the state: a linear system from r - y of measured outputs to drives.
+    """A regulator that acts on what a filter tells of the state: a linear system from r - y, of outputs, to drives.
 
     Attributes:
         regulator, observer: what it is made of.
@@ -279,18 +281,7 @@ def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, 
 def lqr(
     one: Linearization, Q: Weights | None = None, R: Weights | None = None, period: float | None = None
 ) -> Regulator:
-    """Return the linear quadratic regulator of a system.
-
-    Args:
-        one: the system.
-        Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite; 1 each without.
-        R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
-        period: seconds between samples, for gains of a sampled controller.
-
-    Raises:
-        LinearizeError: with every fault: a name that is not known, a weight that is none; a mode that is weighed,
-            does not decay, and that no input moves.
-    """
+    """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
     used, faults = _controls(one), Faults("")
     heavy = weight("Q", Q, one.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True)
@@ -303,17 +294,7 @@ def lqr(
 
 
 def place(one: Linearization, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
-    """Return the regulator that gives the closed loop its poles.
-
-    Args:
-        one: the system.
-        poles: one a state, 1/s, complex ones with their conjugates; of a sampled controller those of Φ - Γ K.
-        period: seconds between samples, for gains of a sampled controller.
-
-    Raises:
-        LinearizeError: poles that are too few or many, without their conjugates, or more often the same than there are
-            drives; a mode that no input moves.
-    """
+    """Return the regulator that gives the closed loop its poles; arguments and errors as of the method of a system."""
     from scipy.signal import place_poles  # late: it takes long to load
 
     used, names = _controls(one), one.states.names
@@ -323,11 +304,15 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
     if beside.shape[1]:
         stuck = spectrum(beside.T @ A @ beside, size).values[0]
-        raise LinearizeError(f"poles: no input moves the mode {shown(stuck)}, of {_named(beside, names)}; it stays there")
+        raise LinearizeError(
+            f"poles: no input moves the mode {shown(stuck)}, of {_named(beside, names)}; it stays there"
+        )
     most = int(np.linalg.matrix_rank(B))
     often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
     if often:
-        raise LinearizeError(f"poles: {shown(often[0])} is asked for more than {most} times, which is what drives can do")
+        raise LinearizeError(
+            f"poles: {shown(often[0])} is asked for more than {most} times, which is what drives can do"
+        )
     A, B = step.A * scale[None, :] / scale[:, None], step.B[:, used] / scale[:, None]
     try:
         with warnings.catch_warnings():
@@ -363,18 +348,7 @@ def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complex
 def kalman(
     one: Linearization, W: Weights | None = None, V: Weights | None = None, period: float | None = None
 ) -> Observer:
-    """Return the gain of the Kalman filter of a system, a predictor where it is sampled.
-
-    Args:
-        one: the system.
-        W: variances of what disturbs the rates of states by name, or inputs, by which they come in; others 0; or a
-            matrix, shape (nx, nx); 1 for each input, or each state where there is no input, without.
-        V: variances of outputs by name, which must be above zero, or a matrix, shape (ny, ny); 1 each without.
-        period: seconds between samples.
-
-    Raises:
-        LinearizeError: with every fault, as of `lqr`: a mode that does not decay and that no output shows.
-    """
+    """Return the gain of the Kalman filter of a system; arguments and errors as of its method."""
     faults = Faults("")
     if not one.outputs.names:
         raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
@@ -388,7 +362,7 @@ def kalman(
     return Observer(one, K.T, poles, period, notes)
 
 
-def _steps(one: Linearization, period: float | None) -> Linearization | StateSpace:
+def _steps(one: StateSpace, period: float | None) -> StateSpace:
     return one if period is None else discretized(one, period)
 
 

@@ -23,7 +23,7 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.linear.state_space import LinearSystem
+    from symdyn.linear.state_space import StateSpace
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""
@@ -85,7 +85,7 @@ def number(x: float, size: float = 0.0) -> str:
 
 def text(system: Linearization, formulas: Symbolic | None = None) -> str:
     """Return a system as text: where, states, matrices, modes, stability."""
-    lines = [f"{system.scene.name}, linearised {system.manner}", f"  {where(system)}"]
+    lines = [f"{system.scene.name}, linearised {system.manner}", f"  {where_in_words(system)}"]
     lines += [f"  {note}" for note in system.notes]
     for letter, axis in (("x", system.states), ("w", system.inputs), ("y", system.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
@@ -141,7 +141,7 @@ def _named(axis: Axis) -> list[str]:
     return [f"{name} [{unit}]" if unit else name for name, unit in zip(axis.names, axis.units, strict=True)]
 
 
-def where(system: Linearization) -> str:
+def where_in_words(system: Linearization) -> str:
     """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
     scene, point = system.scene, system.point
 
@@ -174,7 +174,12 @@ def _modes(system: Linearization) -> list[str]:
     if not system.modes:
         return ["all eigenvalues are zero"]
     rows = [
-        (eigenvalue(one, 1e3 * system.spectrum.size), number(one.frequency), number(one.damping, 1.0), shape(one, system))
+        (
+            eigenvalue(one, 1e3 * system.spectrum.size),
+            number(one.frequency),
+            number(one.damping, 1.0),
+            shape(one, system),
+        )
         for one in system.modes
     ]
     return Table(HEAD, rows).lines()
@@ -190,7 +195,7 @@ def eigenvalue(mode: Mode, size: float) -> str:
     return f"{real} ± {number(mode.value.imag, size)} i" if mode.oscillates else real
 
 
-def shape(mode: Mode, system: LinearSystem) -> str:
+def shape(mode: Mode, system: StateSpace) -> str:
     """Return how the positions move in a mode, phases in degrees; the velocities, or states, where no position does."""
     count: int = getattr(system, "positions", 0)
     p = count if np.abs(mode.shape[:count]).max(initial=0.0) > NOTHING else 0

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.evolution import discretized
 from symdyn.linear.locus import RootLocus, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
-from symdyn.linear.state_space import LinearSystem, StateSpace
+from symdyn.linear.state_space import StateSpace
 from symdyn.shell import flag
 from symdyn.table import Table
 
@@ -113,7 +113,7 @@ def _channels(inputs: Sequence[str], outputs: Sequence[str]) -> str:
 
 
 def frequency_response(
-    one: LinearSystem,
+    one: StateSpace,
     omega: Sequence[float] | Array | None = None,
     hertz: Sequence[float] | Array | str | None = None,
     points: int = POINTS,
@@ -134,7 +134,7 @@ def frequency_response(
     return FrequencyResponse(w, f, one.inputs.names, one.outputs.names, found, one.name, kind)
 
 
-def _check_driven(one: LinearSystem, what: str) -> None:
+def _check_driven(one: StateSpace, what: str) -> None:
     if not one.inputs.names:
         raise LinearizeError(
             f"{one.name}: nothing drives it, and {what} is that to an input; declare a drive, or an input: [inputs.u]"
@@ -154,7 +154,7 @@ def _frequencies(given: Sequence[float] | Array, what: str, unit: str, period: f
     return found
 
 
-def response_at(one: LinearSystem, omega: float) -> Complexes:
+def response_at(one: StateSpace, omega: float) -> Complexes:
     """Return G at a frequency, rad/s, shape (y, w); infinite at an undamped mode."""
     s = 1j * omega if one.period is None else np.exp(1j * omega * one.period)
     try:
@@ -164,8 +164,8 @@ def response_at(one: LinearSystem, omega: float) -> Complexes:
     return np.asarray(one.C @ moved + one.D)
 
 
-def usual_frequencies(one: LinearSystem, points: int) -> Array:
-    """Return frequencies from a decade below the slowest mode to a decade above the fastest, Hz, as far as samples go."""
+def usual_frequencies(one: StateSpace, points: int) -> Array:
+    """Return frequencies from a decade below the slowest mode to one above the fastest, Hz, as far as samples go."""
     sizes = [one.frequency for one in one.modes if one.frequency > 0 and math.isfinite(one.frequency)] or [1.0]
     low, high = min(sizes) / 10, max(sizes) * 10
     if one.period is not None:
@@ -215,7 +215,7 @@ class TimeResponse(Plotted):
         return f"<TimeResponse of {self.name} to a unit {self.kind}: {_channels(self.inputs, self.outputs)}, {span}>"
 
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
-        """Return what is said of a step response, by name: times in s, overshoot and undershoot in % of the final value.
+        """Return what is said of a step response: times in s, overshoot and undershoot in % of the final value.
 
         It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of a system that is
         not stable the last value stands for the final one. What never happens is nan.
@@ -274,18 +274,22 @@ class TimeResponse(Plotted):
 
 
 def time_response(
-    one: LinearSystem, kind: Literal["step", "impulse"], until: float | None, points: int | None
+    one: StateSpace, kind: Literal["step", "impulse"], until: float | None, points: int | None
 ) -> TimeResponse:
     """Return the responses of a system over time; arguments and errors as of its methods `step` and `impulse`."""
     _check_driven(one, "a response")
+    (until,), (points,) = native(float, until), native(int, points)
     if until is not None and not (math.isfinite(until) and until > 0):
         raise LinearizeError(f"until = {until:g}: give a time above zero, s")
     end = _usual_end(one) if until is None else until
     count = (_usual_count(one, end) if points is None else points) if one.period is None else int(end / one.period) + 1
     if not 2 <= count <= LONGEST:
         raise LinearizeError(f"points, until: {count} times; give 2 to {LONGEST} of them")
-    step = discretized(one, end / (count - 1)) if one.period is None else one
-    t = np.linspace(0.0, end, count) if one.period is None else one.period * np.arange(count)
+    try:
+        step = discretized(one, end / (count - 1)) if one.period is None else one
+    except LinearizeError as fault:
+        raise LinearizeError(f"until = {end:g} s, points = {count}: {fault}") from None
+    t: Array = np.linspace(0.0, end, count) if one.period is None else one.period * np.arange(count, dtype=np.float64)
     if kind == "step":
         x, w, D = np.zeros_like(one.B), np.eye(one.B.shape[1]), one.D
     elif one.period is None:  # what D passes on is an impulse itself, and left out
@@ -304,7 +308,7 @@ def time_response(
     return TimeResponse(t, found, one.inputs.names, one.outputs.names, _final(one, kind), kind, one.period, one.name)
 
 
-def _final(one: LinearSystem, kind: str) -> Array | None:
+def _final(one: StateSpace, kind: str) -> Array | None:
     """Return where responses end, None where the system is not stable."""
     if not one.stable:
         return None
@@ -314,7 +318,7 @@ def _final(one: LinearSystem, kind: str) -> Array | None:
     return np.asarray(one.C @ np.linalg.solve(pencil, one.B) + one.D)
 
 
-def _usual_end(one: LinearSystem) -> float:
+def _usual_end(one: StateSpace) -> float:
     """Return when the slowest mode has settled, or the fastest has grown, s."""
     values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
     size = max(map(abs, values), default=0.0)
@@ -323,11 +327,13 @@ def _usual_end(one: LinearSystem) -> float:
         end = math.log(GROWN) / max(growing)
     else:
         still = [ROUNDS * 2 * math.pi / abs(value) for value in values if value.real >= -SIDEWAYS * size]
-        end = max([*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS)
+        end = max(
+            [*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS
+        )
     return end if one.period is None else max(end, ROUNDS * one.period)
 
 
-def _usual_count(one: LinearSystem, end: float) -> int:
+def _usual_count(one: StateSpace, end: float) -> int:
     """Return how many times show what oscillates."""
     fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
     return min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))

@@ -30,7 +30,8 @@ from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.linear.locus import RootLocus
-    from symdyn.linear.responses import FrequencyResponse, Margins, TimeResponse
+    from symdyn.linear.margins import Margins
+    from symdyn.linear.responses import FrequencyResponse, TimeResponse
     from symdyn.linear.transfer import Reach, Transfer
     from symdyn.simulation import Feedback
 
@@ -69,64 +70,105 @@ STAYS = 1e-8
 """How near 1 an eigenvalue of a sampled system is of what stays as it is."""
 
 
-class LinearSystem(Plotted):
-    """What A, B, C and D answer."""
+@dataclass(frozen=True, eq=False, init=False)
+class StateSpace(Plotted):
+    """A linear system: a mechanism next to a point or from sample to sample, a loop that is closed, a controller.
 
-    if TYPE_CHECKING:
+    Attributes:
+        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
+        states, inputs, outputs: what x, w and y are.
+        period: seconds between samples; None is none.
+        name: what it is of.
+    """
 
-        @property
-        def name(self) -> str:
-            """What it is of."""
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: Axis
+    inputs: Axis
+    outputs: Axis
+    period: float | None
+    name: str
 
-        @property
-        def A(self) -> Array:
-            """Shape (nx, nx)."""
-
-        @property
-        def B(self) -> Array:
-            """Shape (nx, nw)."""
-
-        @property
-        def C(self) -> Array:
-            """Shape (ny, nx)."""
-
-        @property
-        def D(self) -> Array:
-            """Shape (ny, nw)."""
-
-        @property
-        def states(self) -> Axis:
-            """What x is."""
-
-        @property
-        def inputs(self) -> Axis:
-            """What w is."""
-
-        @property
-        def outputs(self) -> Axis:
-            """What y is."""
-
-        @property
-        def period(self) -> float | None:
-            """Seconds between samples; None is none."""
-
-    def __getitem__(self, channel: tuple[str, str]) -> StateSpace:
-        """Return the system from one input to one output, `system["theta", "F"]`, all states kept.
+    def __init__(
+        self,
+        A: npt.ArrayLike,
+        B: npt.ArrayLike,
+        C: npt.ArrayLike,
+        D: npt.ArrayLike | None = None,
+        states: Axis | Sequence[str] | None = None,
+        inputs: Axis | Sequence[str] | None = None,
+        outputs: Axis | Sequence[str] | None = None,
+        period: float | None = None,
+        name: str = "system",
+    ) -> None:
+        """Check and keep matrices and names; D is 0, names are x1, w1, y1 and so on where they are left out.
 
         Raises:
-            LinearizeError: a name that is not known.
+            LinearizeError: with every fault: matrices that do not fit, a number that is not finite, a name given twice.
         """
-        check_arguments(LinearSystem.__getitem__, locals(), LinearizeError)
-        return self.channel(*channel)
+        check_arguments(StateSpace.__init__, {"period": period, "name": name}, LinearizeError)
+        faults: list[str] = []
+        found = {letter: _matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
+        n, nw, ny = len(found["A"]), found["B"].shape[-1], len(found["C"])
+        found["D"] = np.zeros((ny, nw)) if D is None else _matrix("D", D, faults)
+        shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
+        faults += [
+            f"{letter} is {_size(found[letter])}, and has to be {' x '.join(map(str, shape))}, by the rows of A and C "
+            "and the columns of B"
+            for letter, shape in shapes.items()
+            if not faults and found[letter].shape != shape
+        ]
+        if period is not None and not (math.isfinite(period) and period > 0):
+            faults.append(f"period = {period:g}: give seconds above zero, or None")
+        axes = {"states": (states, "x", n), "inputs": (inputs, "w", nw), "outputs": (outputs, "y", ny)}
+        said = {what: _axis(what, *one, faults) for what, one in axes.items()} if not faults else {}
+        if faults:
+            raise LinearizeError(faults)
+        for key, value in {**found, **said, "period": period, "name": name}.items():
+            object.__setattr__(self, key, value)
 
-    def channel(self, output: str | None = None, input: str | None = None) -> StateSpace:
-        """Return the system from one input to one output, all states kept.
+    def __repr__(self) -> str:
+        when = "all the time" if self.period is None else f"every {self.period:g} s"
+        told = (f"{len(one)} {what}" for what, one in (("states", self.states), ("inputs", self.inputs)))
+        to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
+        return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"
+
+    @classmethod
+    def from_control(cls, system: Any) -> StateSpace:
+        """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
 
         Raises:
-            LinearizeError: a name that is not known, or none given where there are several.
+            LinearizeError: it is neither, or a transfer function with more zeros than poles.
         """
-        check_arguments(LinearSystem.channel, locals(), LinearizeError)
-        i, k = self.outputs.place(output, "output"), self.inputs.place(input, "input")
+        name = getattr(system, "name", "system")
+        if not all(hasattr(system, letter) for letter in "ABCD"):
+            if not hasattr(system, "num"):
+                raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
+            from control import ss  # whoever has such a one has python-control
+
+            try:
+                system = ss(system)
+            except Exception as fault:  # of many classes, an improper one, or several channels without slycot
+                raise LinearizeError(
+                    f"system: {fault}; give a proper transfer function, or control.StateSpace"
+                ) from None
+        if system.dt is True:
+            raise LinearizeError("system: is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
+        return StateSpace(
+            system.A, system.B, system.C, system.D, system.state_labels, system.input_labels, system.output_labels,
+            system.dt or None, name,
+        )  # fmt: skip
+
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
+        """Return the system to one output from one input, `system["theta", "F"]`, all states kept.
+
+        Raises:
+            LinearizeError: a name that is not known, or None where there are several.
+        """
+        check_arguments(StateSpace.__getitem__, locals(), LinearizeError)
+        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
 
@@ -184,7 +226,10 @@ class LinearSystem(Plotted):
     def transfer(self, output: str, input: str) -> Transfer: ...
 
     @overload
-    def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]: ...
+    def transfer(self, output: str | None = None, input: None = None) -> tuple[Transfer, ...]: ...
+
+    @overload
+    def transfer(self, output: None = None, *, input: str) -> tuple[Transfer, ...]: ...
 
     def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]:
         """Return the transfer function from an input to an output; without both names all of them, output by output.
@@ -194,9 +239,9 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.transfer import transfers
 
-        check_arguments(LinearSystem.transfer, locals(), LinearizeError)
+        check_arguments(StateSpace.transfer, locals(), LinearizeError)
         if output is not None and input is not None:
-            return transfers(self.channel(output, input))[0]
+            return transfers(self[output, input])[0]
         i = None if output is None else self.outputs.place(output, "output")
         k = None if input is None else self.inputs.place(input, "input")
         return tuple(
@@ -207,15 +252,17 @@ class LinearSystem(Plotted):
 
     def controllability(self) -> Reach:
         """Return what the inputs move."""
-        from symdyn.linear.transfer import controllability
+        from symdyn.linear.transfer import balanced, reach
 
-        return controllability(self)
+        A, B, _, _ = balanced(self)
+        return reach(A, B, self.states.names)
 
     def observability(self) -> Reach:
         """Return what the outputs show."""
-        from symdyn.linear.transfer import observability
+        from symdyn.linear.transfer import balanced, reach
 
-        return observability(self)
+        A, _, C, _ = balanced(self)
+        return reach(A.T, C.T, self.states.names)
 
     def bode(
         self, omega: Sequence[float] | Array | None = None, *, hertz: Sequence[float] | Array | str | None = None
@@ -232,7 +279,7 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.responses import frequency_response
 
-        check_arguments(LinearSystem.bode, locals(), LinearizeError)
+        check_arguments(StateSpace.bode, locals(), LinearizeError)
         return frequency_response(self, omega, hertz)
 
     def nyquist(
@@ -241,7 +288,7 @@ class LinearSystem(Plotted):
         """Return the same as `bode`, closer together; its `.plot()` is a Nyquist plot."""
         from symdyn.linear.responses import CLOSE, frequency_response
 
-        check_arguments(LinearSystem.nyquist, locals(), LinearizeError)
+        check_arguments(StateSpace.nyquist, locals(), LinearizeError)
         return frequency_response(self, omega, hertz, CLOSE, "nyquist")
 
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
@@ -252,8 +299,8 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.margins import margins
 
-        check_arguments(LinearSystem.margins, locals(), LinearizeError)
-        return margins(self.channel(output, input))
+        check_arguments(StateSpace.margins, locals(), LinearizeError)
+        return margins(self[output, input])
 
     def step(self, until: float | None = None, points: int | None = None) -> TimeResponse:
         """Return how all outputs follow each input, which goes from 0 to 1 at t = 0, from x = 0.
@@ -267,15 +314,15 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.responses import time_response
 
-        check_arguments(LinearSystem.step, locals(), LinearizeError)
-        return time_response(self, "step", *native(float, until), points)
+        check_arguments(StateSpace.step, locals(), LinearizeError)
+        return time_response(self, "step", until, points)
 
     def impulse(self, until: float | None = None, points: int | None = None) -> TimeResponse:
         """Return the same of an impulse of area 1, which a sampled system is given as 1/T for one period."""
         from symdyn.linear.responses import time_response
 
-        check_arguments(LinearSystem.impulse, locals(), LinearizeError)
-        return time_response(self, "impulse", *native(float, until), points)
+        check_arguments(StateSpace.impulse, locals(), LinearizeError)
+        return time_response(self, "impulse", until, points)
 
     def root_locus(
         self, output: str | None = None, input: str | None = None, gains: Sequence[float] | Array | None = None
@@ -292,8 +339,8 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.responses import locus_over_gain
 
-        check_arguments(LinearSystem.root_locus, locals(), LinearizeError)
-        return locus_over_gain(self.channel(output, input), gains)
+        check_arguments(StateSpace.root_locus, locals(), LinearizeError)
+        return locus_over_gain(self[output, input], gains)
 
     def discretize(self, dt: float) -> StateSpace:
         """Return the system from sample to sample, its inputs held for `dt` s, by the matrix exponential.
@@ -303,7 +350,7 @@ class LinearSystem(Plotted):
         """
         from symdyn.linear.evolution import discretized
 
-        check_arguments(LinearSystem.discretize, locals(), LinearizeError)
+        check_arguments(StateSpace.discretize, locals(), LinearizeError)
         return discretized(self, *native(float, dt))
 
     def to_control(self) -> Any:
@@ -326,95 +373,6 @@ class LinearSystem(Plotted):
 
     def _figure(self) -> FilledFigure:
         return pole_map(self.name, {"": self.poles}, self.zeros, self.period)
-
-
-@dataclass(frozen=True, eq=False, init=False)
-class StateSpace(LinearSystem):
-    """A linear system: a loop that is closed, a controller, or a mechanism from sample to sample.
-
-    Attributes:
-        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
-        states, inputs, outputs: what x, w and y are.
-        period: seconds between samples; None is none.
-        name: what it is of.
-    """
-
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-    states: Axis
-    inputs: Axis
-    outputs: Axis
-    period: float | None
-    name: str
-
-    def __init__(
-        self,
-        A: npt.ArrayLike,
-        B: npt.ArrayLike,
-        C: npt.ArrayLike,
-        D: npt.ArrayLike | None = None,
-        states: Axis | Sequence[str] | None = None,
-        inputs: Axis | Sequence[str] | None = None,
-        outputs: Axis | Sequence[str] | None = None,
-        period: float | None = None,
-        name: str = "system",
-    ) -> None:
-        """Check and keep matrices and names; D is 0, names are x1, w1, y1 and so on where they are left out.
-
-        Raises:
-            LinearizeError: with every fault: matrices that do not fit, a number that is not finite, a name given twice.
-        """
-        check_arguments(StateSpace.__init__, {"period": period, "name": name}, LinearizeError)
-        faults: list[str] = []
-        found = {letter: _matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
-        n, nw, ny = len(found["A"]), found["B"].shape[-1], len(found["C"])
-        found["D"] = np.zeros((ny, nw)) if D is None else _matrix("D", D, faults)
-        shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
-        faults += [
-            f"{letter} is {_size(found[letter])}, and has to be {' x '.join(map(str, shape))}, by the rows of A and C and "
-            "the columns of B"
-            for letter, shape in shapes.items()
-            if not faults and found[letter].shape != shape
-        ]
-        if period is not None and not (math.isfinite(period) and period > 0):
-            faults.append(f"period = {period:g}: give seconds above zero, or None")
-        axes = {"states": (states, "x", n), "inputs": (inputs, "w", nw), "outputs": (outputs, "y", ny)}
-        said = {what: _axis(what, *one, faults) for what, one in axes.items()} if not faults else {}
-        if faults:
-            raise LinearizeError(faults)
-        for key, value in {**found, **said, "period": period, "name": name}.items():
-            object.__setattr__(self, key, value)
-
-    def __repr__(self) -> str:
-        when = "all the time" if self.period is None else f"every {self.period:g} s"
-        told = (f"{len(one)} {what}" for what, one in (("states", self.states), ("inputs", self.inputs)))
-        to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
-        return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"
-
-    @classmethod
-    def from_control(cls, system: Any) -> StateSpace:
-        """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
-
-        Raises:
-            LinearizeError: it is neither, or a transfer function with more zeros than poles.
-        """
-        if not all(hasattr(system, letter) for letter in "ABCD"):
-            if not hasattr(system, "num"):
-                raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
-            from control import ss  # whoever has such a one has python-control
-
-            try:
-                system = ss(system)
-            except Exception as fault:  # of many classes, an improper one, or several channels without slycot
-                raise LinearizeError(f"system: {fault}; give a proper transfer function, or control.StateSpace") from None
-        if system.dt is True:
-            raise LinearizeError("system: is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
-        return StateSpace(
-            system.A, system.B, system.C, system.D, system.state_labels, system.input_labels, system.output_labels,
-            system.dt or None, system.name,
-        )  # fmt: skip
 
     def tables(self) -> list[Table[str | float]]:
         """Return the matrices with their names, and the modes."""

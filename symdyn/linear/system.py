@@ -264,7 +264,9 @@ class SystemsFile:
             LinearizeError: systems of different states, or a file that cannot be written.
         """
         if len({(one.states, one.inputs, one.outputs) for one in systems}) != 1:
-            raise LinearizeError(f"{self.path}: these are systems of different states; write one at a time, with --start")
+            raise LinearizeError(
+                f"{self.path}: these are systems of different states; write one at a time, with --start"
+            )
         try:
             write_file(self.path, WRITERS[self.path.suffix.lower()](systems))
         except EmitError as fault:

@@ -30,7 +30,7 @@ from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
 from symdyn.rounding import in_digits
 
 if TYPE_CHECKING:
-    from symdyn.linear.state_space import LinearSystem
+    from symdyn.linear.state_space import StateSpace
 
 SAID, NAMED = 0.1, 4
 """Parts of a mode, of the largest, that are named, and how many at most."""
@@ -93,19 +93,8 @@ class Reach:
         return {"rank": self.rank, "order": self.order, "margin": self.margin, "modes": marks}
 
 
-def controllability(one: LinearSystem) -> Reach:
-    """Return what the inputs move."""
-    A, B, _, _ = balanced(one)
-    return _reach(A, B, one.states.names)
-
-
-def observability(one: LinearSystem) -> Reach:
-    """Return what the outputs show."""
-    A, _, C, _ = balanced(one)
-    return _reach(A.T, C.T, one.states.names)
-
-
-def _reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+def reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+    """Return what B moves of balanced states."""
     size, B = float(np.linalg.norm(A, 2)) or 1.0, alike(A, B)
     V, W = staircase(A, B)
     marks = [Mark(value, 0.0, states) for value, _, states in _least(A, B[:, :0], W, names, size)]
@@ -129,7 +118,7 @@ def _least(
     return told
 
 
-def balanced(one: LinearSystem) -> tuple[Array, Array, Array, Array]:
+def balanced(one: StateSpace) -> tuple[Array, Array, Array, Array]:
     """Return D⁻¹ A D, D⁻¹ B, C D and the diagonal of D."""
     scale = balance(one.A)
     return one.A * scale[None, :] / scale[:, None], one.B / scale[:, None], one.C * scale[None, :], scale
@@ -224,7 +213,7 @@ class Transfer:
         }  # fmt: skip
 
 
-def transfers(one: LinearSystem) -> tuple[Transfer, ...]:
+def transfers(one: StateSpace) -> tuple[Transfer, ...]:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
     return tuple(

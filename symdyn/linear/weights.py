@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, quoted
 from symdyn.linear.locus import number_in
 from symdyn.linear.state_space import Axis
 from symdyn.scene.values import Faults, FormulaError, suggestion
@@ -116,13 +116,13 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         return np.eye(n)
     if isinstance(given, Mapping):
         found = np.zeros(n)
-        for key, value in given.items():
+        for key, one in given.items():
+            value = _number(one)
             if key not in axis.names:
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
             elif not np.isfinite(value) or value < 0 or (definite and value == 0):
-                faults.add(
-                    name, f"{key}: {value:g} is no weight; give one {'above zero' if definite else 'of 0 or more'}"
-                )
+                least = "above zero" if definite else "of 0 or more"
+                faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")
             else:
                 found[axis.names.index(key)] = value
         if definite:
@@ -130,7 +130,7 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         return np.diag(found)
     try:
         M = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         M = np.zeros(0)
     largest = float(np.abs(M).max(initial=0.0))
     if M.shape != (n, n) or not np.isfinite(M).all():
@@ -143,3 +143,11 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         kind, most = "definite" if definite else "semidefinite", axis.names[int(np.abs(ways[:, 0]).argmax())]
         faults.add(name, f"is not positive {kind}: it has the eigenvalue {sizes[0]:.6g}, mostly of {most}")
     return np.asarray((M + M.T) / 2)
+
+
+def _number(given: Any) -> float:
+    """Return a weight as a number; nan where it is none."""
+    try:
+        return float(given)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan

@@ -212,7 +212,7 @@ def linearization(system: Linearization) -> list[Markup]:
     return [
         head(system.scene.name, f"linearised {system.manner}"),
         verdict(told.verdict != "unstable", told.words),
-        note(system.place),
+        note(system.where),
         beside(*matrices),
         shown(system.damp()),
         *(note(line) for line in told.lines),
