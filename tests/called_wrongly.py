@@ -107,7 +107,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Sensitivity: lambda: symdyn.sensitivity(cart(), until=0.01),
     SvgText: lambda: symdyn.picture(cart()),
     SympyEquations: lambda: symdyn.equations(cart()).sympy(),
-    TimeResponse: lambda: symdyn.linearize(cart()).lqr().closed_loop.step(),
+    TimeResponse: lambda: noun(Linearization).step(),
     Trajectory: lambda: symdyn.simulate(cart(), until=0.1),
     Uncertainty: lambda: symdyn.uncertainty(cart(), {"mc": 0.01}, until=0.05),
 }

@@ -94,14 +94,15 @@ TIMES, GAINS = 8, [0.5, 2.0, 10.0]
 
 
 def answered(system, until, period):
-    """Return margins, step, impulse and their sampled counterparts, a root locus, of the first output to the first input.
+    """Return zeros, responses over time, sampled ones too, of all outputs to all inputs, and what of the first loop.
 
-    Responses are those of all outputs to all inputs.
+    Of the first output to the first input these are margins, a root locus, and what is told of a step of the loop.
     """
     t, loop = np.linspace(0.0, until, 401), system[0, 0]
     sampled = control.c2d(system, period, "zoh")
     k = period * np.arange(TIMES)
     step = control.step_response(system, t)
+    told = control.step_info(control.feedback(loop, 1), np.linspace(0.0, until, 4001))
     return {
         "A": system.A.tolist(), "B": system.B.tolist(), "C": system.C.tolist(), "D": system.D.tolist(),
         "period": period, "until": until, "poles": pairs(control.poles(system)),
@@ -116,7 +117,7 @@ def answered(system, until, period):
         "sampled_impulse": control.impulse_response(sampled, k)
         .outputs.reshape(system.noutputs, system.ninputs, -1)
         .tolist(),
-        "step_info": {key: float(x) for key, x in control.step_info(control.feedback(loop, 1), np.linspace(0.0, until, 4001)).items()},
+        "step_info": {key: float(x) for key, x in told.items()},
         "root_locus": [pairs(row) for row in control.root_locus_map(loop, GAINS).loci],
     }  # fmt: skip
 

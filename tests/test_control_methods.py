@@ -218,6 +218,35 @@ def test_a_loop_that_stays_at_an_integrator_has_its_margins_at_a_finite_frequenc
         StateSpace([[-1.0]], [[1.0]], [[1.0]], [[-1.0]]).margins()
 
 
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("period", [None, 0.02])
+def test_a_run_with_the_controller_is_the_loop_that_is_closed(period: float | None) -> None:
+    """Next to the point the mechanism moves as its linear loop does, whose controller is a linear system in between."""
+    one = mechanism("cart_pole")
+    found = one.lqg(*WEIGHTS["cart_pole"], period)
+    start = 1e-4 * np.eye(8)[one.states.names.index("theta")]
+    run = symdyn.simulate(
+        one.scene, until=1.0, start={"theta": 1e-4}, feedback=found, method="dop853", rtol=1e-11, atol=1e-15
+    )
+    A = found.closed_loop.A
+    end = np.linalg.matrix_power(A, 50) if period else np.linalg.matrix_power(_exponential(A / 64), 64)
+
+    assert_allclose(run.q[-1], (end @ start)[:2], atol=1e-11)
+
+
+def _exponential(A: Any) -> Any:
+    values, ways = np.linalg.eig(A)
+    return (ways @ np.diag(np.exp(values)) @ np.linalg.inv(ways)).real
+
+
+@pytest.mark.runs("cc")
+def test_a_controller_acts_about_the_point_that_it_was_found_for() -> None:
+    hanging = symdyn.linearize(symdyn.example("cart_pole"), start={"theta": "pi"})
+    assert_allclose(hanging.point.outputs, [0, np.pi])
+    run = symdyn.simulate(hanging.scene, until=40, start={"theta": 3.0}, feedback=hanging.lqg({"x": 1, "theta": 1}))
+    assert_allclose(run.q[-1], [0, np.pi], atol=1e-3)
+
+
 # What one sees
 
 

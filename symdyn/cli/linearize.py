@@ -17,7 +17,7 @@ from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError
-from symdyn.linear import System, SystemsFile, locus_over, poles_in_words, shown
+from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, choice, split_commas
@@ -79,9 +79,11 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     ):
         margin = f", {in_digits(found.margin, 2)} of the size of A from less" if found.rank else ""
         lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
-        lines += [f"  {how} the mode {shown(mark.value)} 1/s, of {', '.join(mark.states)}" for mark in found.hidden]
         near = [mark for mark in found.marks if not mark.hidden][:1]
-        lines += [f"  least {verb}: the mode {shown(mark.value)} 1/s, by {', '.join(mark.states)}" for mark in near]
+        for mark in (*found.hidden, *near):
+            said = f"{how} the mode" if mark.hidden else f"least {verb}: the mode"
+            by = f"{'of' if mark.hidden else 'by'} {', '.join(mark.states)}"
+            lines.append(f"  {said} {poles_in_words([mark.value])} 1/s, {by}")
         data[word] = found.as_json()
     return lines, data
 

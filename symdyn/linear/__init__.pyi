@@ -23,4 +23,4 @@ from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as T
 from .state_space import Axis as Axis, StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile
-from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words, shown as shown
+from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words

@@ -20,6 +20,7 @@ from itertools import product
 
 import numpy as np
 
+from symdyn import shell
 from symdyn.algebra import Array, Form, Number, Ratios
 from symdyn.dynamics import formulas
 from symdyn.errors import DerivationError, LinearizeError
@@ -30,7 +31,6 @@ from symdyn.linear.prepared import Prepared
 from symdyn.linear.search import NEAR, SAME, Search
 from symdyn.linear.steady import at_rest
 from symdyn.scene import SceneUnits
-from symdyn.shell import spoken
 from symdyn.simulation import Problem
 from symdyn.unlocked import cached_property
 
@@ -137,7 +137,7 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
     if led:
         raise LinearizeError(
             f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
-            f"as in {spoken('start', {'NAME': 'VALUE'})}"
+            f"as in {shell.spoken('start', {'NAME': 'VALUE'})}"
         )
     search = Search(prepared, Problem(scene).initial.q if start is None else start, t)
     exact = _exact(prepared, search.idle)

@@ -30,19 +30,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn import shell
 from symdyn.algebra import Array
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
-from symdyn.linear.state_space import StateSpace
 from symdyn.rounding import in_digits
 from symdyn.scene.joints import JOINTS, Gimbal
 from symdyn.scene.values import Joint
-from symdyn.shell import flag
 from symdyn.simulation import opened
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
     from symdyn.linear.prepared import Prepared
+    from symdyn.linear.state_space import StateSpace
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""
@@ -212,11 +212,11 @@ SHORTEST = 1e-12
 def check_period(period: float) -> None:
     """Raise LinearizeError for what is no period."""
     if not (math.isfinite(period) and period > SHORTEST):
-        raise LinearizeError(f"{flag('dt')} {period:g}: a period is finite and above zero, in s")
+        raise LinearizeError(f"{shell.flag('dt')} {period:g}: a period is finite and above zero, in s")
 
 
 def discretized(one: StateSpace, period: float) -> StateSpace:
-    """Return the system with its inputs held between samples, by the matrix exponential.
+    """Return a system with its inputs held between samples, by the matrix exponential.
 
     Raises:
         LinearizeError: the period is none, or so long that something grows beyond what a double can hold.
@@ -225,7 +225,9 @@ def discretized(one: StateSpace, period: float) -> StateSpace:
 
     check_period(period)
     if one.period is not None:
-        raise LinearizeError(f"{one.name}: {flag('dt')} {period:g}: it is sampled already, every {one.period:g} s")
+        raise LinearizeError(
+            f"{one.name}: {shell.flag('dt')} {period:g}: it is sampled already, every {one.period:g} s"
+        )
     n, inputs = one.B.shape
     whole = np.zeros((n + inputs, n + inputs))
     whole[:n, :n], whole[:n, n:] = one.A, one.B
@@ -233,14 +235,9 @@ def discretized(one: StateSpace, period: float) -> StateSpace:
         found = expm(whole * period)
     if not np.isfinite(found).all():
         raise LinearizeError(
-            f"{flag('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
+            f"{shell.flag('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
         )
-    return sampled(one, found[:n, :n], found[:n, n:], period)
-
-
-def sampled(one: StateSpace, A: Array, B: Array, period: float) -> StateSpace:
-    """Return a system from sample to sample, its names those of another."""
-    return StateSpace(A, B, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
+    return one.sampled(found[:n, :n], found[:n, n:], period)
 
 
 def along_a_step(prepared: Prepared, one: Linearization, period: float) -> StateSpace:
@@ -262,7 +259,7 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
         here = prepared.at(q, u, t)
         if here.states != full.states:
             raise LinearizeError(
-                f"{flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a "
+                f"{shell.flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a "
                 "shorter one"
             )
         moved = here.A @ variations
@@ -272,9 +269,9 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
     start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
     run = solve_ivp(rates, (point.t, point.t + period), start, "DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
-        raise LinearizeError(f"{flag('dt')} {period:g}: the motion from the point cannot be followed that long")
+        raise LinearizeError(f"{shell.flag('dt')} {period:g}: the motion from the point cannot be followed that long")
     found = run.y[nq + nv :, -1].reshape(n, n + inputs)
     if one.spin.any():  # to the axes that the system is in
         found = np.asarray(np.linalg.solve(turned(full, labels, one.spin, period).X, found), np.float64)
     kept = [full.states.names.index(name) for name in one.states.names]
-    return sampled(one, found[np.ix_(kept, kept)], found[kept, n:], period)
+    return one.sampled(found[np.ix_(kept, kept)], found[kept, n:], period)

@@ -33,6 +33,7 @@ from typing import Any, Unpack
 import numpy as np
 from flint import fmpq, fmpq_mat
 
+from symdyn import shell
 from symdyn.algebra import Array, TrigonometricRing
 from symdyn.arguments import native, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
@@ -48,7 +49,6 @@ from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind
 from symdyn.scene.values import FormulaError, Parameter
-from symdyn.shell import flag, spoken
 from symdyn.simulation import Forces, Problem, Trajectory, opened
 from symdyn.simulation.prescribed import Entries
 
@@ -352,14 +352,14 @@ def systems(
     }
     if name in taken:
         raise LinearizeError(
-            f"{flag('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
+            f"{shell.flag('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
         )
     if name not in [one.name for one in scene.parameters]:
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"{flag('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it does, as "
-                f"in {spoken('start_rates', {scene.velocities[0]: name})}"
+                f"{shell.flag('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
+                f"does, as in {shell.spoken('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))
     derived: dict[Scene, Prepared] = {}

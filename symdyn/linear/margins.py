@@ -12,15 +12,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import balanced, invariant_zeros, minimal
 from symdyn.rounding import in_digits
+
+if TYPE_CHECKING:
+    from symdyn.linear.state_space import StateSpace
 
 ASIDE = 1e-6
 """Real parts of a zero over its size that are rounding."""
@@ -107,7 +110,7 @@ def margins(one: StateSpace) -> Margins:
     gain, at = min(factors, key=lambda two: abs(math.log(two[0])), default=(math.inf, math.nan))
     phase, crossing = min(lags, key=lambda two: abs(two[0]), default=(math.inf, math.nan))
     delay = min((math.radians(lag % 360) / w for lag, w in lags if w > 0), default=math.inf)
-    closed = StateSpace(one.A - one.B @ one.C / (1 + one.D[0, 0]), one.B, one.C, one.D, period=one.period)
+    closed = replace(one, A=one.A - one.B @ one.C / (1 + one.D[0, 0]))
     return Margins(gain, phase, delay, _distance(G, grid, values, d), at, crossing, closed.stable)
 
 
@@ -118,8 +121,8 @@ def _in_w(one: StateSpace) -> StateSpace:
         inverse = np.linalg.inv(one.A + np.eye(n))
     except np.linalg.LinAlgError:
         raise LinearizeError(f"{one.name}: has a pole at z = -1, where margins are not known") from None
-    return StateSpace((one.A - np.eye(n)) @ inverse, 2 * inverse @ one.B, one.C @ inverse,
-                      one.D - one.C @ inverse @ one.B)  # fmt: skip
+    B, C, D = 2 * inverse @ one.B, one.C @ inverse, one.D - one.C @ inverse @ one.B
+    return replace(one, A=(one.A - np.eye(n)) @ inverse, B=B, C=C, D=D, period=None)
 
 
 def _phase_crossings(

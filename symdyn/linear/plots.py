@@ -118,11 +118,11 @@ def _label(axis: Any, text: str) -> None:
 
 def bode(response: FrequencyResponse, hertz: bool) -> FilledFigure:
     """Return the Bode plot of frequency responses."""
-    title, rows, columns = _shown(f"{response.name}: frequency response", response.outputs, response.inputs)
+    title, rows, columns = _shown(f"{response.name}: frequency response", response.outputs.names, response.inputs.names)
     x = response.hertz if hertz else response.omega
 
     def fill(figure: Any) -> None:
-        axes = _grid(figure, 2 * rows, columns, response.inputs, sharex=True)
+        axes = _grid(figure, 2 * rows, columns, response.inputs.names, sharex=True)
         for i, k in np.ndindex(rows, columns):
             above, below = axes[2 * i, k], axes[2 * i + 1, k]
             if response.response[:, i, k].any():
@@ -130,7 +130,7 @@ def bode(response: FrequencyResponse, hertz: bool) -> FilledFigure:
                 below.semilogx(x, response.degrees[:, i, k], linewidth=1.0)
                 below.yaxis.set_major_locator(_quarters())
             if not k:
-                _label(above, f"to {response.outputs[i]}\ndB")
+                _label(above, f"to {response.outputs.names[i]}\ndB")
                 _label(below, "phase, °")
         for axis in axes[-1]:
             axis.set_xlabel("frequency, Hz" if hertz else "frequency, rad/s")
@@ -150,10 +150,10 @@ FAR = 20.0
 
 def nyquist(response: FrequencyResponse) -> FilledFigure:
     """Return the Nyquist plot of frequency responses."""
-    title, rows, columns = _shown(f"{response.name}: Nyquist plot", response.outputs, response.inputs)
+    title, rows, columns = _shown(f"{response.name}: Nyquist plot", response.outputs.names, response.inputs.names)
 
     def fill(figure: Any) -> None:
-        axes = _grid(figure, rows, columns, response.inputs)
+        axes = _grid(figure, rows, columns, response.inputs.names)
         for i, k in np.ndindex(rows, columns):
             plane, G = axes[i, k], response.response[:, i, k]
             seen = G[np.abs(G) <= max(FAR, 3 * float(np.median(np.abs(G))))]
@@ -162,22 +162,24 @@ def nyquist(response: FrequencyResponse) -> FilledFigure:
             plane.plot([-1], [0], "+", color="C3", markersize=9)
             _circle(plane)
             plane.set_xlabel("real part")
-            _label(plane, f"to {response.outputs[i]}\nimaginary part" if not k else "")
+            _label(plane, f"to {response.outputs.names[i]}\nimaginary part" if not k else "")
 
     return FilledFigure(title, (max(4.6, 1.0 + 3.4 * columns), 0.8 + 3.4 * rows), fill)
 
 
 def courses(response: TimeResponse) -> FilledFigure:
     """Return the plot of responses over time."""
-    title, rows, columns = _shown(f"{response.name}: {response.kind} response", response.outputs, response.inputs)
+    title, rows, columns = _shown(
+        f"{response.name}: {response.kind} response", response.outputs.names, response.inputs.names
+    )
 
     def fill(figure: Any) -> None:
-        axes = _grid(figure, rows, columns, response.inputs, sharex=True, sharey="row")
+        axes = _grid(figure, rows, columns, response.inputs.names, sharex=True, sharey="row")
         for i, k in np.ndindex(rows, columns):
             style = "default" if response.period is None else "steps-post"
             axes[i, k].plot(response.t, response.values[:, i, k], linewidth=1.0, drawstyle=style)
             if not k:
-                _label(axes[i, k], f"to {response.outputs[i]}")
+                _label(axes[i, k], f"to {response.outputs.names[i]}")
         for axis in axes[-1]:
             axis.set_xlabel("t, s")
 

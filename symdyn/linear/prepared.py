@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symdyn import shell
 from symdyn.algebra import Array
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import pivots
@@ -37,7 +38,6 @@ from symdyn.linear.state_space import Axis
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
-from symdyn.shell import flag
 from symdyn.simulation import Forces, Problem, opened
 
 RANK = 1e-7
@@ -364,8 +364,8 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
     if independent and not scene.is_constrained:
         raise LinearizeError(
-            f"{scene.name}: {flag('independent')}: it has no loops and no rows, all its coordinates are independent; "
-            f"leave {flag('independent')} out"
+            f"{scene.name}: {shell.flag('independent')}: it has no loops and no rows, all its coordinates are "
+            f"independent; leave {shell.flag('independent')} out"
         )
     forces = problem.driving
     forces.check_differentiable(faults)

@@ -24,17 +24,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn import shell
 from symdyn.algebra import Array
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.evolution import discretized
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import Axis, StateSpace
 from symdyn.linear.transfer import poles_in_words, shown, staircase
 from symdyn.linear.weights import Weights, weight
 from symdyn.scene.values import Faults
-from symdyn.shell import flag
 from symdyn.table import Table
 
 if TYPE_CHECKING:
@@ -269,8 +268,8 @@ def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, 
                notes: tuple[str, ...] = ()) -> Regulator:  # fmt: skip
     """Return gains with what is said of them at the point."""
     if one.feeding:
-        notes = (*notes, f"the formulas of {flag('forces')} depend on the state: gains act beside them, give them to "
-                 "simulate, too")  # fmt: skip
+        formulas = f"the formulas of {shell.flag('forces')} depend on the state"
+        notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
     if one.kind == "moving":
         notes = (*notes, MOVING)
     if one.spin.any():
@@ -363,7 +362,7 @@ def kalman(
 
 
 def _steps(one: StateSpace, period: float | None) -> StateSpace:
-    return one if period is None else discretized(one, period)
+    return one if period is None else one.discretize(period)
 
 
 def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:

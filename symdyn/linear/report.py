@@ -14,7 +14,6 @@ import numpy as np
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
 from symdyn.linear.modes import Mode
-from symdyn.linear.state_space import Axis
 from symdyn.rounding import in_digits, requested_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
@@ -23,7 +22,7 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.linear.state_space import StateSpace
+    from symdyn.linear.state_space import Axis, StateSpace
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from symdyn import shell
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native
 from symdyn.draw import FilledFigure
@@ -22,12 +23,12 @@ from symdyn.linear.evolution import discretized
 from symdyn.linear.locus import RootLocus, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
-from symdyn.linear.state_space import StateSpace
-from symdyn.shell import flag
 from symdyn.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from symdyn.linear.state_space import Axis, StateSpace
 
 POINTS, CLOSE = 200, 2000
 """Frequencies that nobody gives, of a Bode and of a Nyquist plot."""
@@ -47,8 +48,8 @@ class FrequencyResponse(Plotted):
 
     omega: Array
     hertz: Array
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    inputs: Axis
+    outputs: Axis
     response: Complexes
     name: str = ""
     kind: Literal["bode", "nyquist"] = "bode"
@@ -74,8 +75,8 @@ class FrequencyResponse(Plotted):
         """Title, decibels and degrees of each output and input, those that do not follow left out."""
         return [
             (f"{output} / {name}", self.decibels[:, i, k], self.degrees[:, i, k])
-            for i, output in enumerate(self.outputs)
-            for k, name in enumerate(self.inputs)
+            for i, output in enumerate(self.outputs.names)
+            for k, name in enumerate(self.inputs.names)
             if np.any(self.response[:, i, k])
         ]
 
@@ -108,8 +109,8 @@ def _finite(values: Array) -> list[float | None]:
     return [float(x) if math.isfinite(x) else None for x in values]
 
 
-def _channels(inputs: Sequence[str], outputs: Sequence[str]) -> str:
-    return f"{', '.join(inputs)} to {', '.join(outputs)}"
+def _channels(inputs: Axis, outputs: Axis) -> str:
+    return f"{', '.join(inputs.names)} to {', '.join(outputs.names)}"
 
 
 def frequency_response(
@@ -127,11 +128,11 @@ def frequency_response(
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
     else:
-        said = numbers(hertz, flag("hertz")) if isinstance(hertz, str) else hertz
+        said = numbers(hertz, shell.flag("hertz")) if isinstance(hertz, str) else hertz
         f = usual_frequencies(one, points) if said is None else _frequencies(said, "hertz", "Hz", one.period)
         w = 2 * math.pi * f
     found = np.array([response_at(one, x) for x in w])
-    return FrequencyResponse(w, f, one.inputs.names, one.outputs.names, found, one.name, kind)
+    return FrequencyResponse(w, f, one.inputs, one.outputs, found, one.name, kind)
 
 
 def _check_driven(one: StateSpace, what: str) -> None:
@@ -203,8 +204,8 @@ class TimeResponse(Plotted):
 
     t: Array
     values: Array
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    inputs: Axis
+    outputs: Axis
     final: Array | None
     kind: Literal["step", "impulse"]
     period: float | None = None
@@ -223,13 +224,11 @@ class TimeResponse(Plotted):
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
         """
-        from symdyn.linear.state_space import Axis
-
         check_arguments(TimeResponse.info, locals(), LinearizeError)
         if self.kind != "step":
             raise LinearizeError("info: is of a step response, and this is one of an impulse")
-        i = Axis(self.outputs, self.outputs).place(output, "output")
-        k = Axis(self.inputs, self.inputs).place(input, "input")
+        i = self.outputs.place(output, "output")
+        k = self.inputs.place(input, "input")
         y = self.values[:, i, k]
         final = float(y[-1] if self.final is None else self.final[i, k])
         part = y / final if final else np.full(len(y), math.nan)
@@ -265,7 +264,7 @@ class TimeResponse(Plotted):
 
     def table(self) -> Table[str | float]:
         """Return a row a time: that in s, then each output to each input."""
-        head = ["t", *(f"{output} / {name}" for output in self.outputs for name in self.inputs)]
+        head = ["t", *(f"{output} / {name}" for output in self.outputs.names for name in self.inputs.names)]
         rows = np.column_stack([self.t, self.values.reshape(len(self.t), -1)])
         return Table(head, rows.tolist(), range(len(head)))
 
@@ -305,7 +304,7 @@ def time_response(
         found = np.concatenate([one.D[None] / one.period, found[:-1]])
     if not np.isfinite(found).all():
         raise LinearizeError(f"{one.name}: it grows beyond all numbers until t = {end:g} s; give until, an earlier end")
-    return TimeResponse(t, found, one.inputs.names, one.outputs.names, _final(one, kind), kind, one.period, one.name)
+    return TimeResponse(t, found, one.inputs, one.outputs, _final(one, kind), kind, one.period, one.name)
 
 
 def _final(one: StateSpace, kind: str) -> Array | None:
@@ -352,7 +351,7 @@ def locus_over_gain(one: StateSpace, gains: Sequence[float] | Array | None) -> R
     def closed(k: float) -> StateSpace:
         if abs(1 + k * d) <= 1e-12:
             raise LinearizeError(f"gains: at {k:g} the loop has no answer, 1 + k D = 0; leave it out")
-        return StateSpace(one.A - k / (1 + k * d) * one.B @ one.C, one.B, one.C, one.D)
+        return replace(one, A=one.A - k / (1 + k * d) * one.B @ one.C)
 
     values = _usual_gains(one) if gains is None else gains
     return root_locus("k", values, closed, one.name, one.zeros)

@@ -223,32 +223,26 @@ class StateSpace(Plotted):
         return Table(HEAD, rows, (1, 2), "modes")
 
     @overload
-    def transfer(self, output: str, input: str) -> Transfer: ...
+    def transfer(self) -> tuple[Transfer, ...]: ...
 
     @overload
-    def transfer(self, output: str | None = None, input: None = None) -> tuple[Transfer, ...]: ...
+    def transfer(self, output: str, input: str | None = None) -> Transfer: ...
 
     @overload
-    def transfer(self, output: None = None, *, input: str) -> tuple[Transfer, ...]: ...
+    def transfer(self, output: None = None, *, input: str) -> Transfer: ...
 
     def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]:
-        """Return the transfer function from an input to an output; without both names all of them, output by output.
+        """Return the transfer function to an output from an input; without names all of them, output by output.
 
         Raises:
-            LinearizeError: a name that is not known.
+            LinearizeError: a name that is not known, or one is left out where there are several.
         """
         from symdyn.linear.transfer import transfers
 
         check_arguments(StateSpace.transfer, locals(), LinearizeError)
-        if output is not None and input is not None:
-            return transfers(self[output, input])[0]
-        i = None if output is None else self.outputs.place(output, "output")
-        k = None if input is None else self.inputs.place(input, "input")
-        return tuple(
-            one
-            for one in transfers(self)
-            if i in (None, self.outputs.names.index(one.output)) and k in (None, self.inputs.names.index(one.input))
-        )
+        if output is None and input is None:
+            return transfers(self)
+        return transfers(self[output, input])[0]
 
     def controllability(self) -> Reach:
         """Return what the inputs move."""
@@ -352,6 +346,10 @@ class StateSpace(Plotted):
 
         check_arguments(StateSpace.discretize, locals(), LinearizeError)
         return discretized(self, *native(float, dt))
+
+    def sampled(self, Phi: Array, Gamma: Array, period: float) -> StateSpace:
+        """Return a system from sample to sample whose names are those of this one."""
+        return StateSpace(Phi, Gamma, self.C, self.D, self.states, self.inputs, self.outputs, period, self.name)
 
     def to_control(self) -> Any:
         """Return it as a StateSpace of python-control, names and period included.

@@ -20,6 +20,7 @@ Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -161,7 +162,7 @@ def shown(value: complex) -> str:
     return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"
 
 
-def poles_in_words(values: Complexes) -> str:
+def poles_in_words(values: Iterable[complex]) -> str:
     """Return poles or zeros as text, pairs once."""
     return ", ".join(shown(value) for value in values if value.imag >= 0) or "none"
 
