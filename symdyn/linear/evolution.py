@@ -30,8 +30,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn import shell
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.rounding import in_digits
@@ -212,7 +212,7 @@ SHORTEST = 1e-12
 def check_period(period: float) -> None:
     """Raise LinearizeError for what is no period."""
     if not (math.isfinite(period) and period > SHORTEST):
-        raise LinearizeError(f"{shell.flag('dt')} {period:g}: a period is finite and above zero, in s")
+        raise LinearizeError(f"{argument('dt')} {period:g}: a period is finite and above zero, in s")
 
 
 def discretized(one: StateSpace, period: float) -> StateSpace:
@@ -225,9 +225,7 @@ def discretized(one: StateSpace, period: float) -> StateSpace:
 
     check_period(period)
     if one.period is not None:
-        raise LinearizeError(
-            f"{one.name}: {shell.flag('dt')} {period:g}: it is sampled already, every {one.period:g} s"
-        )
+        raise LinearizeError(f"{one.name}: {argument('dt')} {period:g}: it is sampled already, every {one.period:g} s")
     n, inputs = one.B.shape
     whole = np.zeros((n + inputs, n + inputs))
     whole[:n, :n], whole[:n, n:] = one.A, one.B
@@ -235,7 +233,7 @@ def discretized(one: StateSpace, period: float) -> StateSpace:
         found = expm(whole * period)
     if not np.isfinite(found).all():
         raise LinearizeError(
-            f"{shell.flag('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
+            f"{argument('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
         )
     return one.sampled(found[:n, :n], found[:n, n:], period)
 
@@ -259,7 +257,7 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
         here = prepared.at(q, u, t)
         if here.states != full.states:
             raise LinearizeError(
-                f"{shell.flag('dt')} {period:g}: other coordinates have to determine the rest within a period; give a "
+                f"{argument('dt')} {period:g}: other coordinates have to determine the rest within a period; give a "
                 "shorter one"
             )
         moved = here.A @ variations
@@ -269,7 +267,7 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
     start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
     run = solve_ivp(rates, (point.t, point.t + period), start, "DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
-        raise LinearizeError(f"{shell.flag('dt')} {period:g}: the motion from the point cannot be followed that long")
+        raise LinearizeError(f"{argument('dt')} {period:g}: the motion from the point cannot be followed that long")
     found = run.y[nq + nv :, -1].reshape(n, n + inputs)
     if one.spin.any():  # to the axes that the system is in
         found = np.asarray(np.linalg.solve(turned(full, labels, one.spin, period).X, found), np.float64)

@@ -33,9 +33,8 @@ from typing import Any, Unpack
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from symdyn import shell
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import native, with_fields
+from symdyn.arguments import argument, native, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
@@ -352,14 +351,14 @@ def systems(
     }
     if name in taken:
         raise LinearizeError(
-            f"{shell.flag('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
+            f"{argument('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
         )
     if name not in [one.name for one in scene.parameters]:
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"{shell.flag('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
-                f"does, as in {shell.spoken('start_rates', {scene.velocities[0]: name})}"
+                f"{argument('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
+                f"does, as in {argument('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))
     derived: dict[Scene, Prepared] = {}

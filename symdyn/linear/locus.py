@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from symdyn import shell
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
@@ -290,7 +290,7 @@ def root_locus(
     except (TypeError, ValueError, OverflowError):
         x = np.zeros(0)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
-        where = f"{shell.flag('over')} {over}" if zeros is None else "gains"
+        where = f"{argument('over')} {over}" if zeros is None else "gains"
         raise LinearizeError(
             f"{where}: values must be finite and increase, two at least and {MOST} at most; such as "
             f'"{over}=linspace(0,10,100)"'

@@ -33,8 +33,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from symdyn import shell
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
@@ -278,9 +278,7 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
     CHECKS["film"](path, reel)
     modes = shown(one)
     if not modes:
-        raise LinearizeError(
-            f"{one.scene.name}: {shell.flag('animate')}: no mode has a shape; all eigenvalues are zero"
-        )
+        raise LinearizeError(f"{one.scene.name}: {argument('animate')}: no mode has a shape; all eigenvalues are zero")
     if len(modes) == 1:
         return [(path, modes[0])]
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]

@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn import shell
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
@@ -364,8 +364,8 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
     if independent and not scene.is_constrained:
         raise LinearizeError(
-            f"{scene.name}: {shell.flag('independent')}: it has no loops and no rows, all its coordinates are "
-            f"independent; leave {shell.flag('independent')} out"
+            f"{scene.name}: {argument('independent')}: it has no loops and no rows, all its coordinates are "
+            f"independent; leave {argument('independent')} out"
         )
     forces = problem.driving
     forces.check_differentiable(faults)

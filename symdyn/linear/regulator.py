@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn import shell
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
@@ -268,7 +268,7 @@ def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, 
                notes: tuple[str, ...] = ()) -> Regulator:  # fmt: skip
     """Return gains with what is said of them at the point."""
     if one.feeding:
-        formulas = f"the formulas of {shell.flag('forces')} depend on the state"
+        formulas = f"the formulas of {argument('forces')} depend on the state"
         notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
     if one.kind == "moving":
         notes = (*notes, MOVING)

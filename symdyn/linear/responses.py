@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from symdyn import shell
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import argument, check_arguments, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.evolution import discretized
@@ -128,7 +127,7 @@ def frequency_response(
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
     else:
-        said = numbers(hertz, shell.flag("hertz")) if isinstance(hertz, str) else hertz
+        said = numbers(hertz, argument("hertz")) if isinstance(hertz, str) else hertz
         f = usual_frequencies(one, points) if said is None else _frequencies(said, "hertz", "Hz", one.period)
         w = 2 * math.pi * f
     found = np.array([response_at(one, x) for x in w])
