@@ -8,7 +8,7 @@ pole map    poles ×, zeros ○, and the edge of stability: the imaginary axis, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -93,49 +93,60 @@ def _circle(plane: Any) -> None:
     plane.set_aspect("equal", adjustable="datalim")
 
 
-def _shown(title: str, outputs: Sequence[str], inputs: Sequence[str]) -> tuple[str, int, int]:
-    """Return a title that says what is left out, and how many outputs and inputs are drawn."""
+def _grid(
+    response: FrequencyResponse | TimeResponse,
+    title: str,
+    size: tuple[float, float],
+    draw: Callable[[Sequence[Any], int, int], str],
+    each: int = 1,
+    **words: Any,
+) -> FilledFigure:
+    """Return a plot with a column an input, which stands above it, and `each` axes below each other an output.
+
+    Args:
+        response: what has inputs and outputs.
+        title: of the plot.
+        size: of the axes of one input and output, inches.
+        draw: draws on those of an output and an input, by their places, and returns what stands below the lowest.
+        each: how many.
+        words: of `Figure.subplots`.
+    """
+    outputs, inputs = response.outputs.names, response.inputs.names
     rows, columns = min(len(outputs), HIGHEST), min(len(inputs), WIDEST)
-    left = [
-        f"{n - k} {what}" for n, k, what in ((len(outputs), rows, "outputs"), (len(inputs), columns, "inputs")) if n > k
-    ]
-    return (f"{title} (and {' and '.join(left)} more)" if left else title), rows, columns
+    if left := len(outputs) * len(inputs) - rows * columns:
+        title = f"{title} (and {left} more)"
 
+    def fill(figure: Any) -> None:
+        axes = figure.subplots(each * rows, columns, squeeze=False, **words)
+        for i, k in np.ndindex(rows, columns):
+            own = axes[each * i : each * (i + 1), k]
+            below = draw(own, i, k)
+            for one in own:
+                one.grid(alpha=0.3, which="both")
+            if not i:
+                own[0].set_title(f"from {inputs[k]}", fontsize=9).set_parse_math(False)
+            if not k:
+                own[0].set_ylabel(f"to {outputs[i]}\n{own[0].get_ylabel()}".strip()).set_parse_math(False)
+            if i == rows - 1:
+                own[-1].set_xlabel(below)
 
-def _grid(figure: Any, rows: int, columns: int, inputs: Sequence[str], **words: Any) -> Any:
-    """Return axes, shape (rows, columns), a head over each column that says the input."""
-    axes = figure.subplots(rows, columns, squeeze=False, **words)
-    for k, name in enumerate(inputs[:columns]):
-        axes[0, k].set_title(f"from {name}", fontsize=9).set_parse_math(False)
-    for one in axes.flat:
-        one.grid(alpha=0.3, which="both")
-    return axes
-
-
-def _label(axis: Any, text: str) -> None:
-    axis.set_ylabel(text).set_parse_math(False)
+    return FilledFigure(f"{response.name}: {title}", (max(5.0, 1.0 + size[0] * columns), 1.0 + size[1] * rows), fill)
 
 
 def bode(response: FrequencyResponse, hertz: bool) -> FilledFigure:
     """Return the Bode plot of frequency responses."""
-    title, rows, columns = _shown(f"{response.name}: frequency response", response.outputs.names, response.inputs.names)
-    x = response.hertz if hertz else response.omega
 
-    def fill(figure: Any) -> None:
-        axes = _grid(figure, 2 * rows, columns, response.inputs.names, sharex=True)
-        for i, k in np.ndindex(rows, columns):
-            above, below = axes[2 * i, k], axes[2 * i + 1, k]
-            if response.response[:, i, k].any():
-                above.semilogx(x, response.decibels[:, i, k], linewidth=1.0)
-                below.semilogx(x, response.degrees[:, i, k], linewidth=1.0)
-                below.yaxis.set_major_locator(_quarters())
-            if not k:
-                _label(above, f"to {response.outputs.names[i]}\ndB")
-                _label(below, "phase, °")
-        for axis in axes[-1]:
-            axis.set_xlabel("frequency, Hz" if hertz else "frequency, rad/s")
+    def draw(axes: Sequence[Any], i: int, k: int) -> str:
+        x = response.hertz if hertz else response.omega
+        if response.response[:, i, k].any():
+            axes[0].semilogx(x, response.decibels[:, i, k], linewidth=1.0)
+            axes[1].semilogx(x, response.degrees[:, i, k], linewidth=1.0)
+            axes[1].yaxis.set_major_locator(_quarters())
+        axes[0].set_ylabel("dB")
+        axes[1].set_ylabel("phase, °")
+        return "frequency, Hz" if hertz else "frequency, rad/s"
 
-    return FilledFigure(title, (max(5.0, 1.0 + 3.2 * columns), 1.2 + 3.0 * rows), fill)
+    return _grid(response, "frequency response", (3.2, 3.0), draw, 2, sharex=True)
 
 
 def _quarters() -> Any:
@@ -144,43 +155,32 @@ def _quarters() -> Any:
     return MaxNLocator(nbins=5, steps=[1, 1.5, 3, 4.5, 9, 10])
 
 
-FAR = 20.0
-"""How far from 0 a Nyquist plot goes: where a pole is on the axis the curve goes on for ever."""
+FAR = 5.0
+"""How far from 0 a Nyquist plot goes at least: where a pole is on the axis the curve goes on for ever."""
 
 
 def nyquist(response: FrequencyResponse) -> FilledFigure:
     """Return the Nyquist plot of frequency responses."""
-    title, rows, columns = _shown(f"{response.name}: Nyquist plot", response.outputs.names, response.inputs.names)
 
-    def fill(figure: Any) -> None:
-        axes = _grid(figure, rows, columns, response.inputs.names)
-        for i, k in np.ndindex(rows, columns):
-            plane, G = axes[i, k], response.response[:, i, k]
-            seen = G[np.abs(G) <= max(FAR, 3 * float(np.median(np.abs(G))))]
-            plane.plot(seen.real, seen.imag, color="C0", linewidth=1.0)
-            plane.plot(seen.real, -seen.imag, color="C0", linewidth=1.0, linestyle="--")
-            plane.plot([-1], [0], "+", color="C3", markersize=9)
-            _circle(plane)
-            plane.set_xlabel("real part")
-            _label(plane, f"to {response.outputs.names[i]}\nimaginary part" if not k else "")
+    def draw(axes: Sequence[Any], i: int, k: int) -> str:
+        G = response.response[:, i, k]
+        seen = G[np.abs(G) <= max(FAR, 3 * float(np.quantile(np.abs(G), 0.25)))]
+        axes[0].plot(seen.real, seen.imag, color="C0", linewidth=1.0)
+        axes[0].plot(seen.real, -seen.imag, color="C0", linewidth=1.0, linestyle="--")
+        axes[0].plot([-1], [0], "+", color="C3", markersize=9)
+        _circle(axes[0])
+        axes[0].set_ylabel("imaginary part")
+        return "real part"
 
-    return FilledFigure(title, (max(4.6, 1.0 + 3.4 * columns), 0.8 + 3.4 * rows), fill)
+    return _grid(response, "Nyquist plot", (3.4, 3.4), draw)
 
 
 def courses(response: TimeResponse) -> FilledFigure:
     """Return the plot of responses over time."""
-    title, rows, columns = _shown(
-        f"{response.name}: {response.kind} response", response.outputs.names, response.inputs.names
-    )
 
-    def fill(figure: Any) -> None:
-        axes = _grid(figure, rows, columns, response.inputs.names, sharex=True, sharey="row")
-        for i, k in np.ndindex(rows, columns):
-            style = "default" if response.period is None else "steps-post"
-            axes[i, k].plot(response.t, response.values[:, i, k], linewidth=1.0, drawstyle=style)
-            if not k:
-                _label(axes[i, k], f"to {response.outputs.names[i]}")
-        for axis in axes[-1]:
-            axis.set_xlabel("t, s")
+    def draw(axes: Sequence[Any], i: int, k: int) -> str:
+        style = "default" if response.period is None else "steps-post"
+        axes[0].plot(response.t, response.values[:, i, k], linewidth=1.0, drawstyle=style)
+        return "t, s"
 
-    return FilledFigure(title, (max(5.0, 1.0 + 3.2 * columns), 1.0 + 1.9 * rows), fill)
+    return _grid(response, f"{response.kind} response", (3.2, 1.9), draw, sharex=True, sharey="row")

@@ -80,18 +80,14 @@ class Regulator(Plotted):
     @property
     def closed_loop(self) -> StateSpace:
         """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
-        one, open_loop = self.system, _steps(self.system, self.period)
-        places = [one.inputs.names.index(name) for name in self.inputs]
-        A, C = open_loop.A - open_loop.B[:, places] @ self.K, one.C - one.D[:, places] @ self.K
-        return StateSpace(
-            A, open_loop.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed"
-        )
+        one, (step, places) = self.system, _opened(self.system, self.inputs, self.period)
+        A, C = step.A - step.B[:, places] @ self.K, one.C - one.D[:, places] @ self.K
+        return StateSpace(A, step.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed")
 
     @property
     def loop(self) -> StateSpace:
         """The loop cut open at the drives, from them to K x, for `.margins()` and `.nyquist()`."""
-        step = _steps(self.system, self.period)
-        places = [self.system.inputs.names.index(name) for name in self.inputs]
+        step, places = _opened(self.system, self.inputs, self.period)
         axis = self.system.inputs.of(places)
         return StateSpace(
             step.A, step.B[:, places], self.K, None, self.system.states, axis, axis, self.period, f"{self.name}_loop"
@@ -191,8 +187,7 @@ class Compensator(StateSpace):
     def __init__(self, regulator: Regulator, observer: Observer) -> None:
         """Put both together; they are of one system and one period."""
         one, K, L = regulator.system, regulator.K, observer.L
-        step = _steps(one, regulator.period)
-        places = [one.inputs.names.index(name) for name in regulator.inputs]
+        step, places = _opened(one, regulator.inputs, regulator.period)
         names = tuple(f"{name}_estimate" for name in one.states.names)
         A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
         D = np.zeros((len(K), len(one.C)))
@@ -206,8 +201,8 @@ class Compensator(StateSpace):
     @property
     def loop(self) -> StateSpace:
         """The loop cut open at the drives, from them to what the controller takes off them, for `.margins()`."""
-        one, step = self.regulator.system, _steps(self.regulator.system, self.period)
-        places = [one.inputs.names.index(name) for name in self.outputs.names]
+        one = self.regulator.system
+        step, places = _opened(one, self.outputs.names, self.period)
         states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
         A = np.block([[step.A, np.zeros((len(step.A),) * 2)], [-self.B @ one.C, self.A]])
         B = np.vstack([step.B[:, places], -self.B @ one.D[:, places]])
@@ -218,8 +213,7 @@ class Compensator(StateSpace):
     def closed_loop(self) -> StateSpace:
         """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
         one = self.regulator.system
-        step = _steps(one, self.period)
-        places = [one.inputs.names.index(name) for name in self.outputs.names]
+        step, places = _opened(one, self.outputs.names, self.period)
         by, through = step.B[:, places] @ self.C, one.D[:, places] @ self.C
         L = self.observer.L
         states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
@@ -359,6 +353,11 @@ def kalman(
         one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
     )
     return Observer(one, K.T, poles, period, notes)
+
+
+def _opened(one: Linearization, inputs: Sequence[str], period: float | None) -> tuple[StateSpace, list[int]]:
+    """Return the open loop, sampled if there is a period, and the places of inputs."""
+    return _steps(one, period), [one.inputs.names.index(name) for name in inputs]
 
 
 def _steps(one: StateSpace, period: float | None) -> StateSpace:
