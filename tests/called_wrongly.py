@@ -120,6 +120,7 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Scene.at_time": lambda: {"graph": noun(Equations).graph, "t": 0.0},
     "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},
+    "Linearization.transfer": lambda: {"output": "theta"},
     "Linearization.margins": lambda: {"output": "theta"},
     "Linearization.root_locus": lambda: {"output": "theta"},
     "Linearization.place": lambda: {"poles": [-1, -2, -3, -4]},
@@ -134,6 +135,7 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
 
 WORDS: dict[str, str] = {
     "at": r"start|until|file",
+    "channel": r"(out|in)put: ",
     "every": r"one sample",
     "file": r"written to|folder|system",
     "fps": r"a second",
@@ -142,6 +144,7 @@ WORDS: dict[str, str] = {
     "key": r"coefficient",
     "kind": r"plot",
     "motion": r"times|file",
+    "outcomes": r"measure",
     "names?|columns|request|functions": r"column|function|known|derived|routine|example|parameter|output|there is no",
     "outputs": r"name one",
     "passes": r"pass",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -250,7 +251,7 @@ def test_a_controller_acts_about_the_point_that_it_was_found_for() -> None:
 # What one sees
 
 
-ALL = {
+ALL: dict[str, Callable[[], Any]] = {
     "Linearization": lambda: mechanism("cart_pole"),
     "Regulator": lambda: mechanism("cart_pole").lqr(),
     "Observer": lambda: mechanism("cart_pole").kalman(),
@@ -284,7 +285,7 @@ def test_plots_are_grids_as_those_of_python_control() -> None:
     assert len(bode.axes) == 2 * 4  # of two outputs sizes and phases, of two inputs
     assert [one.get_xlabel() for one in bode.axes[-2:]] == ["frequency, rad/s"] * 2
     assert arm.bode().plot(hertz=True).axes[-1].get_xlabel() == "frequency, Hz"
-    assert_allclose(bode.axes[0].lines[0].get_xdata(), 2 * np.pi * arm.bode().hertz)
+    assert_allclose(np.asarray(bode.axes[0].lines[0].get_xdata(), dtype=np.float64), 2 * np.pi * arm.bode().hertz)
     assert len(arm.nyquist().plot().axes) == len(arm.step().plot().axes) == 4
     assert arm.discretize(0.1).step().plot().axes[0].lines[0].get_drawstyle() == "steps-post"
 

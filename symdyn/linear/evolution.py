@@ -22,7 +22,6 @@ Reference: Van Loan, Computing integrals involving the matrix exponential, IEEE 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
@@ -34,6 +33,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError
+from symdyn.linear.state_space import StateSpace, check_period, sampled
 from symdyn.rounding import in_digits
 from symdyn.scene.joints import JOINTS, Gimbal
 from symdyn.scene.values import Joint
@@ -42,7 +42,6 @@ from symdyn.simulation import opened
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
     from symdyn.linear.prepared import Prepared
-    from symdyn.linear.state_space import StateSpace
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""
@@ -205,41 +204,8 @@ TOLERANCE = 1e-12
 """Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""
 
 
-SHORTEST = 1e-12
-"""Periods, s, that are none."""
-
-
-def check_period(period: float) -> None:
-    """Raise LinearizeError for what is no period."""
-    if not (math.isfinite(period) and period > SHORTEST):
-        raise LinearizeError(f"{argument('dt')} {period:g}: a period is finite and above zero, in s")
-
-
-def discretized(one: StateSpace, period: float) -> StateSpace:
-    """Return a system with its inputs held between samples, by the matrix exponential.
-
-    Raises:
-        LinearizeError: the period is none, or so long that something grows beyond what a double can hold.
-    """
-    from scipy.linalg import expm  # late: it takes long to load
-
-    check_period(period)
-    if one.period is not None:
-        raise LinearizeError(f"{one.name}: {argument('dt')} {period:g}: it is sampled already, every {one.period:g} s")
-    n, inputs = one.B.shape
-    whole = np.zeros((n + inputs, n + inputs))
-    whole[:n, :n], whole[:n, n:] = one.A, one.B
-    with np.errstate(over="ignore", invalid="ignore"):
-        found = expm(whole * period)
-    if not np.isfinite(found).all():
-        raise LinearizeError(
-            f"{argument('dt')} {period:g}: something grows beyond all numbers within a period; give a shorter one"
-        )
-    return one.sampled(found[:n, :n], found[:n, n:], period)
-
-
 def along_a_step(prepared: Prepared, one: Linearization, period: float) -> StateSpace:
-    """Return the same by variational equations, along the motion from the point.
+    """Return the system from sample to sample by variational equations, along the motion from the point.
 
     Raises:
         LinearizeError: the period is none, or the choice of independent coordinates does not hold for it.
@@ -272,4 +238,4 @@ def along_a_step(prepared: Prepared, one: Linearization, period: float) -> State
     if one.spin.any():  # to the axes that the system is in
         found = np.asarray(np.linalg.solve(turned(full, labels, one.spin, period).X, found), np.float64)
     kept = [full.states.names.index(name) for name in one.states.names]
-    return one.sampled(found[np.ix_(kept, kept)], found[kept, n:], period)
+    return sampled(one, found[np.ix_(kept, kept)], found[kept, n:], period)

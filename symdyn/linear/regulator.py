@@ -278,7 +278,7 @@ def lqr(
     used, faults = _controls(one), Faults("")
     heavy = weight("Q", Q, one.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True)
-    _close(faults)
+    faults.close(LinearizeError)
     step = _steps(one, period)
     K, poles, notes = _gain(
         one.A, one.B[:, used], step.A, step.B[:, used], heavy, light, period, WORDS["lqr"], one.states.names
@@ -348,7 +348,7 @@ def kalman(
     step = _steps(one, period)
     disturbed = _disturbed(W, one, step.B, faults)
     noise = weight("V", V, one.outputs, faults, definite=True)
-    _close(faults)
+    faults.close(LinearizeError)
     K, poles, notes = _gain(
         one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
     )
@@ -446,7 +446,3 @@ def _named(space: Array, names: tuple[str, ...]) -> str:
     """Return the names of the states that take part in a space of balanced states."""
     share = np.linalg.norm(space, axis=1)
     return ", ".join(name for name, x in zip(names, share, strict=True) if x > 0.1 * share.max(initial=0.0))
-
-
-def _close(faults: Faults) -> None:
-    faults.close(LinearizeError)

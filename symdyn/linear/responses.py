@@ -18,7 +18,6 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.evolution import discretized
 from symdyn.linear.locus import RootLocus, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
@@ -284,7 +283,7 @@ def time_response(
     if not 2 <= count <= LONGEST:
         raise LinearizeError(f"points, until: {count} times; give 2 to {LONGEST} of them")
     try:
-        step = discretized(one, end / (count - 1)) if one.period is None else one
+        step = one.discretize(end / (count - 1)) if one.period is None else one
     except LinearizeError as fault:
         raise LinearizeError(f"until = {end:g} s, points = {count}: {fault}") from None
     t: Array = np.linspace(0.0, end, count) if one.period is None else one.period * np.arange(count, dtype=np.float64)

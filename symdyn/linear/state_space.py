@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import argument, check_arguments, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
@@ -342,14 +342,22 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: no period, or one in which something grows beyond what a double can hold; it is sampled.
         """
-        from symdyn.linear.evolution import discretized
+        from scipy.linalg import expm  # late: it takes long to load
 
         check_arguments(StateSpace.discretize, locals(), LinearizeError)
-        return discretized(self, *native(float, dt))
-
-    def sampled(self, Phi: Array, Gamma: Array, period: float) -> StateSpace:
-        """Return a system from sample to sample whose names are those of this one."""
-        return StateSpace(Phi, Gamma, self.C, self.D, self.states, self.inputs, self.outputs, period, self.name)
+        (period,) = native(float, dt)
+        check_period(period)
+        if self.period is not None:
+            raise LinearizeError(f"{self.name}: {argument('dt')}: it is sampled already, every {self.period:g} s")
+        n, inputs = self.B.shape
+        whole = np.zeros((n + inputs, n + inputs))
+        whole[:n, :n], whole[:n, n:] = self.A, self.B
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = expm(whole * period)
+        if not np.isfinite(found).all():
+            told = f"{argument('dt')} {period:g}: something grows beyond all numbers within a period"
+            raise LinearizeError(f"{told}; give a shorter one")
+        return sampled(self, found[:n, :n], found[:n, n:], period)
 
     def to_control(self) -> Any:
         """Return it as a StateSpace of python-control, names and period included.
@@ -395,6 +403,21 @@ class StateSpace(Plotted):
         """Return it for JSON."""
         return {"period": self.period, "Phi": self.A.tolist(), "Gamma": self.B.tolist(),
                 "eigenvalues": pairs_of(self.poles)}  # fmt: skip
+
+
+SHORTEST = 1e-12
+"""Periods, s, that are none."""
+
+
+def check_period(period: float) -> None:
+    """Raise LinearizeError for what is no period."""
+    if not (math.isfinite(period) and period > SHORTEST):
+        raise LinearizeError(f"{argument('dt')} {period:g}: a period is finite and above zero, in s")
+
+
+def sampled(one: StateSpace, Phi: Array, Gamma: Array, period: float) -> StateSpace:
+    """Return a system from sample to sample whose names are those of another."""
+    return StateSpace(Phi, Gamma, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
 
 
 def _matrix(letter: str, given: object, faults: list[str]) -> Array:
