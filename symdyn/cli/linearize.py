@@ -113,7 +113,9 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         if system.linearization.kind != "moving"
         else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
     )
-    return lines, told.as_json() | {"formulations_differ_by": apart}
+    data = {"period": period, "Phi": told.A.tolist(), "Gamma": told.B.tolist()}
+    eigenvalues = [[z.real, z.imag] for z in told.poles.tolist()]
+    return lines, data | {"eigenvalues": eigenvalues, "formulations_differ_by": apart}
 
 
 def _matrix(name: str, M: Any) -> Lines:

@@ -25,7 +25,7 @@ from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
-from symdyn.linear.plots import Plotted
+from symdyn.linear.plots import Plotted, pole_map
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas
@@ -202,7 +202,9 @@ class RootLocus(Plotted):
     def _figure(self) -> FilledFigure:
         """Return parts over the parameter, and the locus in the plane; over a gain the plane alone, with zeros."""
         if self.zeros is not None:
-            return self._plane(self.zeros)
+            return pole_map(
+                f"{self.name}: root locus", {f"k = {self.values[0]:g}": self.poles[0]}, self.zeros, branches=self.poles
+            )
 
         def fill(figure: Any) -> None:
             over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
@@ -235,27 +237,6 @@ class RootLocus(Plotted):
                 axis.grid(alpha=0.3)
 
         return FilledFigure(f"{self.name}: eigenvalues over {self.over}", (11.0, 4.6), fill)
-
-    def _plane(self, zeros: Complexes) -> FilledFigure:
-        """Return the locus of a loop: × where k is 0, ○ its zeros."""
-
-        def fill(figure: Any) -> None:
-            plane = figure.subplots()
-            for branch in self.poles.T:
-                plane.plot(branch.real, branch.imag, linewidth=1.0)
-            ends = np.concatenate([self.poles[0], zeros])
-            plane.plot(self.poles[0].real, self.poles[0].imag, "x", color="0.2", markersize=7)
-            plane.plot(zeros.real, zeros.imag, "o", color="0.2", fillstyle="none", markersize=7)
-            size = 2.0 * max(float(np.abs(ends).max(initial=0.0)), 1e-12)
-            plane.set_xlim(-size, size)
-            plane.set_ylim(-size, size)
-            plane.axhline(0, color="0.3", linewidth=0.7)
-            plane.axvline(0, color="0.3", linewidth=0.7)
-            plane.set_xlabel("real part, 1/s")
-            plane.set_ylabel("imaginary part, 1/s")
-            plane.grid(alpha=0.3)
-
-        return FilledFigure(f"{self.name}: root locus", (5.0, 4.4), fill)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""

@@ -64,14 +64,22 @@ class Plotted(Shown):
 
 
 def pole_map(
-    title: str, poles: Mapping[str, Complexes], zeros: Complexes | None = None, period: float | None = None
+    title: str,
+    poles: Mapping[str, Complexes],
+    zeros: Complexes | None = None,
+    period: float | None = None,
+    branches: Complexes | None = None,
 ) -> FilledFigure:
-    """Return a map of poles, of one system or several by what they are called, and of zeros."""
+    """Return a map of poles by what they are called, of zeros, and of the branches, a column each, of a locus."""
 
     def fill(figure: Any) -> None:
         plane = figure.subplots()
+        if branches is not None:
+            size = 2.0 * float(np.abs(np.concatenate([branches[0], np.zeros(1) if zeros is None else zeros])).max())
+            plane.plot(branches.real, branches.imag, linewidth=1.0)
+            plane.set(xlim=(-size or -1, size or 1), ylim=(-size or -1, size or 1))
         for k, (name, values) in enumerate(poles.items()):
-            plane.plot(values.real, values.imag, "x", color=f"C{k}", label=name or "poles", markersize=7)
+            plane.plot(values.real, values.imag, "x", color=f"C{k}", label=name, markersize=7)
         if zeros is not None and len(zeros):
             plane.plot(zeros.real, zeros.imag, "o", color="C0", fillstyle="none", label="zeros", markersize=7)
         plane.axhline(0, color="0.3", linewidth=0.7)
@@ -84,7 +92,7 @@ def pole_map(
         plane.grid(alpha=0.3)
         plane.legend(frameon=False, fontsize=8)
 
-    return FilledFigure(f"{title}: poles", (5.0, 4.0), fill)
+    return FilledFigure(title, (5.0, 4.2), fill)
 
 
 def _circle(plane: Any) -> None:

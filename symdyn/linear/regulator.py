@@ -247,7 +247,7 @@ def _when(period: float | None) -> str:
 
 def _before_and_after(one: Linearization, poles: Complexes, period: float | None, what: str) -> FilledFigure:
     """Return a map of the poles that were found, and of those of the system itself."""
-    return pole_map(one.name, {what: poles, "mechanism": _steps(one, period).poles}, period=period)
+    return pole_map(f"{one.name}: poles", {what: poles, "mechanism": _steps(one, period).poles}, period=period)
 
 
 def _controls(one: Linearization) -> list[int]:

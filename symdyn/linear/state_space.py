@@ -22,7 +22,7 @@ from symdyn.arguments import argument, check_arguments, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
-from symdyn.linear.modes import Complexes, Mode, Spectrum, pairs_of, spectrum
+from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.scene.values import suggestion
 from symdyn.table import Table
@@ -378,7 +378,7 @@ class StateSpace(Plotted):
         return ss(*matrices, self.period or 0, inputs=inputs, **names)
 
     def _figure(self) -> FilledFigure:
-        return pole_map(self.name, {"": self.poles}, self.zeros, self.period)
+        return pole_map(f"{self.name}: poles", {"poles": self.poles}, self.zeros, self.period)
 
     def tables(self) -> list[Table[str | float]]:
         """Return the matrices with their names, and the modes."""
@@ -398,11 +398,6 @@ class StateSpace(Plotted):
             self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
             states=self.states.names,
         )  # fmt: skip
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return {"period": self.period, "Phi": self.A.tolist(), "Gamma": self.B.tolist(),
-                "eigenvalues": pairs_of(self.poles)}  # fmt: skip
 
 
 SHORTEST = 1e-12
