@@ -65,14 +65,16 @@ class Margins:
         return 20 * math.log10(self.gain) if self.gain > 0 else -math.inf
 
     def __repr__(self) -> str:
-        gain, phase, delay, distance, at, crossing = (
-            in_digits(x, 4)
-            for x in (self.gain, self.phase, self.delay, self.distance, self.phase_crossover, self.gain_crossover)
-        )
-        return (
-            f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: gain {gain} at {at} rad/s, phase "
-            f"{phase}° at {crossing} rad/s, delay {delay} s, distance {distance}>"
-        )
+        said = [
+            f"{what} {in_digits(x, 4)}{unit}" + ("" if math.isnan(w) else f" at {in_digits(w, 4)} rad/s")
+            for what, x, unit, w in (
+                ("gain", self.gain, "", self.phase_crossover),
+                ("phase", self.phase, "°", self.gain_crossover),
+                ("delay", self.delay, " s", math.nan),
+                ("distance", self.distance, "", math.nan),
+            )
+        ]
+        return f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: {', '.join(said)}>"
 
 
 def margins(one: StateSpace) -> Margins:
