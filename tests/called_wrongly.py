@@ -25,7 +25,7 @@ from symdyn.emit.print.equations_text import EquationsOfMotion
 from symdyn.emit.print.sympy_page import SympyEquations
 from symdyn.errors import SymdynError
 from symdyn.identification import Identification
-from symdyn.linear.linearization import Linearization
+from symdyn.linear import FrequencyResponse, Linearization, TimeResponse
 from symdyn.program.routine import Program
 from symdyn.resources import folder
 from symdyn.runtime.loaded import Loaded
@@ -97,6 +97,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Collocation: lambda: symdyn.collocation(cart(), until=1, intervals=2),
     Equations: lambda: symdyn.dynamics.derive(cart(), ["mass_matrix"]),
     EquationsOfMotion: lambda: symdyn.equations(cart()),
+    FrequencyResponse: lambda: symdyn.linearize(cart()).bode(),
     HtmlText: lambda: symdyn.animation(cart(), T, [[0, 0], [0, 0.1]]),
     Identification: lambda: symdyn.identify(cart(), symdyn.simulate(cart(), forces="F=sin(5*t)+cos(11*t)", until=2)),
     Linearization: lambda: symdyn.linearize(cart()),
@@ -107,6 +108,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
     Sensitivity: lambda: symdyn.sensitivity(cart(), until=0.01),
     SvgText: lambda: symdyn.picture(cart()),
     SympyEquations: lambda: symdyn.equations(cart()).sympy(),
+    TimeResponse: lambda: noun(Linearization).step(),
     Trajectory: lambda: symdyn.simulate(cart(), until=0.1),
     Uncertainty: lambda: symdyn.uncertainty(cart(), {"mc": 0.01}, until=0.05),
 }
@@ -119,6 +121,11 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Scene.at_time": lambda: {"graph": noun(Equations).graph, "t": 0.0},
     "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},
+    "Linearization.transfer": lambda: {"output": "theta"},
+    "Linearization.margins": lambda: {"output": "theta"},
+    "Linearization.root_locus": lambda: {"output": "theta"},
+    "Linearization.place": lambda: {"poles": [-1, -2, -3, -4]},
+    "TimeResponse.info": lambda: {"output": "x"},
     "Trajectory.animate": lambda: {"file": "run.svg"},
     "Trajectory.save_plot": lambda: {"file": "run.svg"},
     "Runs.save_plot": lambda: {"file": "study.svg"},
@@ -129,6 +136,7 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
 
 WORDS: dict[str, str] = {
     "at": r"start|until|file",
+    "channel": r"(out|in)put: ",
     "every": r"one sample",
     "file": r"written to|folder|system",
     "fps": r"a second",
@@ -137,6 +145,7 @@ WORDS: dict[str, str] = {
     "key": r"coefficient",
     "kind": r"plot",
     "motion": r"times|file",
+    "outcomes": r"measure",
     "names?|columns|request|functions": r"column|function|known|derived|routine|example|parameter|output|there is no",
     "outputs": r"name one",
     "passes": r"pass",

@@ -59,7 +59,7 @@ def test_files_hold_the_matrices_and_their_names(ending: str, tmp_path: Path) ->
 @pytest.mark.runs("pdflatex")
 def test_latex_compiles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pages = []
-    for words in (("cart_pole",), ("slider_crank", "--at", "rest"), ("rolling_disc", "--anywhere")):
+    for words in (("cart_pole",), ("slider_crank", "--start", "rest"), ("rolling_disc", "--anywhere")):
         assert run(*words, "--format", "latex") == 0
         pages.append(capsys.readouterr().out)
     text = "\n".join([r"\documentclass{article}\usepackage{amsmath}\begin{document}", *pages, r"\end{document}"])
@@ -82,10 +82,10 @@ def test_along_a_file_there_is_a_system_a_row(tmp_path: Path, capsys: pytest.Cap
 
 BAD = {
     "no equilibrium": (
-        ("cart_pole", "--at", "theta=1"),
+        ("cart_pole", "--start", "theta=1"),
         "no equilibrium at this point: .*; the nearest equilibrium is at",
     ),
-    "no name": (("cart_pole", "--at", "thet=1"), "did you mean theta"),
+    "no name": (("cart_pole", "--start", "thet=1"), "did you mean theta"),
     "unbound": (("two_link",), "--bind m1=1"),
     "no file": (("cart_pole", "--along", "none.csv"), "there is no such file"),
     "no run": (("cart_pole", "--along", "none.txt"), "runs are read from .csv or .npz"),
@@ -94,11 +94,11 @@ BAD = {
     "no output": (("cart_pole", "--outputs", "foo"), "foo, which is not known"),
     "no reaction": (("cart_pole", "--outputs", "reaction_nope_fx"), "did you mean reaction_hinge_fx"),
     "no loops": (("cart_pole", "--independent", "x"), "all its coordinates are independent"),
-    "no rest": (("scara", "--at", "rest"), "no position of rest was found from 200 seeded starts"),
+    "no rest": (("scara", "--start", "rest"), "no position of rest was found from 200 seeded starts"),
     "no value": (("cart_pole", "--forces", "F=1/x"), "has no value"),
-    "rates at rest": (("cart_pole", "--at", "rest", "--rates", "x=1"), "--at rest has no velocities"),
+    "rates at rest": (("cart_pole", "--start", "rest", "--start-rates", "x=1"), "--start rest has no velocities"),
     "turning quaternion": (
-        ("rolling_disc", "--rates", "flight_wz=3"),
+        ("rolling_disc", "--start-rates", "flight_wz=3"),
         "no steady motion at this point: ",
     ),
 }
@@ -113,7 +113,7 @@ def test_what_cannot_be_is_told(words: tuple[str, ...], told: str, capsys: pytes
 
 
 def test_a_singular_place_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("governor", "--at", "alpha=0,beta=0,s=-0.3", "--rates", "phi=0") == 1
+    assert run("governor", "--start", "alpha=0,beta=0,s=-0.3", "--start-rates", "phi=0") == 1
     assert "branches of motion meet" in capsys.readouterr().err
 
 

@@ -25,7 +25,7 @@ def test_a_command_of_the_page_prints_what_stands_there(
     main(shlex.split(command)[1:])
     out = capsys.readouterr()
     told = (out.err + out.out).rstrip("\n")
-    told = told[: len(shown)] if "--at rest" in command else told  # the first of them stands there
+    told = told[: len(shown)] if "--start rest" in command else told  # the first of them stands there
     assert NUMBER.split(told) == NUMBER.split(shown)
     numbers = [[float(one) for one in NUMBER.findall(text)] for text in (told, shown)]
     assert numbers[0] == pytest.approx(numbers[1], rel=1e-4, abs=1e-7)

@@ -198,7 +198,7 @@ def test_three_verbs_write_films(
     )
     motion = ["--motion", "q1=sin(t)", "q2=0", "--until", "0.4"]
     assert main(["inverse", pendulum, *motion, "--animate", "b.gif", "--once", *words]) == 0
-    assert main(["linearize", pendulum, "--at", "q1=0,q2=0", "--animate", "c.gif", *words]) == 0
+    assert main(["linearize", pendulum, "--start", "q1=0,q2=0", "--animate", "c.gif", *words]) == 0
     said = capsys.readouterr()
     assert {"a.gif", "b.gif"} <= set(said.out.split())
     assert [len(gif(Path(name))) for name in ("a.gif", "b.gif")] == [3, 3]

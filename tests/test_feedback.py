@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import SimulateError
-from symdyn.linear.regulator import lqr
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import Feedback, Forces, read_feedback, simulate
 from symdyn.simulation.equations.control_loop import Loop, lateness
@@ -94,7 +93,7 @@ def test_forces_beside_a_controller_are_added() -> None:
 def test_a_regulator_holds_the_pole_upright_all_the_time_and_sampled() -> None:
     system = symdyn.linearize(CART, start={"theta": "0"})
 
-    for found, more in ((lqr(system), {}), (lqr(system, period=0.02), {"delay": 0.005})):
+    for found, more in ((system.lqr(), {}), (system.lqr(period=0.02), {"delay": 0.005})):
         run = simulate(CART, until=10.0, start={"theta": "0.1"}, feedback={**found.gains(), **more})
         assert run.method == "dop853"
         assert run.complete
@@ -110,7 +109,7 @@ def test_a_regulator_brings_a_free_body_and_a_four_bar_back() -> None:
         (FOUR_BAR, point, "M=20", start),
     ):
         system = symdyn.linearize(scene, start=at, forces=forces)
-        run = simulate(scene, until=15.0, start={**at, **begun}, feedback=lqr(system).gains())
+        run = simulate(scene, until=15.0, start={**at, **begun}, feedback=system.lqr().gains())
 
         assert run.complete
         assert np.abs(run.q[-1] - system.point.q).max() < 1e-3

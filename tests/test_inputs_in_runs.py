@@ -12,7 +12,6 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import DerivationError
 from symdyn.linear import linearize_along
-from symdyn.linear.regulator import lqr
 from symdyn.scene import Scene, bind, read_text
 from symdyn.simulation import Feedback
 from symdyn.transcription import collocation
@@ -148,7 +147,7 @@ def test_linear_systems_have_them_as_inputs_and_outputs(cart):
 
 
 def test_gains_drive_an_input(cart):
-    gains = lqr(symdyn.linearize(cart, start={"theta": "0"}), {"x": 1, "theta": 10}).gains()
+    gains = symdyn.linearize(cart, start={"theta": "0"}).lqr({"x": 1, "theta": 10}).gains()
     run = symdyn.simulate(cart, until=12.0, start={"x": "0.1", "theta": "0.2"}, feedback=gains)
     assert gains["inputs"] == ["u"]
     assert abs(run.q[-1]).max() < 0.01

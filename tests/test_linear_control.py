@@ -21,14 +21,14 @@ from symdyn.cli import main
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
-from symdyn.linear.evolution import along_a_step, sampled
+from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearized import complete, systems
 from symdyn.linear.locus import CROSSINGS, read_values, root_locus
 from symdyn.linear.modes import animate_modes, motion
 from symdyn.linear.prepared import prepared
-from symdyn.linear.regulator import kalman, lqr, read_weights
 from symdyn.linear.search import Search
-from symdyn.linear.transfer import bode, controllability, observability, transfers, zeros
+from symdyn.linear.transfer import invariant_zeros
+from symdyn.linear.weights import read_weights
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.values.model import Input
 from symdyn.simulation import Problem, simulate
@@ -86,8 +86,8 @@ DRIVES = 'drives = [false, false, false, "lean", false]'
 def test_a_mass_that_is_pushed_and_whose_place_is_seen_has_no_zeros():
     A, B, C, D = np.eye(2, k=1), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
 
-    assert not zeros(A, B, C, D, 1.0).size
-    assert_allclose(zeros(A, B, np.array([[1.0, 0.5]]), D, 1.0), [-2.0])  # a place and half its rate
+    assert not invariant_zeros(A, B, C, D, 1.0).size
+    assert_allclose(invariant_zeros(A, B, np.array([[1.0, 0.5]]), D, 1.0), [-2.0])  # a place and half its rate
 
 
 def test_the_bicycle_has_the_matrices_of_its_paper():
@@ -119,7 +119,7 @@ def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     speeds = np.arange(0.0, 11.0)
     locus = root_locus("v", speeds, make)
 
-    for v, row in zip(speeds, locus.eigenvalues, strict=True):
+    for v, row in zip(speeds, locus.poles, strict=True):
         wanted = [[float(x) for x in pair] for pair in PAPER["eigenvalues_re_im_by_speed"][f"{v:.0f}"]]
         close(row[row != 0], wanted, 1e-12)
     weave, capsize = locus.critical
@@ -143,7 +143,7 @@ def test_a_and_b_are_those_that_books_write(name):
 
 @pytest.mark.parametrize("name", STATES)
 def test_poles_and_zeros_are_those_of_python_control(name):
-    for one, wanted in zip(transfers(system(name)), CONTROL[name]["channels"], strict=True):
+    for one, wanted in zip(system(name).transfer(), CONTROL[name]["channels"], strict=True):
         poles, found_zeros = wanted["poles"], wanted["zeros"]
         if one.output == "theta":  # where a pole and a zero of x cancel, python-control keeps both
             poles, found_zeros = [p for p in poles if p != [0, 0]], [[0.0, 0.0]]
@@ -153,11 +153,11 @@ def test_poles_and_zeros_are_those_of_python_control(name):
 
 @pytest.mark.parametrize("name", STATES)
 def test_responses_are_those_of_python_control_and_of_the_transfer_functions(name):
-    answer = bode(system(name), CONTROL[name]["hertz"])
+    answer = system(name).bode(hertz=CONTROL[name]["hertz"])
     wanted = found(name, "response_real") + 1j * found(name, "response_imaginary")
 
     assert_allclose(answer.response[:, :, 0].T, wanted, rtol=1e-10)
-    for k, one in enumerate(transfers(system(name))):
+    for k, one in enumerate(system(name).transfer()):
         assert_allclose([one.at(2j * np.pi * f) for f in answer.hertz], answer.response[:, k, 0], rtol=1e-10)
         s = 2j * np.pi * answer.hertz
         assert_allclose(
@@ -168,15 +168,15 @@ def test_responses_are_those_of_python_control_and_of_the_transfer_functions(nam
 @pytest.mark.parametrize("name", STATES)
 def test_gains_are_those_of_python_control(name):
     one, k, (Q, R) = system(name), columns(name), WEIGHTS[name]
-    regulator, period = lqr(one, Q, R), CONTROL[name]["period"]
+    regulator, period = one.lqr(Q, R), CONTROL[name]["period"]
 
     assert_allclose(regulator.K[:, k], found(name, "lqr"), rtol=1e-8, atol=1e-10)
     close(regulator.poles, CONTROL[name]["lqr_poles"], 1e-8)
-    assert_allclose(lqr(one, Q, R, period).K[:, k], found(name, "dlqr"), rtol=1e-7, atol=1e-9)
+    assert_allclose(one.lqr(Q, R, period).K[:, k], found(name, "dlqr"), rtol=1e-7, atol=1e-9)
 
 
 def test_the_gain_of_the_filter_is_that_of_python_control():
-    observer = kalman(system("cart_pole"), {"F": 1}, {"x": 1e-4, "theta": 1e-4})
+    observer = system("cart_pole").kalman({"F": 1}, {"x": 1e-4, "theta": 1e-4})
 
     assert_allclose(observer.L, found("cart_pole", "lqe"), rtol=1e-8)
     close(observer.poles, CONTROL["cart_pole"]["lqe_poles"], 1e-8)
@@ -184,7 +184,7 @@ def test_the_gain_of_the_filter_is_that_of_python_control():
 
 @pytest.mark.parametrize("name", STATES)
 def test_a_sampled_system_is_that_of_python_control(name):
-    answer, k = sampled(system(name), CONTROL[name]["period"]), columns(name)
+    answer, k = system(name).discretize(CONTROL[name]["period"]), columns(name)
 
     assert_allclose(answer.A[np.ix_(k, k)], found(name, "zoh_A"), rtol=1e-12, atol=1e-12)
     assert_allclose(answer.B[k], found(name, "zoh_B"), rtol=1e-11, atol=1e-13)
@@ -197,7 +197,7 @@ def test_a_sampled_system_is_that_of_python_control(name):
 def test_both_formulations_to_a_sampled_system_meet_where_the_motion_is_steady(name, period):
     scene = example(name)
     one = linearize(scene)
-    exact, stepped = sampled(one, period), along_a_step(prepared(Problem(scene)), one, period)
+    exact, stepped = one.discretize(period), along_a_step(prepared(Problem(scene)), one, period)
 
     assert_allclose(stepped.A, exact.A, atol=1e-9 * np.abs(exact.A).max())
     assert_allclose(stepped.B, exact.B, atol=1e-9)
@@ -213,14 +213,14 @@ def test_along_a_motion_a_step_is_what_sensitivities_of_a_run_are(name):
     rows, columns = ([names.index(state) for state in one.states.names] for names in (run.rows, run.columns))
 
     assert_allclose(stepped.A, run.matrix[np.ix_(rows, columns)], atol=1e-10)
-    assert np.abs(sampled(one, 0.05).A - stepped.A).max() > 1e-2  # A of the beginning would not do
+    assert np.abs(one.discretize(0.05).A - stepped.A).max() > 1e-2  # A of the beginning would not do
 
 
 @pytest.mark.runs
 def test_the_pole_is_held_upright_by_its_gains():
     """A run with the feedback: it comes to rest from 0.3 rad, in the end as fast as the slowest pole says."""
     scene = example("cart_pole")
-    regulator = lqr(system("cart_pole"), *WEIGHTS["cart_pole"])
+    regulator = system("cart_pole").lqr(*WEIGHTS["cart_pole"])
     run = simulate(scene, until=8, start={"theta": "0.3"}, feedback=regulator.gains(), method="dop853")
     free = simulate(scene, until=2, start={"theta": "0.3"}, method="dop853")
 
@@ -235,15 +235,15 @@ def test_gains_drive_the_drives_and_no_disturbance():
     one = linearize(replace(example("cart_pole"), inputs=(Input("gust"),)), forces={"F": "gust"})
 
     assert one.inputs.names == ("F", "gust")
-    assert lqr(one).gains()["inputs"] == ["F"]
+    assert one.lqr().gains()["inputs"] == ["F"]
     with pytest.raises(LinearizeError, match="R: gust is not known; known are F"):
-        lqr(one, R={"gust": 1})
-    assert_allclose(kalman(one, {"gust": 1}, {"x": 1, "theta": 1}).L, kalman(one, {"F": 1}).L, rtol=1e-9)
+        one.lqr(R={"gust": 1})
+    assert_allclose(one.kalman({"gust": 1}, {"x": 1, "theta": 1}).L, one.kalman({"F": 1}).L, rtol=1e-9)
 
 
 def test_what_no_input_moves_is_named():
     """A wheel's own speed: no torque on the handlebars changes it to first order."""
-    reach = controllability(system("bicycle"))
+    reach = system("bicycle").controllability()
 
     assert (reach.rank, reach.order) == (6, 7)
     assert [(mark.value, mark.states) for mark in reach.hidden] == [(0j, ("theta_R_dot",))]
@@ -252,18 +252,18 @@ def test_what_no_input_moves_is_named():
 
 
 def test_what_no_output_shows_is_named():
-    reach = observability(system("cart_pole", "theta"))
+    reach = system("cart_pole", "theta").observability()
 
     assert (reach.rank, reach.order) == (3, 4)
     assert [mark.states for mark in reach.hidden] == [("x",)]
-    assert observability(system("cart_pole", "x")).hidden == ()
+    assert system("cart_pole", "x").observability().hidden == ()
 
 
 def test_ranks_are_those_of_python_control():
     for name, states in STATES.items():
         more = len(system(name).states) - len(states)  # y and psi, which the steering moves, and the speed
-        hidden = len(controllability(system(name)).hidden)
-        assert controllability(system(name)).rank == CONTROL[name]["controllability_rank"] + more - hidden
+        hidden = len(system(name).controllability().hidden)
+        assert system(name).controllability().rank == CONTROL[name]["controllability_rank"] + more - hidden
 
 
 def test_symmetric_arms_hide_what_they_do_against_each_other():
@@ -283,15 +283,15 @@ def test_symmetric_arms_hide_what_they_do_against_each_other():
     cart = 'gravity = [0, -9.81, 0]\n[bodies.cart]\nmass = 2\n[joints.rail]\ntype = "prismatic"\nparent = "ground"\n'
     cart += 'child = "cart"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\n'
     one = linearize(read_text(cart + arm.format(n="a") + arm.format(n="b"), "two.toml"))
-    (hidden,) = controllability(one).hidden
+    (hidden,) = one.controllability().hidden
 
     assert abs(hidden.value) == pytest.approx(np.sqrt(9.81 / 0.5))
     assert set(hidden.states) == {"a", "b", "a_dot", "b_dot"}
     with pytest.raises(LinearizeError, match=r"no input moves the mode ±4\.42945i, of a, b, a_dot, b_dot"):
-        lqr(one)
-    assert len(transfers(one)[0].poles) == 4  # two of six cancel
-    assert [len(transfers(one)[k].denominator) for k in range(3)] == [5, 3, 3]
-    close(transfers(one)[0].zeros, [[0, np.sqrt(9.81 / 0.5)], [0, -np.sqrt(9.81 / 0.5)]])
+        one.lqr()
+    assert len(one.transfer()[0].poles) == 4  # two of six cancel
+    assert [len(one.transfer()[k].denominator) for k in range(3)] == [5, 3, 3]
+    close(one.transfer()[0].zeros, [[0, np.sqrt(9.81 / 0.5)], [0, -np.sqrt(9.81 / 0.5)]])
 
 
 def test_zeros_of_several_inputs_and_outputs_are_those_of_the_whole():
@@ -299,8 +299,8 @@ def test_zeros_of_several_inputs_and_outputs_are_those_of_the_whole():
     A, B = np.diag([-1.0, -3.0, -1.0]), np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
     C, D = np.array([[1.0, 2.0, 0.0], [1.0, 0.0, 1.0]]), np.zeros((2, 2))
 
-    close(zeros(A, B, C, D, 3.0), [[1.0, 0.0]])
-    close(zeros(A[:1, :1], B[:1, :1], C[:1, :1], np.array([[2.0]]), 1.0), [[-1.5, 0.0]])  # 2 + 1/(s + 1)
+    close(invariant_zeros(A, B, C, D, 3.0), [[1.0, 0.0]])
+    close(invariant_zeros(A[:1, :1], B[:1, :1], C[:1, :1], np.array([[2.0]]), 1.0), [[-1.5, 0.0]])  # 2 + 1/(s + 1)
 
 
 def test_a_place_of_rest_is_followed_as_a_torque_grows():
@@ -309,7 +309,7 @@ def test_a_place_of_rest_is_followed_as_a_torque_grows():
     locus = root_locus("P", np.linspace(0, 9, 7), systems(Problem(scene, {"T": "P"}), "P"))
     omega = np.sqrt(9.81 * np.cos(np.arcsin(locus.values / 9.81)))
 
-    assert_allclose(np.abs(locus.eigenvalues[:, 0]), omega, rtol=1e-9)
+    assert_allclose(np.abs(locus.poles[:, 0]), omega, rtol=1e-9)
     assert not locus.critical
     with pytest.raises(LinearizeError, match="no equilibrium"):
         systems(Problem(scene, {"T": "P"}), "P")(9.82)
@@ -399,13 +399,13 @@ def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
         ({"Q": np.ones((2, 2))}, "Q: is no matrix of 4 x 4 finite numbers, for x, theta, x_dot, theta_dot"),
         ({"Q": np.triu(np.ones((4, 4)))}, "Q: is not symmetric"),
         ({"R": [[0.0]]}, "R: is not positive definite"),
-        ({"period": 0.0}, "--dt 0: a period is finite and above zero"),
+        ({"period": 0.0}, "dt 0: a period is finite and above zero"),
         ({"period": 1e6}, "grows beyond all numbers"),
     ],
 )
 def test_weights_that_are_none_are_told(given, message):
     with pytest.raises(LinearizeError, match=message):
-        lqr(system("cart_pole"), **given)
+        system("cart_pole").lqr(**given)
 
 
 @pytest.mark.parametrize(
@@ -473,15 +473,15 @@ def test_a_system_without_inputs_has_no_responses_and_no_gains():
     one = linearize(example("rolling_disc"), anywhere=True)
 
     with pytest.raises(LinearizeError, match="nothing drives it"):
-        bode(one)
+        one.bode()
     with pytest.raises(LinearizeError, match="nothing drives it"):
-        lqr(one)
+        one.lqr()
     with pytest.raises(LinearizeError, match="frequencies must be finite and above zero"):
-        bode(system("cart_pole"), [0.0])
+        system("cart_pole").bode(hertz=[0.0])
 
 
 def test_a_table_of_responses_has_a_column_for_what_follows():
-    head, first, *_ = bode(system("cart_pole"), [1.0]).table().csv().splitlines()
+    head, first, *_ = system("cart_pole").bode(hertz=[1.0]).table().csv().splitlines()
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5
@@ -513,7 +513,7 @@ def test_rows_print_what_they_find_and_write_their_files(tmp_path, capsys):
 
 def test_a_range_prints_critical_values_and_writes_the_locus(tmp_path, capsys):
     disc = str(DATA / "found" / "rolling_disc_zxy.toml")
-    words = ["--at", "q1=0,q2=0,q3=0,z=r", "--over", "s=linspace(3,4,3)", "--speed", "q3=s"]
+    words = ["--start", "q1=0,q2=0,q3=0,z=r", "--over", "s=linspace(3,4,3)", "--speed", "q3=s"]
 
     assert main(["linearize", disc, *words, "--locus", str(tmp_path / "l.csv"), str(tmp_path / "l.svg")]) == 0
     assert "s = 3.5463957868" in capsys.readouterr().out
@@ -542,10 +542,10 @@ def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsy
         ("--bode r.txt", "--bode: r.txt is no .csv or .svg or .pdf or .png file"),
         ("--bode nowhere/r.csv", "nowhere/r.csv: there is no folder nowhere"),
         ("--over b=[1,2] --show transfer", "--show transfer: is of one system, and --over makes many"),
-        ("--over b=[1,2] --at rest", "--at: rest may be many places"),
+        ("--over b=[1,2] --start rest", "--start: rest may be many places"),
         ("--over b=[1,2] --locus l.txt", "--locus: l.txt is no .csv or .svg or .pdf or .png file"),
         ("--over b=[-1,1]", "parameters.b: value = -1 is not positive"),
-        ("--at rest --animate m.svg", "--animate: there are 2 systems; give the place of one"),
+        ("--start rest --animate m.svg", "--animate: there are 2 systems; give the place of one"),
         ("--animate m.avi", "--animate: m.avi is no .html or .svg or .gif or .glb or .mp4 file"),
         ("--dt 0", "--dt 0: a period is finite and above zero"),
     ],
@@ -563,8 +563,8 @@ def test_python_control_agrees_where_it_is_installed():
     one = system("cart_pole")
     K, _, _ = control.lqr(one.A, one.B, np.diag([10.0, 100.0, 0.0, 0.0]), [[0.1]])
 
-    assert_allclose(lqr(one, *WEIGHTS["cart_pole"]).K, K, rtol=1e-8)
-    assert_allclose(one.control().A, one.A)
+    assert_allclose(one.lqr(*WEIGHTS["cart_pole"]).K, K, rtol=1e-8)
+    assert_allclose(one.to_control().A, one.A)
 
 
 @pytest.mark.runs("cc")
@@ -572,14 +572,14 @@ def test_gains_act_beside_forces_that_compensate_weight() -> None:
     arm = bind(read(ROOT / "examples" / "two_link.toml"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
     at = {"q1": "0.7", "q2": "-0.4"}
     weight = {"M1": "9.81*(1.2*sin(q1) + 0.6*sin(q1 + q2))", "M2": "9.81*0.6*sin(q1 + q2)"}
-    regulator = lqr(linearize(arm, start=at, forces=weight))
+    regulator = linearize(arm, start=at, forces=weight).lqr()
     assert regulator.gains()["u0"] == {"M1": 0.0, "M2": 0.0}
-    assert any("--forces" in note for note in regulator.notes)
+    assert any("formulas of forces depend" in note for note in regulator.notes)
     start = {"q1": "0.8", "q2": "-0.3"}
     run = simulate(arm, until=25, start=start, forces=weight, feedback=regulator.gains(), method="dop853")
     assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
     constant = {"M1": "9.81*(1.2*sin(0.7) + 0.6*sin(0.3))", "M2": "9.81*0.6*sin(0.3)"}
-    held = lqr(linearize(arm, start=at, forces=constant))
+    held = linearize(arm, start=at, forces=constant).lqr()
     assert not held.notes
     run = simulate(arm, until=25, start=start, feedback=held.gains(), method="dop853")
     assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
@@ -587,7 +587,7 @@ def test_gains_act_beside_forces_that_compensate_weight() -> None:
 
 def test_gains_at_an_instant_of_a_motion_say_so() -> None:
     cart = read(ROOT / "examples" / "cart_pole.toml")
-    (note,) = lqr(linearize(cart, start={"theta": "0.3"}, anywhere=True)).notes
+    (note,) = linearize(cart, start={"theta": "0.3"}, anywhere=True).lqr().notes
     assert note.startswith("the point is neither of rest nor of a steady motion")
 
 
@@ -604,7 +604,7 @@ def test_as_many_crossings_as_are_promised_are_found_between_two_values() -> Non
 
     def system(x: float) -> Any:
         growing = [SimpleNamespace(oscillates=False)] * int((x > at).sum())
-        return SimpleNamespace(eigenvalues=(x - at).astype(complex), spectrum=SimpleNamespace(growing=growing))
+        return SimpleNamespace(poles=(x - at).astype(complex), spectrum=SimpleNamespace(growing=growing))
 
     found = root_locus("k", [0.0, 1.0], system)
     assert_allclose([one.value for one in found.critical], at, rtol=1e-9)

@@ -20,7 +20,7 @@ CART = str(Path(__file__).parent.parent / "examples" / "cart_pole.toml")
 
 @pytest.mark.mends("30.attacks.6")
 def test_a_place_as_far_as_doubles_go_is_linearised(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["linearize", CART, "--at", "x=1e308"]) == 0
+    assert main(["linearize", CART, "--start", "x=1e308"]) == 0
     assert "5.61664" in capsys.readouterr().out
 
 
@@ -80,6 +80,6 @@ def test_what_is_too_large_or_too_small_never_ends_in_a_traceback(name: str) -> 
             with np.errstate(all="ignore"):
                 found = symdyn.linearize(scene, anywhere=True, **one)  # type: ignore[arg-type]
                 assert np.isfinite(found.A).all()
-                assert len(found.eigenvalues) == len(found.states)
+                assert len(found.poles) == len(found.states)
         except SymdynError:
             continue  # in words

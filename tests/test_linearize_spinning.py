@@ -14,8 +14,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 
 import symdyn
-from symdyn.linear import Linearization, stability
-from symdyn.linear.linearization import zeros
+from symdyn.linear import Linearization
+from symdyn.linear.linearization import zero_kinds
 from symdyn.scene import read_text
 from symdyn.simulation import Problem
 
@@ -85,7 +85,7 @@ def closed_form(spin: float = SPIN, arm: float = ARM) -> list[complex]:
 
 def eigenvalues(found: Linearization) -> list[complex]:
     """Return the eigenvalues that are not zero."""
-    return ordered(found.eigenvalues[: len(found.states) - found.spectrum.zeros])
+    return ordered(found.poles[: len(found.states) - found.spectrum.zeros])
 
 
 def ordered(values: Iterable[complex]) -> list[complex]:
@@ -97,7 +97,7 @@ def ordered(values: Iterable[complex]) -> list[complex]:
 def test_a_sleeping_top_nutates_and_precesses_as_the_finding_says() -> None:
     found = symdyn.linearize(read_text(HEAD + top()))
     assert [mode.frequency for mode in found.modes] == pytest.approx([0.500, 1.602], abs=1.1e-3)
-    assert stability(found).verdict == "oscillating"
+    assert found.stability.verdict == "oscillating"
 
 
 @pytest.mark.wide(4)  # of which each axis has its share
@@ -115,7 +115,7 @@ def test_a_top_moves_as_its_equation_says_whichever_axis_it_is_built_about(axis:
 def test_the_critical_spin_of_a_top_is_where_it_was(spin: float, verdict: str) -> None:
     critical = math.sqrt(4 * A * WEIGHT) / C
     assert critical == pytest.approx(51.0940, abs=5e-5)
-    assert stability(symdyn.linearize(read_text(HEAD + top(spin=spin)))).verdict == verdict
+    assert symdyn.linearize(read_text(HEAD + top(spin=spin))).stability.verdict == verdict
 
 
 @pytest.mark.mends("30.numbers.2")
@@ -145,7 +145,7 @@ start_rates = [1, 0, 0, 0, 0, {SPIN}]
     for scene in (text, text.replace("[1, 0, 0, 0, 0, ", "[0, 0, 1, 0, 0, ")):
         along = symdyn.linearize(read_text(scene.replace("[1, 0, 0,", "[0, 0, 0,")))
         assert_allclose(eigenvalues(along), [-0.5 / 0.3 * SPIN * 1j, 0.5 / 0.3 * SPIN * 1j], rtol=1e-9)
-        assert stability(along).verdict == "oscillating"
+        assert along.stability.verdict == "oscillating"
 
 
 @pytest.mark.mends("30.numbers.2")
@@ -172,26 +172,26 @@ def test_every_speed_of_a_locus_is_looked_at_in_axes_that_do_not_spin() -> None:
     disc = symdyn.example("rolling_disc")
     system = systems(Problem(disc, (), {"z": "r", "e0": "1", "e1": "0"}, {"flight_wx": "0", "flight_wy": "s"}), "s")
     for speed in (4.0, 6.0, 9.0):
-        largest = max(abs(system(speed).eigenvalues))
+        largest = max(abs(system(speed).poles))
         assert largest == pytest.approx(math.sqrt(12 / 5 * speed**2 - 4 * 9.81 / 1.5), rel=1e-7)
 
 
 @pytest.mark.parametrize("drive", ["false", "true"])
 def test_both_formulations_to_a_sampled_system_meet_in_axes_that_do_not_spin(drive: str) -> None:
-    from symdyn.linear.evolution import along_a_step, sampled
+    from symdyn.linear.evolution import along_a_step
     from symdyn.linear.prepared import prepared
 
     scene = read_text(HEAD + top(drive=drive))
     one = symdyn.linearize(scene)
-    exact, stepped = sampled(one, 0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
+    exact, stepped = one.discretize(0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
     assert_allclose(stepped.A, exact.A, atol=1e-11)
     assert_allclose(stepped.B, exact.B, atol=1e-10)
 
 
 def test_gains_in_axes_that_do_not_spin_say_so() -> None:
-    from symdyn.linear.regulator import SPINNING, lqr
+    from symdyn.linear.regulator import SPINNING
 
-    assert SPINNING in lqr(symdyn.linearize(read_text(HEAD + top(drive="true")))).notes
+    assert SPINNING in symdyn.linearize(read_text(HEAD + top(drive="true"))).lqr().notes
 
 
 def test_an_input_along_an_axis_of_the_body_keeps_the_axes_of_the_body() -> None:
@@ -220,7 +220,7 @@ def test_a_top_by_angles_moves_as_the_one_by_a_quaternion(
 ) -> None:
     found = symdyn.linearize(read_text(by_angles(axis, orientation, start, [SPIN, 0, 0], drive)))
     assert_allclose(eigenvalues(found), closed_form(), rtol=1e-9, atol=1e-6)
-    assert stability(found).verdict == "oscillating"
+    assert found.stability.verdict == "oscillating"
     assert any("do not spin with it" in note for note in found.notes)
 
 
@@ -234,12 +234,12 @@ def test_angles_of_what_is_no_body_of_rotation_turn_with_the_first_and_it_is_sai
 
 
 def test_both_formulations_to_a_sampled_system_meet_for_angles_in_axes_that_do_not_spin() -> None:
-    from symdyn.linear.evolution import along_a_step, sampled
+    from symdyn.linear.evolution import along_a_step
     from symdyn.linear.prepared import prepared
 
     scene = read_text(by_angles(1, "zyx", [0.4, 0, HALF_TURN], [SPIN, 0, 0], "true"))
     one = symdyn.linearize(scene)
-    exact, stepped = sampled(one, 0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
+    exact, stepped = one.discretize(0.03), along_a_step(prepared(Problem(scene)), one, 0.03)
     assert one.spin.any()
     assert_allclose(stepped.A, exact.A, atol=1e-9)
     assert_allclose(stepped.B, exact.B, atol=1e-9)
@@ -263,8 +263,8 @@ def test_a_top_is_judged_alike_however_the_axes_of_its_body_are_turned(
 ) -> None:
     found = symdyn.linearize(read_text(oblique(way, angle, spin)))
     assert_allclose(eigenvalues(found), closed_form(spin), rtol=1e-7, atol=1e-6)
-    assert stability(found).verdict == verdict
-    assert "undecided" not in found.zeros
+    assert found.stability.verdict == verdict
+    assert "undecided" not in found.zero_eigenvalues
 
 
 def test_a_zero_that_leads_to_no_other_steady_motion_is_undecided() -> None:
@@ -272,7 +272,7 @@ def test_a_zero_that_leads_to_no_other_steady_motion_is_undecided() -> None:
     A = np.zeros((4, 4))
     A[0, 2] = A[1, 3] = A[2, 1] = 1.0
 
-    assert zeros(A, 4, 2, (), 0, "steady") == {"family": 2, "undecided": 2}
+    assert zero_kinds(A, 4, 2, (), 0, "steady") == {"family": 2, "undecided": 2}
 
 
 TILT = 0.5

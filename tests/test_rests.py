@@ -89,7 +89,7 @@ def test_a_top_rests_upright_though_its_angles_are_singular_there(
     assert found.singular == 0
     path = tmp_path / "top.toml"
     path.write_text(TOP, encoding="utf-8")
-    assert main(["linearize", str(path), "--at", "rest"]) == 1
+    assert main(["linearize", str(path), "--start", "rest"]) == 1
     told = capsys.readouterr().err
     assert "2 positions of rest found" in told
     assert "where coordinates are singular: it has no one linear motion there" in told

@@ -26,7 +26,7 @@ def governor_energy(alpha: float, beta: float, s: float) -> float:
 @pytest.mark.mends("30.lessons.1.5")
 @pytest.mark.mends("30.class.optimum")
 def test_a_governor_is_said_to_rest_where_it_hangs_down(capsys: pytest.CaptureFixture[str]) -> None:
-    main(["linearize", str(GOVERNOR), "--at", "rest"])
+    main(["linearize", str(GOVERNOR), "--start", "rest"])
     told = capsys.readouterr().err
     assert "200 seeded starts of Newton's method" in told
     assert "alpha = 0 rad, beta = 0 rad, s = -0.3 m" in told

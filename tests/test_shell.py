@@ -250,7 +250,7 @@ DIGITS = {  # a command line, and how a number of it is shown as usual, with thr
     "equations {scene} --formulation dalembert": (" 4.03704 ", " 4.04 ", " 4.0370370006996445 "),
     "equations {scene} --as base-parameters": ("= 0.411523", "= 0.412", "= 0.41152263004073848"),
     "info {scene}": ("from ≈ -1.23457 to 2", "from ≈ -1.23 to 2", "from -1.23456789012345 to 2"),
-    "linearize {scene} --at phi=pi/2": ("phi_dot  -17.0214 ", "phi_dot  -17 ", "phi_dot  -17.02139958839048 "),
+    "linearize {scene} --start phi=pi/2": ("phi_dot  -17.0214 ", "phi_dot  -17 ", "phi_dot  -17.02139958839048 "),
     "verify {scene} --functions mass_matrix --rigorous --at phi=0.3": ("", "", ""),
 }
 

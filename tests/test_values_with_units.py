@@ -169,8 +169,11 @@ def test_a_tolerance_without_a_unit_is_in_that_of_its_parameter() -> None:
 @pytest.mark.parametrize(
     ("words", "asked"),
     [
-        (["linearize", "--at", "phi=0", "--bind", "l=400"], "l is given in mm: say l=400mm or l=0.4m"),
-        (["linearize", "--at", "phi=0", "--over", "l=linspace(400,500,3)"], "l is given in mm: say l=400mm or l=0.4m"),
+        (["linearize", "--start", "phi=0", "--bind", "l=400"], "l is given in mm: say l=400mm or l=0.4m"),
+        (
+            ["linearize", "--start", "phi=0", "--over", "l=linspace(400,500,3)"],
+            "l is given in mm: say l=400mm or l=0.4m",
+        ),
         pytest.param([*SWEEP, "l=[400]"], "say l=400mm or l=0.4m", marks=RUNS),
         pytest.param([*SWEEP, "l=tolerance(2)"], "say l=2mm or l=0.002m", marks=RUNS),
         pytest.param(["simulate", "--until", "0.1", "--forces", "V=3"], "say V=3mV or V=0.003V", marks=RUNS),

@@ -42,7 +42,8 @@ VERBS = {
 }
 """What each verb does; it is a file here, read once it is chosen."""
 
-RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach": "--show reach"}
+RENAMED = {"--road": "--formulation", "--transfer": "--show transfer", "--reach": "--show reach",
+           "--at": "--start", "--rates": "--start-rates"}  # fmt: skip
 """Options by the names that they had, for errors alone."""
 
 CTRL_C = 130

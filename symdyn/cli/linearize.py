@@ -17,7 +17,7 @@ from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError
-from symdyn.linear import System, SystemsFile, locus_over, shown
+from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, choice, split_commas
@@ -57,22 +57,17 @@ class LinearRequest:
 
 def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     lines: Lines = []
-    found = system.linearization.transfers()
+    found = system.linearization.transfer()
     for one in found:
         if one.gain == 0:
             lines.append(f"{one.output} / {one.input}: 0, it does not follow")
         else:
             lines += [
                 f"{one.output} / {one.input}: gain {in_digits(one.gain, 6)}",
-                f"  zeros: {_listed(one.zeros)}",
-                f"  poles: {_listed(one.poles)}",
+                f"  zeros: {poles_in_words(one.zeros)}",
+                f"  poles: {poles_in_words(one.poles)}",
             ]
     return lines or ["no input drives anything"], [one.as_json() for one in found]
-
-
-def _listed(values: Any) -> str:
-    once = [value for value in values if value.imag >= 0]
-    return ", ".join(map(shown, once)) or "none"
 
 
 def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -84,18 +79,19 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     ):
         margin = f", {in_digits(found.margin, 2)} of the size of A from less" if found.rank else ""
         lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
-        lines += [f"  {how} the mode {shown(mark.value)} 1/s, of {', '.join(mark.states)}" for mark in found.hidden]
         near = [mark for mark in found.marks if not mark.hidden][:1]
-        lines += [f"  least {verb}: the mode {shown(mark.value)} 1/s, by {', '.join(mark.states)}" for mark in near]
+        for mark in (*found.hidden, *near):
+            said = f"{how} the mode" if mark.hidden else f"least {verb}: the mode"
+            by = f"{'of' if mark.hidden else 'by'} {', '.join(mark.states)}"
+            lines.append(f"  {said} {poles_in_words([mark.value])} 1/s, {by}")
         data[word] = found.as_json()
     return lines, data
 
 
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = system.bode(options.hertz or None)
-    title = f"{system.linearization.scene.name}: frequency response"
+    found = system.linearization.bode(hertz=options.hertz or None)
     lines = [] if options.bode else found.table().csv().splitlines()
-    return lines + written(options.bode or (), found.table().csv, lambda kind: found.plot(title, kind)), found.as_json()
+    return lines + written(options.bode or (), found.table().csv, found.picture), found.as_json()
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -111,13 +107,15 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     told = stepped if system.linearization.kind == "moving" else exact
     lines = [f"x(t + T) = Phi x(t) + Gamma w(t), T = {period:g} s, inputs held"]
     lines += _matrix("Phi", told.A) + (_matrix("Gamma", told.B) if told.B.size else [])
-    lines.append(f"eigenvalues: {', '.join(map(shown, [z for z in told.eigenvalues if z.imag >= 0]))}")
+    lines.append(f"eigenvalues: {poles_in_words(told.poles)}")
     lines.append(
         f"by variational equations along the step the same to {apart:.1g}"
         if system.linearization.kind != "moving"
         else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
     )
-    return lines, told.as_json() | {"formulations_differ_by": apart}
+    data = {"period": period, "Phi": told.A.tolist(), "Gamma": told.B.tolist()}
+    eigenvalues = [[z.real, z.imag] for z in told.poles.tolist()]
+    return lines, data | {"eigenvalues": eigenvalues, "formulations_differ_by": apart}
 
 
 def _matrix(name: str, M: Any) -> Lines:
@@ -133,7 +131,9 @@ def _matrix(name: str, M: Any) -> Lines:
 def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.lqr(options.lqr, options.dt)
     lines = found.lines()
-    lines.append(f"closed-loop poles: {_listed(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s"))
+    lines.append(
+        f"closed-loop poles: {poles_in_words(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s")
+    )
     lines += list(found.notes)
     if options.gains:
         path = Path(options.gains)
@@ -148,7 +148,7 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = system.kalman(options.kalman, options.dt)
     lines = _matrix("L", found.L)
-    lines.append(f"filter poles: {_listed(found.poles)}" + (" (of Phi - L C)" if found.period else " 1/s"))
+    lines.append(f"filter poles: {poles_in_words(found.poles)}" + (" (of Phi - L C)" if found.period else " 1/s"))
     return lines + list(found.notes), found.as_json()
 
 
@@ -204,8 +204,8 @@ def check_flags(options: argparse.Namespace) -> None:
             faults.add("--outputs", "has no part in eigenvalues, which are what --over finds; leave it out")
         for flag in alone:
             faults.add(flag, "is of one system, and --over makes many; give one of them")
-        if options.at == "rest":
-            faults.add("--at", "rest may be many places; name one, and it is followed: --at NAME=VALUE")
+        if options.start == "rest":
+            faults.add("--start", "rest may be many places; name one, and it is followed: --start NAME=VALUE")
     for option, endings in ENDINGS.items():
         given = getattr(options, option) or ()
         for path in map(Path, [given] if isinstance(given, str) else given):
@@ -231,21 +231,20 @@ def check_one(systems: Sequence[System], options: argparse.Namespace) -> None:
     files = [one.flag for one in ASKED if one.given(options) and one.writes and getattr(options, one.writes)]
     if len(systems) > 1 and files:
         raise LinearizeError(
-            f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --at LIST"
+            f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --start LIST"
         )
 
 
 def rates_of(options: argparse.Namespace) -> dict[str, str]:
-    """Return the velocities that --rates and --speed give, formulas by name."""
-    return pairs(options.rates, "--rates") | pairs(options.speed, "--speed")
+    """Return the velocities that --start-rates and --speed give, formulas by name."""
+    return pairs(options.start_rates, "--start-rates") | pairs(options.speed, "--speed")
 
 
 def locus_over_range(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
-    problem = Problem(scene, flattened(options.forces), pairs(options.at, "--at"), rates_of(options))
+    problem = Problem(scene, flattened(options.forces), pairs(options.start, "--start"), rates_of(options))
     found = locus_over(problem, options.over, split(options.independent) or (), options.anywhere)
-    title = f"{scene.name}: eigenvalues over {found.name}"
-    lines = found.lines() + written(options.locus or [], found.table().csv, lambda kind: found.plot(title, kind))
+    lines = found.lines() + written(options.locus or [], found.table().csv, found.picture)
     return lines, found.as_json()
 
 
@@ -267,10 +266,10 @@ def run(options: argparse.Namespace) -> int:
         else:
             print_text("\n".join(lines))
         return 0
-    if options.along is not None and (options.at or options.rates):
-        raise LinearizeError("--along takes its points from a run; leave --at and --rates out")
-    if options.at == REST and options.rates:
-        raise LinearizeError("--at rest has no velocities; leave --rates out, or say where with --at")
+    if options.along is not None and (options.start or options.start_rates):
+        raise LinearizeError("--along takes its points from a run; leave --start and --start-rates out")
+    if options.start == REST and options.start_rates:
+        raise LinearizeError("--start rest has no velocities; leave --start-rates out, or say where with --start")
     file = SystemsFile(Path(options.output)) if options.output else None
     with Waiting() as progress:
         progress("linearising")
@@ -283,7 +282,7 @@ def run(options: argparse.Namespace) -> int:
         file.write([one.linearization for one in systems])
         print_paths(options.output)
     if options.json:
-        give(told if options.along is not None or options.at == REST else told[0])
+        give(told if options.along is not None or options.start == REST else told[0])
     elif not (options.output and options.along):
         print_text("\n\n".join(map(str, told)))
     return 0
@@ -294,11 +293,11 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     outputs = [] if options.outputs is None else split_commas(options.outputs) or [""]
     independent = split(options.independent) or ()
     problem = Problem(scene, flattened(options.forces))
-    if options.at == REST or options.along is not None:
+    if options.start == REST or options.along is not None:
         where = REST if options.along is None else Path(options.along)
         return System.find(problem, where, outputs, independent, options.anywhere)
     _, start = collected(
-        lambda: problem.driving, lambda: Problem(scene, (), pairs(options.at, "--at"), rates_of(options)).initial
+        lambda: problem.driving, lambda: Problem(scene, (), pairs(options.start, "--start"), rates_of(options)).initial
     )
     problem = replace(problem, start=start)  # type: ignore[arg-type]
     return System.find(problem, "start", outputs, independent, options.anywhere)

@@ -58,7 +58,7 @@ TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "seconds":
 
 PYTHON = {
     **{"values": "bind", "parameters": "bind", "payloads": "payload", "what": "as", "target": "what"},
-    **{"start": "at", "start_rates": "rates", "stops": "stop", "reports": "report"},
+    **{"stops": "stop", "reports": "report"},
 }
 """Options that arguments of Python are at a verb that has none of the same name."""
 
@@ -67,7 +67,7 @@ def flag(options: Mapping[str, argparse.Action], name: str, value: object = None
     """Return what an argument of Python is among the options of a verb.
 
     >>> flag({}, "every", 0.1), flag({}, "ignore_limits", True), flag({}, "start", {"q1": 0, "q2": 1})
-    ('--every 0.1', '--ignore-limits', '--at q1=0,q2=1')
+    ('--every 0.1', '--ignore-limits', '--start q1=0,q2=1')
     """
     same = f"--{name.replace('_', '-')}"
     option = f"--{PYTHON[name]}" if name in PYTHON and same not in options else same

@@ -1,12 +1,10 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
-from .evolution import Sampled as Sampled, sampled as sampled
 from .linearization import (
     Linearization as Linearization,
     Point as Point,
     Stability as Stability,
-    stability as stability,
 )
 from .linearized import (
     linearize as linearize,
@@ -16,17 +14,13 @@ from .linearized import (
     rests as rests,
     systems as systems,
 )
-from .locus import root_locus as root_locus
+from .locus import RootLocus as RootLocus, root_locus as root_locus
+from .margins import Margins as Margins
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
-from .regulator import Axis as Axis, Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
+from .plots import Plotted as Plotted
+from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
+from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
+from .state_space import Axis as Axis, StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile
-from .transfer import (
-    Bode as Bode,
-    Reach as Reach,
-    bode as bode,
-    controllability as controllability,
-    observability as observability,
-    shown as shown,
-    transfers as transfers,
-)
+from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words

@@ -21,6 +21,7 @@ from itertools import product
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Ratios
+from symdyn.arguments import argument
 from symdyn.dynamics import formulas
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
@@ -136,7 +137,7 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
     if led:
         raise LinearizeError(
             f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
-            "as in --at NAME=VALUE"
+            f"as in {argument('start', {'NAME': 'VALUE'})}"
         )
     search = Search(prepared, Problem(scene).initial.q if start is None else start, t)
     exact = _exact(prepared, search.idle)

@@ -20,25 +20,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import native, walked
+from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import LinearizeError
-from symdyn.extras import install
-from symdyn.linear.modes import NOTHING, Mode, Spectrum, balance, spectrum
-from symdyn.linear.regulator import Axis
+from symdyn.linear.modes import NOTHING, balance, spectrum
+from symdyn.linear.state_space import StateSpace
+from symdyn.linear.weights import Weights
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import listed
-from symdyn.shown import Shown
-from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
-    from symdyn.linear.transfer import Reach, Transfer
+    from symdyn.linear.regulator import Compensator, Observer, Regulator
 
 
 ZEROS = {
@@ -51,7 +49,7 @@ ZEROS = {
 """Kinds of eigenvalues that are zero."""
 
 
-def zeros(A: Array, count: int, positions: int, cyclic: Sequence[int], family: int, kind: str) -> dict[str, int]:
+def zero_kinds(A: Array, count: int, positions: int, cyclic: Sequence[int], family: int, kind: str) -> dict[str, int]:
     """Return how many eigenvalues of each kind are zero, kinds that there are.
 
     Args:
@@ -120,6 +118,7 @@ class Point:
         tau: driving forces, shape (nv,).
         multipliers: of the independent rows, then of prescribed motions, N and N m.
         inputs: of the scene, in its order.
+        outputs: y there, shape (ny,).
     """
 
     t: float
@@ -129,17 +128,16 @@ class Point:
     tau: Array
     multipliers: Array
     inputs: Array = field(default_factory=lambda: np.zeros(0))
+    outputs: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
-class Linearization(Shown):
-    """A mechanism next to an operating point.
+class Linearization(StateSpace):
+    """A mechanism next to an operating point: a `StateSpace` named after its scene, without a period.
 
     Attributes:
         scene: the mechanism, its parameters bound.
         point: where.
-        states, inputs, outputs: what x, w and y are.
-        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
         positions: p, how many states are positions; the others are velocities.
         moves: how all coordinates move with the positions, shape (nq, p): δq = moves ξ.
         directions: how all displacements along velocities do, shape (nv, p).
@@ -157,13 +155,6 @@ class Linearization(Shown):
 
     scene: Scene
     point: Point
-    states: Axis
-    inputs: Axis
-    outputs: Axis
-    A: Array
-    B: Array
-    C: Array
-    D: Array
     positions: int
     moves: Array = field(repr=False)
     directions: Array = field(repr=False)
@@ -204,35 +195,18 @@ class Linearization(Shown):
         outputs = [k for k in range(len(self.outputs)) if k not in moving]
         p = [k for k in range(self.positions) if k not in positions]
         return replace(
-            self, states=self.states.of(states), outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)],
-            B=self.B[states], C=self.C[np.ix_(outputs, states)], D=self.D[outputs], positions=len(p),
-            moves=self.moves[:, p], directions=self.directions[:, p], rates=self.rates[:, states],
+            self, point=replace(self.point, outputs=self.point.outputs[outputs]), states=self.states.of(states),
+            outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)], B=self.B[states],
+            C=self.C[np.ix_(outputs, states)], D=self.D[outputs], positions=len(p), moves=self.moves[:, p],
+            directions=self.directions[:, p], rates=self.rates[:, states],
             dropped=(*self.dropped, *(self.states.names[k] for k in positions)),
         )  # fmt: skip
 
-    @cached_property
-    def spectrum(self) -> Spectrum:
-        """Eigenvalues of A, zeros apart."""
-        return spectrum(self.A)
-
     @property
-    def modes(self) -> tuple[Mode, ...]:
-        """Modes of eigenvalues that are not zero, those that grow fastest first; of the others tell `zeros`."""
-        return self.spectrum.modes
-
-    @property
-    def zeros(self) -> dict[str, int]:
+    def zero_eigenvalues(self) -> dict[str, int]:
         """How many eigenvalues are zero, by what they come from: "cyclic" positions, "drifting" momenta, ..."""
         cyclic = [k for k in range(self.positions) if self.states.names[k] in self.cyclic]
-        return zeros(self.A, self.spectrum.zeros, self.positions, cyclic, self.family, self.kind)
-
-    @cached_property
-    def eigenvalues(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
-        """All eigenvalues, 1/s, shape (nx,), zeros last."""
-        found: list[complex] = []
-        for mode in self.modes:
-            found += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
-        return np.array([*found, *[0j] * self.spectrum.zeros])
+        return zero_kinds(self.A, self.spectrum.zeros, self.positions, cyclic, self.family, self.kind)
 
     @cached_property
     def stability(self) -> Stability:
@@ -245,18 +219,11 @@ class Linearization(Shown):
         return {"rest": "at rest", "steady": "along a steady motion", "moving": "at an instant of a motion"}[self.kind]
 
     @property
-    def place(self) -> str:
+    def where(self) -> str:
         """The point in words: coordinates, velocities that are not zero, forces that are not."""
-        from symdyn.linear.report import where
+        from symdyn.linear.report import where_in_words
 
-        return where(self)
-
-    def mode_table(self) -> Table[str | float]:
-        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
-        from symdyn.linear.report import HEAD, eigenvalue, shape
-
-        rows = [(eigenvalue(one, self), one.frequency, one.damping, shape(one, self)) for one in self.modes]
-        return Table(HEAD, rows, (1, 2), "modes")
+        return where_in_words(self)
 
     def latex(self) -> str:
         """Return the system in LaTeX, in numbers."""
@@ -264,39 +231,68 @@ class Linearization(Shown):
 
         return latex(self)
 
-    def transfers(self) -> tuple[Transfer, ...]:
-        """Return all transfer functions, output by output."""
-        from symdyn.linear.transfer import transfers
+    def lqr(self, Q: Weights | None = None, R: Weights | None = None, period: float | None = None) -> Regulator:
+        """Return the linear quadratic regulator, u = u0 - K (x - x0).
 
-        return transfers(self)
-
-    def controllability(self) -> Reach:
-        """Return what the inputs move."""
-        from symdyn.linear.transfer import controllability
-
-        return controllability(self)
-
-    def observability(self) -> Reach:
-        """Return what the outputs show."""
-        from symdyn.linear.transfer import observability
-
-        return observability(self)
-
-    def control(self) -> Any:
-        """Return it as a StateSpace of python-control, names included.
+        Args:
+            Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite; 1 each without.
+            R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
+            period: seconds between samples, for gains of a sampled controller.
 
         Raises:
-            LinearizeError: python-control is not installed.
+            LinearizeError: with every fault: a name that is not known, a weight that is none; a mode that is weighed,
+                does not decay, and that no input moves.
         """
-        try:
-            from control import ss
-        except ImportError:
-            raise LinearizeError(f"python-control is not installed; {install('control')}") from None
-        names = {"states": list(self.states.names), "outputs": list(self.outputs.names)}
-        if len(self.inputs):
-            return ss(self.A, self.B, self.C, self.D, inputs=list(self.inputs.names), **names)
-        n = len(self.A)  # python-control knows no system without inputs: one that does nothing
-        return ss(self.A, np.zeros((n, 1)), self.C, np.zeros((len(self.C), 1)), inputs=["none"], **names)
+        from symdyn.linear.regulator import lqr
+
+        check_arguments(Linearization.lqr, locals(), LinearizeError)
+        return lqr(self, Q, R, *native(float, period))
+
+    def place(self, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
+        """Return the feedback u = u0 - K (x - x0) that gives the closed loop its poles, 1/s, one a state.
+
+        Of a sampled controller, every `period` s, they are those of Φ - Γ K. With several drives the gains are those
+        of poles that move least with rounding.
+
+        Raises:
+            LinearizeError: poles that are too few or many, without their conjugates, or more often the same than there
+                are drives; a mode that no input moves.
+        """
+        from symdyn.linear.regulator import place
+
+        check_arguments(Linearization.place, {"period": period}, LinearizeError)
+        return place(self, poles, *native(float, period))
+
+    def kalman(self, W: Weights | None = None, V: Weights | None = None, period: float | None = None) -> Observer:
+        """Return the gain of the Kalman filter, a predictor where it is sampled.
+
+        Args:
+            W: variances of what disturbs the rates of states by name, or inputs, by which they come in; others 0; or a
+                matrix, shape (nx, nx); 1 for each input, or each state where there is no input, without.
+            V: variances of outputs by name, which must be above zero, or a matrix, shape (ny, ny); 1 each without.
+            period: seconds between samples.
+
+        Raises:
+            LinearizeError: with every fault, as of `lqr`: a mode that does not decay and that no output shows.
+        """
+        from symdyn.linear.regulator import kalman
+
+        check_arguments(Linearization.kalman, locals(), LinearizeError)
+        return kalman(self, W, V, *native(float, period))
+
+    def lqg(
+        self,
+        Q: Weights | None = None,
+        R: Weights | None = None,
+        W: Weights | None = None,
+        V: Weights | None = None,
+        period: float | None = None,
+    ) -> Compensator:
+        """Return the controller of measured outputs: `lqr(Q, R)` on the state that `kalman(W, V)` tells."""
+        from symdyn.linear.regulator import Compensator
+
+        check_arguments(Linearization.lqg, locals(), LinearizeError)
+        return Compensator(self.lqr(Q, R, period), self.kalman(W, V, period))
 
 
 @dataclass(frozen=True)
@@ -327,7 +323,7 @@ class Stability:
 
 def stability(system: Linearization) -> Stability:
     """Return what the eigenvalues of a system say."""
-    zeros, names = system.zeros, system.cyclic
+    zeros, names = system.zero_eigenvalues, system.cyclic
     all_of_it = system.spectrum
     apart = " apart from what is zero" if zeros else ""
     if all_of_it.growing:

@@ -34,13 +34,13 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import native, with_fields
+from symdyn.arguments import argument, native, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.evolution import STILL
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.locus import Locus, read_values, root_locus
+from symdyn.linear.locus import RootLocus, read_values, root_locus
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.search import nearest
@@ -350,13 +350,15 @@ def systems(
         "t",
     }
     if name in taken:
-        raise LinearizeError(f"--over: {name} moves; a range is of a parameter, or of a letter that formulas name")
+        raise LinearizeError(
+            f"{argument('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
+        )
     if name not in [one.name for one in scene.parameters]:
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(
-                f"--over: {name} is no parameter (they are: {there}) and in no formula; say what it does, as in "
-                f'--speed "{scene.velocities[0]}={name}"'
+                f"{argument('over')}: {name} is no parameter (they are: {there}) and in no formula; say what it "
+                f"does, as in {argument('start_rates', {scene.velocities[0]: name})}"
             )
         scene = replace(scene, parameters=(*scene.parameters, Parameter(name)))
     derived: dict[Scene, Prepared] = {}
@@ -405,7 +407,7 @@ def stays(system: Linearization) -> bool:
     return bool(np.all(np.abs(system.point.udot[velocities]) <= BALANCED * size))
 
 
-def locus_over(problem: Problem, specified: str, independent: Sequence[str] = (), anywhere: bool = False) -> Locus:
+def locus_over(problem: Problem, specified: str, independent: Sequence[str] = (), anywhere: bool = False) -> RootLocus:
     """Return the root locus over what `read_values` reads; other arguments and errors as of `systems`, `root_locus`."""
     name, values = read_values(specified, scene=problem.scene)
-    return root_locus(name, values, systems(problem, name, independent, anywhere))
+    return root_locus(name, values, systems(problem, name, independent, anywhere), problem.scene.name)

@@ -1,4 +1,4 @@
-"""Root loci: eigenvalues over a parameter or the speed of a steady motion, and where stability begins and ends.
+"""Root loci: eigenvalues over a parameter, a speed or the gain of a loop, and where stability begins and ends.
 
     λ_k(x)    branches, followed from value to value by the nearest pairs
     x_c       critical: a real part crosses zero; where the counts of growing modes at two values differ it is bracketed
@@ -21,9 +21,11 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
+from symdyn.linear.plots import Plotted, pole_map
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas
@@ -31,7 +33,7 @@ from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
-    from symdyn.linear.linearization import Linearization
+    from symdyn.linear.state_space import StateSpace
 
 
 MOST = 20_000
@@ -139,28 +141,36 @@ class Critical:
         return f"{in_digits(self.value, 12)}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
 
 
-@dataclass(frozen=True)
-class Locus:
-    """Eigenvalues over a parameter.
+@dataclass(frozen=True, eq=False)
+class RootLocus(Plotted):
+    """Eigenvalues over a parameter, or over the gain k of a loop.
 
     Attributes:
-        name: of the parameter.
+        name: of the parameter, or the system.
+        over: what the values are of: the parameter, or k.
         values: shape (N,), increasing.
-        eigenvalues: 1/s, shape (N, n): a column is a branch; those that are zero are among them.
+        poles: eigenvalues, 1/s, shape (N, n): a column is a branch; those that are zero are among them.
         growing: how many grow at each value, pairs as two, shape (N,).
         critical: where that changes.
+        zeros: of the loop, 1/s, which its poles go to as k grows; None over a parameter.
     """
 
     name: str
+    over: str
     values: Array
-    eigenvalues: Complexes
+    poles: Complexes
     growing: Array
     critical: tuple[Critical, ...]
+    zeros: Complexes | None = None
+
+    def __repr__(self) -> str:
+        told = "".join(f"\n    {line}" for line in self.lines())
+        return f"<RootLocus of {self.name}, {len(self.values)} values, {self.poles.shape[1]} branches:{told}>"
 
     @cached_property
     def branches(self) -> Complexes:
         """The branches that are not zero everywhere, shape (N, branches)."""
-        return self.eigenvalues[:, np.any(self.eigenvalues != 0, axis=0)]
+        return self.poles[:, np.any(self.poles != 0, axis=0)]
 
     @property
     def ranges(self) -> list[tuple[float, float, int]]:
@@ -173,24 +183,28 @@ class Locus:
 
     def lines(self) -> list[str]:
         """Return critical values and ranges in words, one line each."""
-        lines = [f"{self.name} = {one}" for one in self.critical]
+        lines = [f"{self.over} = {one}" for one in self.critical]
         for low, high, count in self.ranges:
             what = {0: "nothing grows", 1: "1 eigenvalue grows"}.get(count, f"{count} eigenvalues grow")
-            lines.append(f"{self.name} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
+            lines.append(f"{self.over} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
         return lines
 
     def table(self) -> Table[str | float]:
         """Return a row a value: that, real and imaginary parts of the branches, 1/s, and how many grow."""
         n = self.branches.shape[1]
-        head = [self.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
+        head = [self.over, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
         rows = [
             (float(x), *(float(y) for value in row for y in (value.real, value.imag)), int(count))
             for x, row, count in zip(self.values, self.branches, self.growing, strict=True)
         ]
         return Table(head, rows, range(len(head)))
 
-    def plot(self, title: str, kind: str) -> bytes:
-        """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""
+    def _figure(self) -> FilledFigure:
+        """Return parts over the parameter, and the locus in the plane; over a gain the plane alone, with zeros."""
+        if self.zeros is not None:
+            return pole_map(
+                f"{self.name}: root locus", {f"k = {self.values[0]:g}": self.poles[0]}, self.zeros, branches=self.poles
+            )
 
         def fill(figure: Any) -> None:
             over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
@@ -217,52 +231,64 @@ class Locus:
                 "real parts (solid), imaginary (dashed), 1/s; shaded: nothing grows", loc="left", fontsize=9
             )
             plane.set_title("the same in the plane, 1/s; × where it begins", loc="left", fontsize=9)
-            over_it.set_xlabel(self.name)
+            over_it.set_xlabel(self.over)
             plane.set_xlabel("real part")
             for axis in (over_it, plane):
                 axis.grid(alpha=0.3)
 
-        return FilledFigure(title, (11.0, 4.6), fill).picture(kind)
+        return FilledFigure(f"{self.name}: eigenvalues over {self.over}", (11.0, 4.6), fill)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
-            "over": self.name, "values": self.values.tolist(), "growing": self.growing.tolist(),
+            "over": self.over, "values": self.values.tolist(), "growing": self.growing.tolist(),
             "eigenvalues": [pairs_of(row) for row in self.branches],
             "critical": [{"value": c.value, "hertz": c.frequency, "grows_above": c.grows} for c in self.critical],
         }  # fmt: skip
 
 
-def root_locus(name: str, values: Sequence[float] | Array, system: Callable[[float], Linearization]) -> Locus:
-    """Return the eigenvalues of a system at values of a parameter, and where their real parts cross zero.
+def root_locus(
+    over: str,
+    values: Sequence[float] | Array,
+    system: Callable[[float], StateSpace],
+    name: str = "",
+    zeros: Complexes | None = None,
+) -> RootLocus:
+    """Return the eigenvalues of a system at values of a parameter or a gain, and where their real parts cross zero.
 
     Args:
-        name: of the parameter, for what is told.
+        over: what the values are of, for what is told.
         values: increasing, two at least.
         system: the linear system at a value.
+        name: of the system.
+        zeros: of a loop whose gain the values are.
 
     Raises:
         LinearizeError: the values do not increase, or are too many; and what `system` raises.
     """
-    x = np.asarray(values, dtype=np.float64)
+    try:
+        x = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        x = np.zeros(0)
     if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
+        where = f"{argument('over')} {over}" if zeros is None else "gains"
         raise LinearizeError(
-            f"--over {name}: values must be finite and increase, two at least and {MOST} at most; such as "
-            f'"{name}=linspace(0,10,100)"'
+            f"{where}: values must be finite and increase, two at least and {MOST} at most; such as "
+            f'"{over}=linspace(0,10,100)"'
         )
     found = [system(float(value)) for value in x]
     counts = [_count(one) for one in found]
     critical: list[Critical] = []
     for k in range(len(x) - 1):
         critical += _crossings(system, x[k], x[k + 1], counts[k], counts[k + 1])
-    return Locus(name, x, _followed(found), np.array(counts), tuple(critical))
+    return RootLocus(name, over, x, _followed(found), np.array(counts), tuple(critical), zeros)
 
 
-def _followed(systems: Sequence[Linearization]) -> Complexes:
+def _followed(systems: Sequence[StateSpace]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
     from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
 
-    rows = [one.eigenvalues for one in systems]
+    rows = [one.poles for one in systems]
     rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
     for k in range(1, len(rows)):
         before, now = rows[k - 1], rows[k]
@@ -274,12 +300,12 @@ def _followed(systems: Sequence[Linearization]) -> Complexes:
     return np.array(rows)
 
 
-def _count(one: Linearization) -> int:
+def _count(one: StateSpace) -> int:
     return sum(2 if mode.oscillates else 1 for mode in one.spectrum.growing)
 
 
 def _crossings(
-    system: Callable[[float], Linearization],
+    system: Callable[[float], StateSpace],
     low: float,
     high: float,
     below: int,
@@ -300,7 +326,7 @@ def _crossings(
     return [*_refined(system, left, right), *_crossings(system, right, high, count, above, left_over - 1)]
 
 
-def _refined(system: Callable[[float], Linearization], low: float, high: float) -> list[Critical]:
+def _refined(system: Callable[[float], StateSpace], low: float, high: float) -> list[Critical]:
     """Return where counts change between two values close to each other."""
     nodes = (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts2(DEGREE + 1)
     branches = _followed([system(float(x)) for x in nodes]).T
@@ -326,11 +352,11 @@ def _zero(nodes: Array, values: Array) -> float:
     return float(brentq(chebyshev.Chebyshev.fit(nodes, values, DEGREE), nodes[0], nodes[-1], rtol=8.9e-16))
 
 
-def _halved(system: Callable[[float], Linearization], low: float, high: float) -> Critical:
+def _halved(system: Callable[[float], StateSpace], low: float, high: float) -> Critical:
     """Return where a count changes by bisection alone: two pairs on the axis meet, and one leaves it."""
     below, above = _count(system(low)), _count(system(high))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         low, high = (middle, high) if _count(system(middle)) == below else (low, middle)
-    fastest = system(high if above > below else low).modes[0]
+    fastest = system(high if above > below else low).spectrum.modes[0]
     return Critical((low + high) / 2, fastest.frequency if fastest.oscillates else 0.0, above > below)

@@ -34,6 +34,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import COLUMNS
@@ -110,6 +111,14 @@ class Spectrum:
     still: Array
     modes: tuple[Mode, ...]
     size: float
+
+    @property
+    def values(self) -> Complexes:
+        """All eigenvalues, pairs in full, shape (nx,): those that grow fastest first, zeros last."""
+        found: list[complex] = []
+        for mode in self.modes:
+            found += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
+        return np.array([*found, *[0j] * self.zeros], dtype=np.complex128)
 
     @property
     def growing(self) -> tuple[Mode, ...]:
@@ -269,7 +278,7 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
     CHECKS["film"](path, reel)
     modes = shown(one)
     if not modes:
-        raise LinearizeError(f"{one.scene.name}: --animate: no mode has a shape; all eigenvalues are zero")
+        raise LinearizeError(f"{one.scene.name}: {argument('animate')}: no mode has a shape; all eigenvalues are zero")
     if len(modes) == 1:
         return [(path, modes[0])]
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]

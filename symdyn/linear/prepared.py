@@ -21,11 +21,12 @@ multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for constrai
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
@@ -33,7 +34,7 @@ from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.linear.linearization import Linearization, Point
-from symdyn.linear.regulator import Axis
+from symdyn.linear.state_space import Axis
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
@@ -185,7 +186,7 @@ def _followed(G: Array, dependent: Sequence[int]) -> Array:
 
 @dataclass(frozen=True)
 class Matrices:
-    """A, B, C, D at a place; δq and δξ by position, δu by state."""
+    """A, B, C, D at a place; δq and δξ by position, δu by state; y there."""
 
     A: Array
     B: Array
@@ -194,12 +195,13 @@ class Matrices:
     moves: Array
     directions: Array
     rates: Array
+    y: Array
 
 
 def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[int]) -> Matrices:
     """Return the linear system at a place, inputs being `drives` and then those of the scene."""
     n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
-    slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)
+    slopes, seen = v.slopes.at(here.values), v.outputs.at(here.values)
     e, c, s = slopes["e"], slopes["c"], slopes["s"]
     e = np.where(np.abs(e) <= CANCELLED * np.abs(slopes["p"]), 0.0, e)
     S = np.zeros((n, p))
@@ -222,8 +224,8 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     for column, k in enumerate(drives):
         driven[k, states + column] = 1.0
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
-    y = told["y_"] @ np.vstack([moved, a, multipliers, driven, own])
-    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates)
+    y = seen["y_"] @ np.vstack([moved, a, multipliers, driven, own])
+    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates, seen["y"])
     return Matrices(*(part + 0.0 for part in parts))  # -0 is 0
 
 
@@ -315,9 +317,9 @@ class Prepared:
             (*(shown(force_unit(units[k])) for k in self.drives), *(told[one.name] for one in scene.inputs)),
         )
         return Linearization(
-            scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
-            found.D, len(choice.positions), found.moves, found.directions, found.rates,
-            notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
+            found.A, found.B, found.C, found.D, states, inputs, Axis(self.outputs.names, self.outputs.units), None,
+            scene.name, scene, replace(here.point, outputs=found.y), len(choice.positions), found.moves,
+            found.directions, found.rates, notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
         )  # fmt: skip
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:
@@ -362,8 +364,8 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
     if independent and not scene.is_constrained:
         raise LinearizeError(
-            f"{scene.name}: --independent: it has no loops and no rows, all its coordinates are independent; leave "
-            "--independent out"
+            f"{scene.name}: {argument('independent')}: it has no loops and no rows, all its coordinates are "
+            f"independent; leave {argument('independent')} out"
         )
     forces = problem.driving
     forces.check_differentiable(faults)

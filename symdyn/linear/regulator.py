@@ -1,187 +1,45 @@
-"""Gains from weights: the linear quadratic regulator, and by the dual equation the gain of a Kalman filter.
+"""Gains from weights or poles: regulators, the gain of a Kalman filter, and both together as a controller of outputs.
 
     w = w0 - K x       least ∫ xᵀ Q x + (w - w0)ᵀ R (w - w0) dt; sampled: the least sum over samples, inputs held
     A - B K            the closed loop
     x̂' = A x̂ + B w + L (y - C x̂)      K = Lᵀ of (Aᵀ, Cᵀ), with covariances W of what disturbs x and V of what disturbs y
+    w = w0 - K x̂       by the filter: x̂' = (A - B K - L C + L D K) x̂ + L y, in deviations from the point
 
 Users give weights and variances by name or as matrices, whose rows and columns have names and units (`Axis`).
 
 What is weighted and does not decay by itself must be moved by some input. What stays or swings for ever and has no
 weight, such as the place of a wheel on the ground, is left alone, and a note says so.
 
-Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), sections 2.3, 3.3 and 8.1.
+References: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), sections 2.3, 3.3 and 8.1; Tits and
+Yang, Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans. Aut. Control 41 (1996).
 """
 
 from __future__ import annotations
 
 import json
-import math
-import zlib
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
-from zipfile import BadZipFile, ZipFile, ZipInfo
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.bounds import BOUNDS
+from symdyn.arguments import argument
+from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.evolution import sampled
-from symdyn.linear.locus import number_in
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
-from symdyn.linear.transfer import shown, staircase
-from symdyn.scene.values import Faults, FormulaError, suggestion
+from symdyn.linear.plots import Plotted, pole_map
+from symdyn.linear.state_space import Axis, StateSpace
+from symdyn.linear.transfer import poles_in_words, shown, staircase
+from symdyn.linear.weights import Weights, weight
+from symdyn.scene.values import Faults
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
+    from symdyn.simulation import Feedback
 
-
-@dataclass(frozen=True)
-class Axis:
-    """What the rows or columns of a matrix stand for, and their units."""
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.names)
-
-    def of(self, places: Sequence[int]) -> Axis:
-        """Return some of them."""
-        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
-
-
-Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
-
-SYMMETRIC = 1e-9
-"""Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
-
-
-def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
-    """Return weights by name of `Q=x:10;theta:100`, numbers being formulas, or of an .npz file.
-
-    Raises:
-        LinearizeError: with every fault.
-    """
-    faults, found = Faults(""), dict[str, Any]()
-    for text in specified:
-        if text.lower().endswith(".npz"):
-            found |= _arrays(text, names, faults)
-            continue
-        name, equals, rest = (part.strip() for part in text.partition("="))
-        if not equals or name not in names:
-            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file')
-            continue
-        if name in found:
-            faults.add(option, f"{name} is given twice")
-        found[name] = {}
-        for part in filter(None, (one.strip() for one in rest.split(";"))):
-            key, colon, value = (one.strip() for one in part.rpartition(":"))
-            if not colon:
-                faults.add(option, f'{name}: "{part}" has no weight; write {part}:1')
-                continue
-            if key in found[name]:
-                faults.add(option, f"{name}: {key} is named twice")
-            try:
-                found[name][key] = number_in(value)
-            except FormulaError as error:
-                faults.add(option, f"{name}: {key}: {error}")
-    faults.close(LinearizeError)
-    return found
-
-
-def _arrays(name: str, requested: Sequence[str], faults: Faults) -> dict[str, Any]:
-    try:
-        check_arrays(Path(name))
-        with np.load(name, allow_pickle=False) as said:
-            found = {key: value for key, value in said.items() if key in requested}
-    except (OSError, ValueError, KeyError, EOFError) as error:
-        faults.add(name, f"cannot be read as .npz: {error}")
-        return {}
-    if not found:
-        faults.add(name, f"has no array {' or '.join(requested)}")
-    return found
-
-
-ENDING = ".npy"
-"""Of the arrays in a .npz file."""
-
-
-def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
-    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
-
-    Args:
-        path: of the file.
-        needed: names of arrays that must be there.
-
-    Raises:
-        LinearizeError: more than is read.
-        OSError, ValueError: it is no such file, lacks an array, or an array says that it has more than is there.
-    """
-    most = BOUNDS["bytes of the arrays of a file"]
-    try:
-        with ZipFile(path) as packed:
-            inside = {one.filename.removesuffix(ENDING): one for one in packed.infolist()}
-            if (size := sum(one.file_size for one in packed.infolist())) > most:
-                raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
-            if missing := [name for name in needed if name not in inside]:
-                raise ValueError(f"it has no {', '.join(missing)}")
-            for name, one in inside.items():
-                if one.filename.endswith(ENDING) and _told(packed, one) > one.file_size:
-                    raise ValueError(f"{name} says that it has more numbers than are there")
-    except (BadZipFile, zlib.error, NotImplementedError, RuntimeError) as fault:
-        raise ValueError(fault) from None
-
-
-def _told(packed: ZipFile, one: ZipInfo) -> int:
-    """Return the bytes that an array of a .npz file says it has."""
-    with packed.open(one) as file:
-        newer = np.lib.format.read_magic(file) != (1, 0)
-        read = np.lib.format.read_array_header_2_0 if newer else np.lib.format.read_array_header_1_0
-        shape, _, kind = read(file)
-    return math.prod(shape) * kind.itemsize
-
-
-def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False) -> Array:
-    """Return a weight as a symmetric matrix; what is wrong with it goes to the faults."""
-    n = len(axis)
-    if given is None:
-        return np.eye(n)
-    if isinstance(given, Mapping):
-        found = np.zeros(n)
-        for key, value in given.items():
-            if key not in axis.names:
-                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
-            elif not np.isfinite(value) or value < 0 or (definite and value == 0):
-                faults.add(
-                    name, f"{key}: {value:g} is no weight; give one {'above zero' if definite else 'of 0 or more'}"
-                )
-            else:
-                found[axis.names.index(key)] = value
-        if definite:
-            found = np.where([one in given for one in axis.names], found, 1.0)
-        return np.diag(found)
-    try:
-        M = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        M = np.zeros(0)
-    largest = float(np.abs(M).max(initial=0.0))
-    if M.shape != (n, n) or not np.isfinite(M).all():
-        faults.add(name, f"is no matrix of {n} x {n} finite numbers, for {', '.join(axis.names)}")
-        return np.eye(n)
-    if np.abs(M - M.T).max(initial=0.0) > SYMMETRIC * largest:
-        faults.add(name, "is not symmetric")
-    sizes, ways = np.linalg.eigh((M + M.T) / 2)
-    if n and (sizes[0] < -SYMMETRIC * largest or (definite and sizes[0] <= SYMMETRIC * largest)):
-        kind, most = "definite" if definite else "semidefinite", axis.names[int(np.abs(ways[:, 0]).argmax())]
-        faults.add(name, f"is not positive {kind}: it has the eigenvalue {sizes[0]:.6g}, mostly of {most}")
-    return np.asarray((M + M.T) / 2)
-
-
-FEEDING = "the formulas of --forces depend on the state: gains act beside them, give them to simulate, too"
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
 SPINNING = (
     "states and drives along axes of a body are in axes that do not spin with it: a controller has to turn them; "
@@ -190,8 +48,8 @@ SPINNING = (
 """What is said of gains beside forces that feed back, at a point where velocities change, and in axes that turn."""
 
 
-@dataclass(frozen=True)
-class Regulator:
+@dataclass(frozen=True, eq=False)
+class Regulator(Plotted):
     """Feedback of the state.
 
     Attributes:
@@ -210,21 +68,50 @@ class Regulator:
     period: float | None = None
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        told = "".join(f"\n    {line}" for line in (*self.lines(), f"poles: {poles_in_words(self.poles)}"))
+        return f"<Regulator of {self.name}{_when(self.period)}:{told}>"
+
+    @property
+    def name(self) -> str:
+        """What it is of."""
+        return self.system.name
+
+    @property
+    def closed_loop(self) -> StateSpace:
+        """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
+        one, (step, places) = self.system, _opened(self.system, self.inputs, self.period)
+        A, C = step.A - step.B[:, places] @ self.K, one.C - one.D[:, places] @ self.K
+        return StateSpace(A, step.B, C, one.D, one.states, one.inputs, one.outputs, self.period, f"{one.name}_closed")
+
+    @property
+    def loop(self) -> StateSpace:
+        """The loop cut open at the drives, from them to K x, for `.margins()` and `.nyquist()`."""
+        step, places = _opened(self.system, self.inputs, self.period)
+        axis = self.system.inputs.of(places)
+        return StateSpace(
+            step.A, step.B[:, places], self.K, None, self.system.states, axis, axis, self.period, f"{self.name}_loop"
+        )
+
     def gains(self) -> dict[str, object]:
         """Return what `symdyn simulate --feedback` reads."""
         one = self.system
-        names = [*map(str, one.scene.drives), *(letter.name for letter in one.scene.inputs)]
         point = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
         point |= dict(zip(one.scene.velocities, one.point.u.tolist(), strict=True))
-        held = np.concatenate([one.point.tau, one.point.inputs]) - (one.feeding or 0.0)
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),
             "inputs": list(self.inputs),
             "x0": point,
-            "u0": {name: float(held[names.index(name)]) for name in self.inputs},
+            "u0": held(one, self.inputs),
         }
         return found if self.period is None else found | {"period": self.period}
+
+    def feedback(self) -> Feedback:
+        """Return it as a controller of a run, u = u0 - K (x - x0)."""
+        from symdyn.simulation import read_feedback
+
+        return read_feedback(self.system.scene, self.gains())
 
     def text(self) -> str:
         """Return the gains as JSON text, a row of K a line."""
@@ -241,13 +128,20 @@ class Regulator:
         parts = [f"{-x:+.6g} {name}" for x, name in zip(row, self.system.states.names, strict=True) if abs(x) > 1e-12]
         return " ".join(parts).replace("+", "+ ").replace("-", "- ").replace("e- ", "e-").replace("e+ ", "e+") or "0"
 
+    def tables(self) -> list[Table[str | float]]:
+        """Return K with its names."""
+        return [Table.matrix("K", self.inputs, self.system.states.names, self.K.tolist())]
+
+    def _figure(self) -> FilledFigure:
+        return _before_and_after(self.system, self.poles, self.period, "closed loop")
+
     def as_json(self) -> dict[str, object]:
         """Return it for JSON, poles and notes beside the gains."""
         return self.gains() | {"poles": pairs_of(self.poles), "notes": list(self.notes)}
 
 
-@dataclass(frozen=True)
-class Observer:
+@dataclass(frozen=True, eq=False)
+class Observer(Plotted):
     """The gain of a Kalman filter, L, shape (nx, ny), and the poles of A - L C; of a sampled one of Φ - L C."""
 
     system: Linearization
@@ -255,6 +149,22 @@ class Observer:
     poles: Complexes
     period: float | None = None
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        outputs = ", ".join(self.system.outputs.names)
+        return f"<Observer of {self.name} from {outputs}{_when(self.period)}; poles: {poles_in_words(self.poles)}>"
+
+    @property
+    def name(self) -> str:
+        """What it is of."""
+        return self.system.name
+
+    def tables(self) -> list[Table[str | float]]:
+        """Return L with its names."""
+        return [Table.matrix("L", self.system.states.names, self.system.outputs.names, self.L.tolist())]
+
+    def _figure(self) -> FilledFigure:
+        return _before_and_after(self.system, self.poles, self.period, "filter")
 
     def as_json(self) -> dict[str, object]:
         """Return it for JSON."""
@@ -264,70 +174,194 @@ class Observer:
         }  # fmt: skip
 
 
-def lqr(
-    one: Linearization, Q: Weights | None = None, R: Weights | None = None, period: float | None = None
-) -> Regulator:
-    """Return the linear quadratic regulator of a system.
+class Compensator(StateSpace):
+    """A regulator that acts on what a filter tells of the state: a linear system from r - y, of outputs, to drives.
 
-    Args:
-        one: the system.
-        Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite; 1 each without.
-        R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
-        period: seconds between samples, for gains of a sampled controller.
-
-    Raises:
-        LinearizeError: with every fault: a name that is not known, a weight that is none; a mode that is weighed,
-            does not decay, and that no input moves.
+    Attributes:
+        regulator, observer: what it is made of.
     """
+
+    regulator: Regulator
+    observer: Observer
+
+    def __init__(self, regulator: Regulator, observer: Observer) -> None:
+        """Put both together; they are of one system and one period."""
+        one, K, L = regulator.system, regulator.K, observer.L
+        step, places = _opened(one, regulator.inputs, regulator.period)
+        names = tuple(f"{name}_estimate" for name in one.states.names)
+        A = step.A - step.B[:, places] @ K - L @ one.C + L @ one.D[:, places] @ K
+        D = np.zeros((len(K), len(one.C)))
+        super().__init__(
+            A, -L, -K, D, Axis(names, one.states.units), one.outputs, one.inputs.of(places), regulator.period,
+            f"{one.name}_lqg",
+        )  # fmt: skip
+        object.__setattr__(self, "regulator", regulator)
+        object.__setattr__(self, "observer", observer)
+
+    @property
+    def loop(self) -> StateSpace:
+        """The loop cut open at the drives, from them to what the controller takes off them, for `.margins()`."""
+        one = self.regulator.system
+        step, places = _opened(one, self.outputs.names, self.period)
+        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
+        A = np.block([[step.A, np.zeros((len(step.A),) * 2)], [-self.B @ one.C, self.A]])
+        B = np.vstack([step.B[:, places], -self.B @ one.D[:, places]])
+        C = np.hstack([np.zeros((len(places), len(step.A))), -self.C])
+        return StateSpace(A, B, C, None, states, self.outputs, self.outputs, self.period, f"{one.name}_loop")
+
+    @property
+    def closed_loop(self) -> StateSpace:
+        """The mechanism with this feedback, from all its inputs, which are added to it, to its outputs."""
+        one = self.regulator.system
+        step, places = _opened(one, self.outputs.names, self.period)
+        by, through = step.B[:, places] @ self.C, one.D[:, places] @ self.C
+        L = self.observer.L
+        states = Axis((*one.states.names, *self.states.names), (*one.states.units, *self.states.units))
+        return StateSpace(
+            np.block([[step.A, by], [L @ one.C, self.A + L @ through]]), np.vstack([step.B, L @ one.D]),
+            np.hstack([one.C, through]), one.D, states, one.inputs, one.outputs, self.period, f"{one.name}_closed",
+        )  # fmt: skip
+
+    def feedback(self) -> Feedback:
+        """Return it as a controller of a run, about the point: it adds to the drives there, given the outputs there."""
+        from symdyn.simulation import linear_law
+
+        one = self.regulator.system
+        return linear_law(
+            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
+            y0=dict(zip(one.outputs.names, one.point.outputs.tolist(), strict=True)),
+            u0=held(one, self.outputs.names), states=self.states.names,
+        )  # fmt: skip
+
+
+def held(one: Linearization, inputs: Sequence[str]) -> dict[str, float]:
+    """Return what inputs have at the point beside formulas that feed back."""
+    names = [*map(str, one.scene.drives), *(letter.name for letter in one.scene.inputs)]
+    found = np.concatenate([one.point.tau, one.point.inputs]) - (one.feeding or 0.0)
+    return {name: float(found[names.index(name)]) for name in inputs}
+
+
+def _when(period: float | None) -> str:
+    return "" if period is None else f", every {period:g} s"
+
+
+def _before_and_after(one: Linearization, poles: Complexes, period: float | None, what: str) -> FilledFigure:
+    """Return a map of the poles that were found, and of those of the system itself."""
+    return pole_map(f"{one.name}: poles", {what: poles, "mechanism": _steps(one, period).poles}, period=period)
+
+
+def _controls(one: Linearization) -> list[int]:
+    """Return the inputs that a regulator acts by: drives, or all where there is none."""
     if not one.inputs.names:
         raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or an input: [inputs.u]")
     drives = [k for k, name in enumerate(one.inputs.names) if name in one.scene.drives]
-    used = drives or list(range(len(one.inputs)))
-    inputs = one.inputs.of(used)
-    faults = Faults("")
-    heavy = weight("Q", Q, one.states, faults)
-    light = weight("R", R, inputs, faults, definite=True)
-    _close(faults)
-    A, B = _steps(one, period)
-    K, poles, notes = _gain(one.A, one.B[:, used], A, B[:, used], heavy, light, period, WORDS["lqr"], one.states.names)
+    return drives or list(range(len(one.inputs)))
+
+
+def _regulator(one: Linearization, used: list[int], K: Array, poles: Complexes, period: float | None,
+               notes: tuple[str, ...] = ()) -> Regulator:  # fmt: skip
+    """Return gains with what is said of them at the point."""
     if one.feeding:
-        notes = (*notes, FEEDING)
+        formulas = f"the formulas of {argument('forces')} depend on the state"
+        notes = (*notes, f"{formulas}: gains act beside them, give them to simulate, too")
     if one.kind == "moving":
         notes = (*notes, MOVING)
     if one.spin.any():
         notes = (*notes, SPINNING)
-    return Regulator(one, inputs.names, K, poles, period, notes)
+    return Regulator(one, one.inputs.of(used).names, K, poles, period, notes)
+
+
+def lqr(
+    one: Linearization, Q: Weights | None = None, R: Weights | None = None, period: float | None = None
+) -> Regulator:
+    """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
+    used, faults = _controls(one), Faults("")
+    heavy = weight("Q", Q, one.states, faults)
+    light = weight("R", R, one.inputs.of(used), faults, definite=True)
+    faults.close(LinearizeError)
+    step = _steps(one, period)
+    K, poles, notes = _gain(
+        one.A, one.B[:, used], step.A, step.B[:, used], heavy, light, period, WORDS["lqr"], one.states.names
+    )
+    return _regulator(one, used, K, poles, period, notes)
+
+
+def place(one: Linearization, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
+    """Return the regulator that gives the closed loop its poles; arguments and errors as of the method of a system."""
+    from scipy.signal import place_poles  # late: it takes long to load
+
+    used, names = _controls(one), one.states.names
+    wanted, step = _wanted(poles, names), _steps(one, period)
+    scale = balance(one.A)
+    A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]
+    size, beside = float(np.linalg.norm(A, 2)) or 1.0, staircase(A, B)[1]
+    if beside.shape[1]:
+        stuck = spectrum(beside.T @ A @ beside, size).values[0]
+        raise LinearizeError(
+            f"poles: no input moves the mode {shown(stuck)}, of {_named(beside, names)}; it stays there"
+        )
+    most = int(np.linalg.matrix_rank(B))
+    often = [value for value in wanted if np.count_nonzero(wanted == value) > most]
+    if often:
+        raise LinearizeError(
+            f"poles: {shown(often[0])} is asked for more than {most} times, which is what drives can do"
+        )
+    A, B = step.A * scale[None, :] / scale[:, None], step.B[:, used] / scale[:, None]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the most robust gains were not reached; these are looked at below
+            K = np.asarray(place_poles(A, B, wanted).gain_matrix, dtype=np.float64)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise LinearizeError(f"poles: cannot be placed: {error}") from None
+    found = np.linalg.eigvals(A - B @ K).astype(np.complex128)
+    apart = max(float(np.abs(found - value).min()) for value in wanted)
+    if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
+        raise LinearizeError("poles: cannot be placed to six digits: a mode is next to one that no input moves")
+    return _regulator(one, used, K / scale[None, :], found[np.argsort(-found.real, kind="stable")], period)
+
+
+PLACED = 1e-6
+"""Distance of poles from those that were asked for, over the largest, that is rounding."""
+
+
+def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:
+    """Return poles as they are asked for."""
+    try:
+        found = np.asarray(poles, dtype=np.complex128)
+    except (TypeError, ValueError, OverflowError):
+        found = np.zeros(0, dtype=np.complex128)
+    if found.shape != (len(names),) or not np.isfinite(found).all():
+        raise LinearizeError(f"poles: give {len(names)} finite numbers, one for each of {', '.join(names)}")
+    for value in found:
+        if np.count_nonzero(found == value) != np.count_nonzero(found == value.conjugate()):
+            raise LinearizeError(f"poles: {value:g} comes without its conjugate {value.conjugate():g}; give both")
+    return found
 
 
 def kalman(
     one: Linearization, W: Weights | None = None, V: Weights | None = None, period: float | None = None
 ) -> Observer:
-    """Return the gain of the Kalman filter of a system, a predictor where it is sampled.
-
-    Args:
-        one: the system.
-        W: variances of what disturbs the rates of states by name, or inputs, by which they come in; others 0; or a
-            matrix, shape (nx, nx); 1 for each input, or each state where there is no input, without.
-        V: variances of outputs by name, which must be above zero, or a matrix, shape (ny, ny); 1 each without.
-        period: seconds between samples.
-
-    Raises:
-        LinearizeError: with every fault, as of `lqr`: a mode that does not decay and that no output shows.
-    """
+    """Return the gain of the Kalman filter of a system; arguments and errors as of its method."""
     faults = Faults("")
-    A, B = _steps(one, period)
-    disturbed = _disturbed(W, one, B, faults)
+    if not one.outputs.names:
+        raise LinearizeError(f"{one.name}: nothing is measured; give outputs to linearize")
+    step = _steps(one, period)
+    disturbed = _disturbed(W, one, step.B, faults)
     noise = weight("V", V, one.outputs, faults, definite=True)
-    _close(faults)
-    K, poles, notes = _gain(one.A.T, one.C.T, A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names)
+    faults.close(LinearizeError)
+    K, poles, notes = _gain(
+        one.A.T, one.C.T, step.A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names
+    )
     return Observer(one, K.T, poles, period, notes)
 
 
-def _steps(one: Linearization, period: float | None) -> tuple[Array, Array]:
-    if period is None:
-        return one.A, one.B
-    found = sampled(one, period)
-    return found.A, found.B
+def _opened(one: Linearization, inputs: Sequence[str], period: float | None) -> tuple[StateSpace, list[int]]:
+    """Return the open loop, sampled if there is a period, and the places of inputs."""
+    return _steps(one, period), [one.inputs.names.index(name) for name in inputs]
+
+
+def _steps(one: StateSpace, period: float | None) -> StateSpace:
+    return one if period is None else one.discretize(period)
 
 
 def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) -> Array:
@@ -412,7 +446,3 @@ def _named(space: Array, names: tuple[str, ...]) -> str:
     """Return the names of the states that take part in a space of balanced states."""
     share = np.linalg.norm(space, axis=1)
     return ", ".join(name for name, x in zip(names, share, strict=True) if x > 0.1 * share.max(initial=0.0))
-
-
-def _close(faults: Faults) -> None:
-    faults.close(LinearizeError)

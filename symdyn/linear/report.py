@@ -14,7 +14,6 @@ import numpy as np
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
 from symdyn.linear.modes import Mode
-from symdyn.linear.regulator import Axis
 from symdyn.rounding import in_digits, requested_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
@@ -23,6 +22,7 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
+    from symdyn.linear.state_space import Axis, StateSpace
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""
@@ -84,7 +84,7 @@ def number(x: float, size: float = 0.0) -> str:
 
 def text(system: Linearization, formulas: Symbolic | None = None) -> str:
     """Return a system as text: where, states, matrices, modes, stability."""
-    lines = [f"{system.scene.name}, linearised {system.manner}", f"  {where(system)}"]
+    lines = [f"{system.scene.name}, linearised {system.manner}", f"  {where_in_words(system)}"]
     lines += [f"  {note}" for note in system.notes]
     for letter, axis in (("x", system.states), ("w", system.inputs), ("y", system.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
@@ -140,7 +140,7 @@ def _named(axis: Axis) -> list[str]:
     return [f"{name} [{unit}]" if unit else name for name, unit in zip(axis.names, axis.units, strict=True)]
 
 
-def where(system: Linearization) -> str:
+def where_in_words(system: Linearization) -> str:
     """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
     scene, point = system.scene, system.point
 
@@ -173,7 +173,12 @@ def _modes(system: Linearization) -> list[str]:
     if not system.modes:
         return ["all eigenvalues are zero"]
     rows = [
-        (eigenvalue(one, system), number(one.frequency), number(one.damping, 1.0), shape(one, system))
+        (
+            eigenvalue(one, 1e3 * system.spectrum.size),
+            number(one.frequency),
+            number(one.damping, 1.0),
+            shape(one, system),
+        )
         for one in system.modes
     ]
     return Table(HEAD, rows).lines()
@@ -183,16 +188,16 @@ HEAD = ("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape")
 """What is told of a mode, wherever one is told."""
 
 
-def eigenvalue(mode: Mode, system: Linearization) -> str:
-    """Return an eigenvalue in print, ± where it is a pair."""
-    size = 1e3 * system.spectrum.size
+def eigenvalue(mode: Mode, size: float) -> str:
+    """Return an eigenvalue in print, ± where it is a pair; what is nothing beside `size` is 0."""
     real = number(mode.value.real, size)
     return f"{real} ± {number(mode.value.imag, size)} i" if mode.oscillates else real
 
 
-def shape(mode: Mode, system: Linearization) -> str:
-    """Return how the positions move in a mode, phases in degrees; the velocities where no position does."""
-    p = system.positions if np.abs(mode.shape[: system.positions]).max(initial=0.0) > NOTHING else 0
+def shape(mode: Mode, system: StateSpace) -> str:
+    """Return how the positions move in a mode, phases in degrees; the velocities, or states, where no position does."""
+    count: int = getattr(system, "positions", 0)
+    p = count if np.abs(mode.shape[:count]).max(initial=0.0) > NOTHING else 0
     some = mode.shape[:p] if p else mode.shape
     names = system.states.names[:p] if p else system.states.names
     some = some / some[np.abs(some).argmax()]

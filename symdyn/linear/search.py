@@ -315,7 +315,7 @@ class Search:
     def eigenvalues(self, q: Array) -> Complexes:
         """Return the eigenvalues of the motion next to a place, of the stiffness where not all of it has an inertia."""
         try:
-            return self.asked.at(q, np.zeros(self.v.w.state.n), self.t).eigenvalues
+            return self.asked.at(q, np.zeros(self.v.w.state.n), self.t).poles
         except LinearizeError:
             return np.linalg.eigvals(self.near(q).K).astype(np.complex128)
 

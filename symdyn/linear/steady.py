@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import argument
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
@@ -86,7 +87,7 @@ def _passing(requested: Prepared, system: Linearization) -> str:
         if changed or not np.allclose(later.A, system.A, rtol=EQUAL, atol=EQUAL * np.abs(system.A).max(initial=0.0)):
             return (
                 f"no equilibrium at this point: at t = {later.point.t:g} s {what}, as forces or motions depend on "
-                "time; give forces that last, or --anywhere for A at this instant"
+                f"time; give forces that last, or {argument('anywhere', True)} for A at this instant"
             )
     return ""
 
@@ -105,7 +106,7 @@ def _steady(requested: Prepared, system: Linearization) -> tuple[Linearization |
         told = ", ".join(acceleration_name(system.scene.velocities[k]) for k in changed)
         return None, (
             f"no steady motion: at t = {later.point.t:.3g} s {told} would not be zero any more, as forces or motions "
-            "depend on time; give forces that last, or --anywhere for A at this instant"
+            f"depend on time; give forces that last, or {argument('anywhere', True)} for A at this instant"
         )
     M, after = (requested.place(one.point.q, one.point.u, one.point.t).M for one in (system, later))
     lasting: list[Lasting] = []
@@ -126,8 +127,8 @@ def _steady(requested: Prepared, system: Linearization) -> tuple[Linearization |
     moving = ", ".join(system.states.names[k] for k in range(system.positions) if abs(rates[k]) > STILL)
     return None, (
         f"no steady motion: A changes as {moving} move on; velocities stay, but forces depend on where it is. Take "
-        "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or --anywhere for A "
-        "at this instant"
+        "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or "
+        f"{argument('anywhere', True)} for A at this instant"
     )
 
 
@@ -296,10 +297,10 @@ def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[in
     hold = f"it is held there by {held}" if held else "give forces that hold it"
     if place is None:
         other = hold if held else "give forces or rates that balance it"
-        return f"{words}; none is near; {other}, or --anywhere for A at this instant"
-    near = ",".join(f"{name}={_rounded(x)}" for name, x in zip(scene.coordinates, place, strict=True))
+        return f"{words}; none is near; {other}, or {argument('anywhere', True)} for A at this instant"
+    near = argument("start", {name: _rounded(x) for name, x in zip(scene.coordinates, place, strict=True)})
     kept = "" if still else " and the same rates"
-    return f"{words}; the nearest {what} is at --at {near}{kept}; or {hold}, or --anywhere"
+    return f"{words}; the nearest {what} is at {near}{kept}; or {hold}, or {argument('anywhere', True)}"
 
 
 def _precession(system: Linearization, off: Sequence[int]) -> str:
@@ -334,7 +335,7 @@ def _holding(requested: Prepared, system: Linearization) -> str:
     if rank < acting.shape[1] or left > CLOSE * np.abs(missing * here.sizes).max(initial=0.0):
         return ""
     given = [(requested.scene.drives[k], _rounded(x)) for k, x in zip(drives, forces, strict=False)]
-    return " ".join(["--forces", *(f"{name}={x}" for name, x in given if x != "0")])
+    return argument("forces", {str(name): x for name, x in given if x != "0"})
 
 
 def steady_next_to(requested: Prepared, system: Linearization, q: Array | None = None) -> Linearization | None:

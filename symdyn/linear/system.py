@@ -20,16 +20,18 @@ from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import EmitError, LinearizeError
 from symdyn.linear.equilibrium import equilibria
-from symdyn.linear.evolution import Sampled, along_a_step, sampled
+from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.linearized import along, search_report
 from symdyn.linear.modes import MODE_PERIOD, Mode, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.regulator import Axis, Observer, Regulator, check_arrays, kalman, lqr, read_weights
+from symdyn.linear.regulator import Observer, Regulator
 from symdyn.linear.report import Symbolic, as_json, latex, text
+from symdyn.linear.state_space import Axis, StateSpace
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
-from symdyn.linear.transfer import Bode, bode, shown
+from symdyn.linear.transfer import shown
+from symdyn.linear.weights import check_arrays, read_weights
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.simulation import Problem, Trajectory
@@ -122,23 +124,19 @@ class System:
         """Return it for JSON, all digits."""
         return as_json(self.linearization, self.formulas)
 
-    def bode(self, hertz: str | None = None) -> Bode:
-        """Return the frequency responses; `hertz` and errors as of `bode`."""
-        return bode(self.linearization, hertz)
-
-    def sampled(self, period: float) -> tuple[Sampled, Sampled]:
-        """Return the system between samples, exactly and along a step; errors as of `sampled` and `along_a_step`."""
-        return sampled(self.linearization, period), along_a_step(self.prepared, self.linearization, period)
+    def sampled(self, period: float) -> tuple[StateSpace, StateSpace]:
+        """Return the system between samples, exactly and along a step; errors as of `discretize` and `along_a_step`."""
+        return self.linearization.discretize(period), along_a_step(self.prepared, self.linearization, period)
 
     def lqr(self, weights: Sequence[str], period: float | None = None) -> Regulator:
         """Return the regulator of weights that --lqr says; errors as of `read_weights` and `lqr`."""
         given = read_weights("--lqr", weights, ("Q", "R"))
-        return lqr(self.linearization, given.get("Q"), given.get("R"), period)
+        return self.linearization.lqr(given.get("Q"), given.get("R"), period)
 
     def kalman(self, variances: Sequence[str], period: float | None = None) -> Observer:
         """Return the gain of the filter of variances that --kalman says; errors as of `read_weights` and `kalman`."""
         given = read_weights("--kalman", variances, ("W", "V"))
-        return kalman(self.linearization, given.get("W"), given.get("V"), period)
+        return self.linearization.kalman(given.get("W"), given.get("V"), period)
 
     def animate(self, path: Path, reel: Reel, note: Callable[[str], None]) -> list[tuple[Path, Mode, str]]:
         """Write every mode as a film, and return which is where, in words too; errors as of `animate_modes`."""
@@ -186,7 +184,7 @@ def arrays(systems: Sequence[Linearization]) -> dict[str, Any]:
     """Return the arrays of a system, or of several, then with one more axis in front; times and points beside them."""
     parts: dict[str, Any] = {letter: np.array([getattr(one, letter) for one in systems]) for letter in "ABCD"}
     parts |= {name: np.array([getattr(one.point, name) for one in systems]) for name in ("t", "q", "u", "tau")}
-    parts["eigenvalues"] = np.array([one.eigenvalues for one in systems])
+    parts["eigenvalues"] = np.array([one.poles for one in systems])
     parts = {name: part[0] if len(systems) == 1 else part for name, part in parts.items()}
     for name in ("states", "inputs", "outputs"):
         axis: Axis = getattr(systems[0], name)
@@ -266,7 +264,9 @@ class SystemsFile:
             LinearizeError: systems of different states, or a file that cannot be written.
         """
         if len({(one.states, one.inputs, one.outputs) for one in systems}) != 1:
-            raise LinearizeError(f"{self.path}: these are systems of different states; write one at a time, with --at")
+            raise LinearizeError(
+                f"{self.path}: these are systems of different states; write one at a time, with --start"
+            )
         try:
             write_file(self.path, WRITERS[self.path.suffix.lower()](systems))
         except EmitError as fault:

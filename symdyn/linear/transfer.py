@@ -1,6 +1,4 @@
-"""Transfer functions G(s) = C (s - A)⁻¹ B + D, frequency responses G(iω), which modes inputs move and outputs show.
-
-There is one an input and output; responses are numbers, lines of a table, and a plot.
+"""Transfer functions G(s) = C (s - A)⁻¹ B + D, one an input and output, and which modes inputs move and outputs show.
 
     G_ik(s) = g Π(s - z) / Π(s - p)        on the states that input k reaches and output i shows
 
@@ -22,23 +20,18 @@ Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
-from symdyn.linear.locus import numbers
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
 from symdyn.rounding import in_digits
-from symdyn.table import Table
 
 if TYPE_CHECKING:
-    from symdyn.linear.linearization import Linearization
+    from symdyn.linear.state_space import StateSpace
 
 SAID, NAMED = 0.1, 4
 """Parts of a mode, of the largest, that are named, and how many at most."""
@@ -78,6 +71,10 @@ class Reach:
     order: int
     marks: tuple[Mark, ...]
 
+    def __repr__(self) -> str:
+        lost = "".join(f"; the mode {shown(one.value)} is hidden, of {', '.join(one.states)}" for one in self.hidden)
+        return f"<Reach: rank {self.rank} of {self.order}, margin {in_digits(self.margin, 2)}{lost}>"
+
     @property
     def margin(self) -> float:
         """How far the rank is from being less: the least margin of what is not hidden; 0 of a rank of zero."""
@@ -97,19 +94,8 @@ class Reach:
         return {"rank": self.rank, "order": self.order, "margin": self.margin, "modes": marks}
 
 
-def controllability(one: Linearization) -> Reach:
-    """Return what the inputs move."""
-    A, B, _, _ = balanced(one)
-    return _reach(A, B, one.states.names)
-
-
-def observability(one: Linearization) -> Reach:
-    """Return what the outputs show."""
-    A, _, C, _ = balanced(one)
-    return _reach(A.T, C.T, one.states.names)
-
-
-def _reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+def reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+    """Return what B moves of balanced states."""
     size, B = float(np.linalg.norm(A, 2)) or 1.0, alike(A, B)
     V, W = staircase(A, B)
     marks = [Mark(value, 0.0, states) for value, _, states in _least(A, B[:, :0], W, names, size)]
@@ -133,7 +119,7 @@ def _least(
     return told
 
 
-def balanced(one: Linearization) -> tuple[Array, Array, Array, Array]:
+def balanced(one: StateSpace) -> tuple[Array, Array, Array, Array]:
     """Return D⁻¹ A D, D⁻¹ B, C D and the diagonal of D."""
     scale = balance(one.A)
     return one.A * scale[None, :] / scale[:, None], one.B / scale[:, None], one.C * scale[None, :], scale
@@ -176,13 +162,18 @@ def shown(value: complex) -> str:
     return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"
 
 
+def poles_in_words(values: Iterable[complex]) -> str:
+    """Return poles or zeros as text, pairs once."""
+    return ", ".join(shown(value) for value in values if value.imag >= 0) or "none"
+
+
 NOTHING = 1e-9
 """Singular values over the size of what is balanced, a system or A, that are zero."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Transfer:
-    """How one output follows one input.
+    """How one output follows one input, in s, or in z of a sampled system.
 
     Attributes:
         output, input: their names.
@@ -195,6 +186,10 @@ class Transfer:
     zeros: Complexes
     poles: Complexes
     gain: float
+
+    def __repr__(self) -> str:
+        what = f"zeros: {poles_in_words(self.zeros)}; poles: {poles_in_words(self.poles)}"
+        return f"<Transfer {self.output} / {self.input}: gain {in_digits(self.gain, 6)}; {what}>"
 
     @property
     def numerator(self) -> Array:
@@ -219,7 +214,7 @@ class Transfer:
         }  # fmt: skip
 
 
-def transfers(one: Linearization) -> tuple[Transfer, ...]:
+def transfers(one: StateSpace) -> tuple[Transfer, ...]:
     """Return all transfer functions, output by output."""
     A, B, C, _ = balanced(one)
     return tuple(
@@ -232,23 +227,14 @@ def transfers(one: Linearization) -> tuple[Transfer, ...]:
 def _transfer(output: str, name: str, A: Array, b: Array, c: Array, d: Array) -> Transfer:
     size = float(np.linalg.norm(A, 2))
     A, b, c = minimal(A, b, c)
-    found = zeros(A, b, c, d, size)
+    found = invariant_zeros(A, b, c, d, size)
     gain, markov = float(d[0, 0]), b
     for _ in range(len(A) - len(found)):
         gain, markov = float((c @ markov)[0, 0]), A @ markov
-    return Transfer(output, name, found, eigenvalues(A, size), gain)
+    return Transfer(output, name, found, spectrum(A, size).values, gain)
 
 
-def eigenvalues(A: Array, size: float) -> Complexes:
-    """Return all eigenvalues of a matrix, pairs in full, those that grow first; zero beside `size` is zero."""
-    found = spectrum(A, size)
-    values: list[complex] = []
-    for mode in found.modes:
-        values += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
-    return np.array([*values, *[0j] * found.zeros], dtype=np.complex128)
-
-
-def zeros(A: Array, B: Array, C: Array, D: Array, size: float) -> Complexes:
+def invariant_zeros(A: Array, B: Array, C: Array, D: Array, size: float) -> Complexes:
     """Return the invariant zeros of a system of balanced states, 1/s: where inputs move states and outputs rest.
 
     Of several inputs and outputs those of all together; none where the outputs can follow everything. `size` is that of
@@ -261,7 +247,7 @@ def zeros(A: Array, B: Array, C: Array, D: Array, size: float) -> Complexes:
     if not len(a):
         return np.zeros(0, dtype=np.complex128)
     turn = np.linalg.svd(np.hstack([c, d]))[2][len(c) :].T if len(c) else np.eye(len(a))
-    return eigenvalues(np.linalg.solve(turn[: len(a)], np.hstack([a, b]) @ turn), size)
+    return spectrum(np.linalg.solve(turn[: len(a)], np.hstack([a, b]) @ turn), size).values
 
 
 def _compressed(A: Array, B: Array, C: Array, D: Array, nothing: float) -> tuple[Array, Array, Array, Array]:
@@ -282,129 +268,3 @@ def _compressed(A: Array, B: Array, C: Array, D: Array, nothing: float) -> tuple
         keep = len(A) - seen
         C, D = np.vstack([upper[:, :keep], A[keep:, :keep]]), np.vstack([through, B[keep:]])
         A, B = A[:keep, :keep], B[:keep]
-
-
-POINTS = 200
-"""Frequencies of a range that nobody gives."""
-
-MOST_CURVES = 12
-"""Curves of a plot; further ones are left out, and the title says so."""
-
-
-@dataclass(frozen=True)
-class Bode:
-    """Responses of all outputs to all inputs.
-
-    Attributes:
-        hertz: frequencies, Hz, shape (N,).
-        inputs, outputs: names, w and y of them.
-        response: G(2π i f), shape (N, y, w); infinite where the frequency is that of an undamped mode.
-    """
-
-    hertz: Array
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    response: Complexes
-
-    @property
-    def decibels(self) -> Array:
-        """20 log10 |G|, shape (N, y, w); of units that outputs have over inputs."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(20 * np.log10(np.abs(self.response)))
-
-    @property
-    def degrees(self) -> Array:
-        """Phases without jumps along the frequencies, degrees, shape (N, y, w); begins within -180 … 180."""
-        whole = np.where(np.isfinite(self.response), self.response, 1.0)
-        return np.asarray(np.degrees(np.unwrap(np.angle(whole), axis=0)))
-
-    @property
-    def pairs(self) -> list[tuple[str, Array, Array]]:
-        """Title, decibels and degrees of each output and input, those that do not follow left out."""
-        return [
-            (f"{output} / {name}", self.decibels[:, i, k], self.degrees[:, i, k])
-            for i, output in enumerate(self.outputs)
-            for k, name in enumerate(self.inputs)
-            if np.any(self.response[:, i, k])
-        ]
-
-    def table(self) -> Table[str | float]:
-        """Return a row a frequency: that in Hz, then decibels and degrees of each pair."""
-        head = ["frequency_Hz"]
-        columns = [self.hertz]
-        for title, size, phase in self.pairs:
-            head += [f"{title} dB", f"{title} deg"]
-            columns += [size, phase]
-        return Table(head, np.stack(columns, axis=1).tolist(), range(len(head)))
-
-    def plot(self, title: str, kind: str) -> bytes:
-        """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""
-
-        def fill(figure: Any) -> None:
-            above, below = figure.subplots(2, 1, sharex=True)
-            for name, size, phase in self.pairs[:MOST_CURVES]:
-                above.semilogx(self.hertz, size, label=name, linewidth=1.0)
-                below.semilogx(self.hertz, phase, linewidth=1.0)
-            more = len(self.pairs) - MOST_CURVES
-            above.set_title("size, dB" + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
-            below.set_title("phase, degrees", loc="left", fontsize=9)
-            above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
-            for axis in (above, below):
-                axis.grid(alpha=0.3, which="both")
-            below.yaxis.set_major_locator(_quarters())
-            below.set_xlabel("frequency, Hz")
-
-        return FilledFigure(title, (8.0, 5.0), fill).picture(kind)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it for JSON; what is not finite is None."""
-        channels = [
-            {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in self.pairs
-        ]
-        return {"hertz": self.hertz.tolist(), "channels": channels}
-
-
-def _finite(values: Array) -> list[float | None]:
-    return [float(x) if math.isfinite(x) else None for x in values]
-
-
-def bode(one: Linearization, hertz: Sequence[float] | Array | str | None = None) -> Bode:
-    """Return the frequency responses of a system.
-
-    Args:
-        one: the system.
-        hertz: frequencies, Hz, above zero, or a range of them, "geomspace(0.1,10,200)"; without it 200, from a decade
-            below its slowest mode to one above its fastest.
-
-    Raises:
-        LinearizeError: there is no input, or a frequency is none.
-    """
-    if not one.inputs.names:
-        raise LinearizeError(
-            f"{one.scene.name}: nothing drives it, and a frequency response is that to an input; declare a drive, or "
-            'name an input: --forces "NAME=w"'
-        )
-    hertz = numbers(hertz, "--hertz") if isinstance(hertz, str) else hertz
-    given = _usual(one) if hertz is None else np.asarray(hertz, dtype=np.float64)
-    if given.ndim != 1 or not len(given) or not np.isfinite(given).all() or np.any(given <= 0):
-        raise LinearizeError("frequencies must be finite and above zero, in Hz")
-    found = np.empty((len(given), *one.D.shape), dtype=np.complex128)
-    for k, f in enumerate(given):
-        pencil = 2j * math.pi * f * np.eye(len(one.A)) - one.A
-        try:
-            found[k] = one.C @ np.linalg.solve(pencil, one.B.astype(np.complex128)) + one.D
-        except np.linalg.LinAlgError:
-            found[k] = math.inf
-    return Bode(given, one.inputs.names, one.outputs.names, found)
-
-
-def _usual(one: Linearization) -> Array:
-    """Return frequencies from a decade below the slowest mode to a decade above the fastest, Hz."""
-    sizes = [abs(mode.value) / (2 * math.pi) for mode in one.modes] or [1.0]
-    return np.asarray(np.geomspace(min(sizes) / 10, max(sizes) * 10, POINTS))
-
-
-def _quarters() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10])

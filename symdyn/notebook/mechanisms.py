@@ -20,8 +20,9 @@ from symdyn.emit.print import (
     value_text,
 )
 from symdyn.errors import SymdynError
+from symdyn.extras import EXTRAS, install
 from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.linear import Linearization
+from symdyn.linear import Linearization, Plotted
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
 from symdyn.program import Program
 from symdyn.runtime import Loaded, NumericFunction
@@ -211,9 +212,9 @@ def linearization(system: Linearization) -> list[Markup]:
     return [
         head(system.scene.name, f"linearised {system.manner}"),
         verdict(told.verdict != "unstable", told.words),
-        note(system.place),
+        note(system.where),
         beside(*matrices),
-        shown(system.mode_table()),
+        shown(system.damp()),
         *(note(line) for line in told.lines),
         *notes(system.notes),
     ]
@@ -222,6 +223,16 @@ def linearization(system: Linearization) -> list[Markup]:
 def latex_of_linearization(system: Linearization) -> str:
     """Return the linear system in LaTeX."""
     return system.latex()
+
+
+def linear_answer(result: Plotted) -> list[Markup]:
+    """Return what a linear system, a regulator or a response says of itself, its plot and its tables."""
+    first, *lines = repr(result)[1:-1].split("\n")
+    if EXTRAS["plot"].there:
+        plot = picture(result.picture("svg"), "svg", f"plot of {first}", dark=False)
+    else:
+        plot = note(f"plots need matplotlib: {install('plot')}")
+    return [head(first), *map(note, lines), plot, beside(*map(shown, result.tables()))]
 
 
 def sensitivity(result: Sensitivity) -> list[Markup]:

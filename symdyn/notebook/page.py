@@ -152,6 +152,7 @@ NOUNS = {
     "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",
     "symdyn.identification.excitation:Excitation": "runs:excitation",
     "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
+    "symdyn.linear.plots:Plotted": "mechanisms:linear_answer",
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
     "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",

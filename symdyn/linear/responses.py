@@ -1,0 +1,365 @@
+"""How outputs follow inputs: over frequency, G(iω) = C (iω - A)⁻¹ B + D, and over time, after a step or an impulse.
+
+From sample to sample G is at e^{iωT}, up to ω = π/T. A response over time is exact at its times: the input is constant
+between them, so x goes on by Φ and Γ of the matrix exponential. Where nothing is asked, frequencies and times are those
+of the system's own modes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.arguments import argument, check_arguments, native
+from symdyn.draw import FilledFigure
+from symdyn.errors import LinearizeError
+from symdyn.linear.locus import RootLocus, numbers, root_locus
+from symdyn.linear.modes import SIDEWAYS, Complexes
+from symdyn.linear.plots import Plotted, bode, courses, nyquist
+from symdyn.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from symdyn.linear.state_space import Axis, StateSpace
+
+POINTS, CLOSE = 200, 2000
+"""Frequencies that nobody gives, of a Bode and of a Nyquist plot."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse(Plotted):
+    """Responses of all outputs to all inputs over frequency.
+
+    Attributes:
+        omega, hertz: frequencies, rad/s and Hz, shape (N,).
+        inputs, outputs: names, w and y of them.
+        response: G, shape (N, y, w), units of outputs over those of inputs; infinite at an undamped mode.
+        name: what it is of.
+        kind: what `plot` draws.
+    """
+
+    omega: Array
+    hertz: Array
+    inputs: Axis
+    outputs: Axis
+    response: Complexes
+    name: str = ""
+    kind: Literal["bode", "nyquist"] = "bode"
+
+    def __repr__(self) -> str:
+        span = f"{self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s, {len(self.omega)} frequencies"
+        return f"<FrequencyResponse of {self.name}: {_channels(self.inputs, self.outputs)}, {span}>"
+
+    @property
+    def decibels(self) -> Array:
+        """20 log10 |G|, shape (N, y, w); of units that outputs have over inputs."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(20 * np.log10(np.abs(self.response)))
+
+    @property
+    def degrees(self) -> Array:
+        """Phases without jumps along the frequencies, degrees, shape (N, y, w); begins within -180 … 180."""
+        whole = np.where(np.isfinite(self.response), self.response, 1.0)
+        return np.asarray(np.degrees(np.unwrap(np.angle(whole), axis=0)))
+
+    @property
+    def pairs(self) -> list[tuple[str, Array, Array]]:
+        """Title, decibels and degrees of each output and input, those that do not follow left out."""
+        return [
+            (f"{output} / {name}", self.decibels[:, i, k], self.degrees[:, i, k])
+            for i, output in enumerate(self.outputs.names)
+            for k, name in enumerate(self.inputs.names)
+            if np.any(self.response[:, i, k])
+        ]
+
+    def table(self) -> Table[str | float]:
+        """Return a row a frequency: that in Hz, then decibels and degrees of each pair."""
+        head = ["frequency_Hz"]
+        columns = [self.hertz]
+        for title, size, phase in self.pairs:
+            head += [f"{title} dB", f"{title} deg"]
+            columns += [size, phase]
+        return Table(head, np.stack(columns, axis=1).tolist(), range(len(head)))
+
+    def plot(self, hertz: bool = False) -> Figure:
+        """Return the Bode plot, over rad/s or Hz, or the Nyquist plot where that was asked for, of matplotlib."""
+        check_arguments(FrequencyResponse.plot, locals(), LinearizeError)
+        return (bode(self, bool(hertz)) if self.kind == "bode" else nyquist(self)).figure(2 * self.response.size)
+
+    def _figure(self) -> FilledFigure:
+        return bode(self, hertz=True) if self.kind == "bode" else nyquist(self)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON; what is not finite is None."""
+        channels = [
+            {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in self.pairs
+        ]
+        return {"hertz": self.hertz.tolist(), "channels": channels}
+
+
+def _finite(values: Array) -> list[float | None]:
+    return [float(x) if math.isfinite(x) else None for x in values]
+
+
+def _channels(inputs: Axis, outputs: Axis) -> str:
+    return f"{', '.join(inputs.names)} to {', '.join(outputs.names)}"
+
+
+def frequency_response(
+    one: StateSpace,
+    omega: Sequence[float] | Array | None = None,
+    hertz: Sequence[float] | Array | str | None = None,
+    points: int = POINTS,
+    kind: Literal["bode", "nyquist"] = "bode",
+) -> FrequencyResponse:
+    """Return the frequency responses of a system; arguments and errors as of its method `bode`."""
+    _check_driven(one, "a frequency response")
+    if omega is not None and hertz is not None:
+        raise LinearizeError("omega, hertz: give one of them")
+    if omega is not None:
+        w = _frequencies(omega, "omega", "rad/s", one.period)
+        f = w / (2 * math.pi)
+    else:
+        said = numbers(hertz, argument("hertz")) if isinstance(hertz, str) else hertz
+        f = usual_frequencies(one, points) if said is None else _frequencies(said, "hertz", "Hz", one.period)
+        w = 2 * math.pi * f
+    found = np.array([response_at(one, x) for x in w])
+    return FrequencyResponse(w, f, one.inputs, one.outputs, found, one.name, kind)
+
+
+def _check_driven(one: StateSpace, what: str) -> None:
+    if not one.inputs.names:
+        raise LinearizeError(
+            f"{one.name}: nothing drives it, and {what} is that to an input; declare a drive, or an input: [inputs.u]"
+        )
+
+
+def _frequencies(given: Sequence[float] | Array, what: str, unit: str, period: float | None) -> Array:
+    try:
+        found = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = np.zeros(0)
+    if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or np.any(found <= 0):
+        raise LinearizeError(f"{what}: frequencies must be finite and above zero, in {unit}")
+    most = math.inf if period is None else (math.pi if what == "omega" else 0.5) / period
+    if found.max() > most * (1 + 1e-9):
+        raise LinearizeError(f"{what}: {found.max():g} {unit} is beyond half the rate of samples, {most:g} {unit}")
+    return found
+
+
+def response_at(one: StateSpace, omega: float) -> Complexes:
+    """Return G at a frequency, rad/s, shape (y, w); infinite at an undamped mode."""
+    s = 1j * omega if one.period is None else np.exp(1j * omega * one.period)
+    try:
+        moved = np.linalg.solve(s * np.eye(len(one.A)) - one.A, one.B.astype(np.complex128))
+    except np.linalg.LinAlgError:
+        return np.full(one.D.shape, complex(math.inf))
+    return np.asarray(one.C @ moved + one.D)
+
+
+def usual_frequencies(one: StateSpace, points: int) -> Array:
+    """Return frequencies from a decade below the slowest mode to one above the fastest, Hz, as far as samples go."""
+    sizes = [one.frequency for one in one.modes if one.frequency > 0 and math.isfinite(one.frequency)] or [1.0]
+    low, high = min(sizes) / 10, max(sizes) * 10
+    if one.period is not None:
+        high = 0.5 / one.period
+        low = min(low, high / 100)
+    return np.asarray(np.geomspace(low, high, points))
+
+
+LONGEST = 1_000_000
+"""Times of a response at most."""
+
+USUAL, ROUND, MOST = 500, 20, 20_000
+"""Times of a response that nobody gives: at least, of one round of what oscillates, at most."""
+
+SETTLED, GROWN, ROUNDS = 7.0, 100.0, 10.0
+"""Time constants after which a mode has settled, how far one grows that is shown, and rounds of what does not decay."""
+
+RISES, SETTLES = (0.1, 0.9), 0.02
+"""Parts of the final value between which a response rises, and within which of it it has settled."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimeResponse(Plotted):
+    """Responses of all outputs to all inputs over time.
+
+    Attributes:
+        t: s, shape (N,).
+        values: shape (N, y, w); an output to a unit of an input.
+        inputs, outputs: names.
+        final: where they end, shape (y, w), of a system that is stable; None of another.
+        kind: "step" or "impulse".
+        period: seconds between samples; None is none.
+        name: what it is of.
+    """
+
+    t: Array
+    values: Array
+    inputs: Axis
+    outputs: Axis
+    final: Array | None
+    kind: Literal["step", "impulse"]
+    period: float | None = None
+    name: str = ""
+
+    def __repr__(self) -> str:
+        span = f"t = 0 to {self.t[-1]:.4g} s, {len(self.t)} times"
+        return f"<TimeResponse of {self.name} to a unit {self.kind}: {_channels(self.inputs, self.outputs)}, {span}>"
+
+    def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
+        """Return what is said of a step response: times in s, overshoot and undershoot in % of the final value.
+
+        It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of a system that is
+        not stable the last value stands for the final one. What never happens is nan.
+
+        Raises:
+            LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
+        """
+        check_arguments(TimeResponse.info, locals(), LinearizeError)
+        if self.kind != "step":
+            raise LinearizeError("info: is of a step response, and this is one of an impulse")
+        i = self.outputs.place(output, "output")
+        k = self.inputs.place(input, "input")
+        y = self.values[:, i, k]
+        final = float(y[-1] if self.final is None else self.final[i, k])
+        part = y / final if final else np.full(len(y), math.nan)
+        begun, risen = (self._first(part, level) for level in RISES)
+        away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))
+        last = int(away[-1]) if len(away) else -1
+        edge = 1 + math.copysign(SETTLES, part[last] - 1)
+        settled = math.nan if last == len(y) - 1 else 0.0 if last < 0 else self._crossing(part, last, edge)
+        top = int(np.abs(y).argmax())
+        return {
+            "rise_time": risen - begun,
+            "settling_time": settled,
+            "overshoot": 100 * max(0.0, float(part.max()) - 1),
+            "undershoot": 100 * max(0.0, -float(part.min())),
+            "peak": float(abs(y[top])),
+            "peak_time": float(self.t[top]),
+            "final": final,
+        }
+
+    def _first(self, part: Array, level: float) -> float:
+        """Return when a response first reaches a part of its final value."""
+        beyond = np.flatnonzero(part >= level)
+        if not len(beyond):
+            return math.nan
+        return self._crossing(part, int(beyond[0]) - 1, level) if beyond[0] else 0.0
+
+    def _crossing(self, part: Array, k: int, level: float) -> float:
+        """Return when a response is at a level between two times; of samples the later one."""
+        if self.period is not None:
+            return float(self.t[k + 1])
+        share = (level - part[k]) / (part[k + 1] - part[k])
+        return float(self.t[k] + share * (self.t[k + 1] - self.t[k]))
+
+    def table(self) -> Table[str | float]:
+        """Return a row a time: that in s, then each output to each input."""
+        head = ["t", *(f"{output} / {name}" for output in self.outputs.names for name in self.inputs.names)]
+        rows = np.column_stack([self.t, self.values.reshape(len(self.t), -1)])
+        return Table(head, rows.tolist(), range(len(head)))
+
+    def _figure(self) -> FilledFigure:
+        return courses(self)
+
+
+def time_response(
+    one: StateSpace, kind: Literal["step", "impulse"], until: float | None, points: int | None
+) -> TimeResponse:
+    """Return the responses of a system over time; arguments and errors as of its methods `step` and `impulse`."""
+    _check_driven(one, "a response")
+    (until,), (points,) = native(float, until), native(int, points)
+    if until is not None and not (math.isfinite(until) and until > 0):
+        raise LinearizeError(f"until = {until:g}: give a time above zero, s")
+    end = _usual_end(one) if until is None else until
+    count = (_usual_count(one, end) if points is None else points) if one.period is None else int(end / one.period) + 1
+    if not 2 <= count <= LONGEST:
+        raise LinearizeError(f"points, until: {count} times; give 2 to {LONGEST} of them")
+    try:
+        step = one.discretize(end / (count - 1)) if one.period is None else one
+    except LinearizeError as fault:
+        raise LinearizeError(f"until = {end:g} s, points = {count}: {fault}") from None
+    t: Array = np.linspace(0.0, end, count) if one.period is None else one.period * np.arange(count, dtype=np.float64)
+    if kind == "step":
+        x, w, D = np.zeros_like(one.B), np.eye(one.B.shape[1]), one.D
+    elif one.period is None:  # what D passes on is an impulse itself, and left out
+        x, w, D = one.B, np.zeros((one.B.shape[1],) * 2), 0 * one.D
+    else:
+        x, w, D = one.B / one.period, np.zeros((one.B.shape[1],) * 2), 0 * one.D
+    found = np.empty((count, *one.D.shape))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(count):
+            found[k] = one.C @ x + D
+            x = step.A @ x + step.B @ w
+    if kind == "impulse" and one.period is not None:
+        found = np.concatenate([one.D[None] / one.period, found[:-1]])
+    if not np.isfinite(found).all():
+        raise LinearizeError(f"{one.name}: it grows beyond all numbers until t = {end:g} s; give until, an earlier end")
+    return TimeResponse(t, found, one.inputs, one.outputs, _final(one, kind), kind, one.period, one.name)
+
+
+def _final(one: StateSpace, kind: str) -> Array | None:
+    """Return where responses end, None where the system is not stable."""
+    if not one.stable:
+        return None
+    if kind == "impulse":
+        return np.zeros_like(one.D)
+    pencil = (0.0 if one.period is None else 1.0) * np.eye(len(one.A)) - one.A
+    return np.asarray(one.C @ np.linalg.solve(pencil, one.B) + one.D)
+
+
+def _usual_end(one: StateSpace) -> float:
+    """Return when the slowest mode has settled, or the fastest has grown, s."""
+    values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
+    size = max(map(abs, values), default=0.0)
+    growing = [value.real for value in values if value.real > SIDEWAYS * size]
+    if growing:
+        end = math.log(GROWN) / max(growing)
+    else:
+        still = [ROUNDS * 2 * math.pi / abs(value) for value in values if value.real >= -SIDEWAYS * size]
+        end = max(
+            [*still, *(-SETTLED / value.real for value in values if value.real < -SIDEWAYS * size)], default=ROUNDS
+        )
+    return end if one.period is None else max(end, ROUNDS * one.period)
+
+
+def _usual_count(one: StateSpace, end: float) -> int:
+    """Return how many times show what oscillates."""
+    fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
+    return min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))
+
+
+GAINS, DECADES = 300, 8
+"""Gains of a root locus that nobody gives, and how many decades of them at most."""
+
+
+def locus_over_gain(one: StateSpace, gains: Sequence[float] | Array | None) -> RootLocus:
+    """Return the root locus of a loop over its gain; arguments and errors as of the method `root_locus`."""
+    if one.period is not None:
+        raise LinearizeError(f"{one.name}: a root locus is of a system without a period; ask before discretize")
+    d = float(one.D[0, 0])
+
+    def closed(k: float) -> StateSpace:
+        if abs(1 + k * d) <= 1e-12:
+            raise LinearizeError(f"gains: at {k:g} the loop has no answer, 1 + k D = 0; leave it out")
+        return replace(one, A=one.A - k / (1 + k * d) * one.B @ one.C)
+
+    values = _usual_gains(one) if gains is None else gains
+    return root_locus("k", values, closed, one.name, one.zeros)
+
+
+def _usual_gains(one: StateSpace) -> Array:
+    """Return 0 and gains at which |k G| is about 1 at the frequencies of the modes, and a decade beyond."""
+    sizes = np.abs([response_at(one, 2 * math.pi * f)[0, 0] for f in usual_frequencies(one, POINTS)])
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+    if not len(sizes):
+        raise LinearizeError(f"{one.name}: {one.outputs.names[0]} does not follow {one.inputs.names[0]}")
+    low = 0.1 / sizes.max()
+    return np.array([0.0, *np.geomspace(low, min(10 / sizes.min(), low * 10.0**DECADES), GAINS)])

@@ -1,0 +1,445 @@
+"""Linear systems of A, B, C, D with names and units, all the time or from sample to sample, and what each answers.
+
+    ẋ = A x + B w           x(t + T) = A x(t) + B w(t), w held between samples, where there is a period T
+    y = C x + D w
+
+A mechanism next to a point, a closed loop, a controller and a sampled system answer the same questions by the same
+names. What is asked of one input and output takes their names, which may be left out where there is one alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra import Array
+from symdyn.arguments import argument, check_arguments, native
+from symdyn.draw import FilledFigure
+from symdyn.errors import LinearizeError
+from symdyn.extras import install
+from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
+from symdyn.linear.plots import Plotted, pole_map
+from symdyn.scene.values import suggestion
+from symdyn.table import Table
+from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.linear.locus import RootLocus
+    from symdyn.linear.margins import Margins
+    from symdyn.linear.responses import FrequencyResponse, TimeResponse
+    from symdyn.linear.transfer import Reach, Transfer
+    from symdyn.simulation import Feedback
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What the rows or columns of a matrix stand for, and their units."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.names)
+
+    def of(self, places: Sequence[int]) -> Axis:
+        """Return some of them."""
+        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
+
+    def place(self, name: str | None, what: str) -> int:
+        """Return the place of a name, or of the only one there is; `what` says what has it.
+
+        Raises:
+            LinearizeError: no such name, or none given where there are several.
+        """
+        if name is None and len(self) == 1:
+            return 0
+        if name is None:
+            raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
+        if name not in self.names:
+            raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}")
+        return self.names.index(name)
+
+
+STAYS = 1e-8
+"""How near 1 an eigenvalue of a sampled system is of what stays as it is."""
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class StateSpace(Plotted):
+    """A linear system: a mechanism next to a point or from sample to sample, a loop that is closed, a controller.
+
+    Attributes:
+        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
+        states, inputs, outputs: what x, w and y are.
+        period: seconds between samples; None is none.
+        name: what it is of.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: Axis
+    inputs: Axis
+    outputs: Axis
+    period: float | None
+    name: str
+
+    def __init__(
+        self,
+        A: npt.ArrayLike,
+        B: npt.ArrayLike,
+        C: npt.ArrayLike,
+        D: npt.ArrayLike | None = None,
+        states: Axis | Sequence[str] | None = None,
+        inputs: Axis | Sequence[str] | None = None,
+        outputs: Axis | Sequence[str] | None = None,
+        period: float | None = None,
+        name: str = "system",
+    ) -> None:
+        """Check and keep matrices and names; D is 0, names are x1, w1, y1 and so on where they are left out.
+
+        Raises:
+            LinearizeError: with every fault: matrices that do not fit, a number that is not finite, a name given twice.
+        """
+        check_arguments(StateSpace.__init__, {"period": period, "name": name}, LinearizeError)
+        faults: list[str] = []
+        found = {letter: _matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
+        n, nw, ny = len(found["A"]), found["B"].shape[-1], len(found["C"])
+        found["D"] = np.zeros((ny, nw)) if D is None else _matrix("D", D, faults)
+        shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
+        faults += [
+            f"{letter} is {_size(found[letter])}, and has to be {' x '.join(map(str, shape))}, by the rows of A and C "
+            "and the columns of B"
+            for letter, shape in shapes.items()
+            if not faults and found[letter].shape != shape
+        ]
+        if period is not None and not (math.isfinite(period) and period > 0):
+            faults.append(f"period = {period:g}: give seconds above zero, or None")
+        axes = {"states": (states, "x", n), "inputs": (inputs, "w", nw), "outputs": (outputs, "y", ny)}
+        said = {what: _axis(what, *one, faults) for what, one in axes.items()} if not faults else {}
+        if faults:
+            raise LinearizeError(faults)
+        for key, value in {**found, **said, "period": period, "name": name}.items():
+            object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        when = "all the time" if self.period is None else f"every {self.period:g} s"
+        told = (f"{len(one)} {what}" for what, one in (("states", self.states), ("inputs", self.inputs)))
+        to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
+        return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"
+
+    @classmethod
+    def from_control(cls, system: Any) -> StateSpace:
+        """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
+
+        Raises:
+            LinearizeError: it is neither, or a transfer function with more zeros than poles.
+        """
+        name = getattr(system, "name", "system")
+        if not all(hasattr(system, letter) for letter in "ABCD"):
+            if not hasattr(system, "num"):
+                raise LinearizeError(f"system: {type(system).__name__} is no StateSpace or TransferFunction of control")
+            from control import ss  # whoever has such a one has python-control
+
+            try:
+                system = ss(system)
+            except Exception as fault:  # of many classes, an improper one, or several channels without slycot
+                raise LinearizeError(
+                    f"system: {fault}; give a proper transfer function, or control.StateSpace"
+                ) from None
+        if system.dt is True:
+            raise LinearizeError("system: is sampled with no period; give one, as in control.ss(A, B, C, D, 0.01)")
+        return StateSpace(
+            system.A, system.B, system.C, system.D, system.state_labels, system.input_labels, system.output_labels,
+            system.dt or None, name,
+        )  # fmt: skip
+
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
+        """Return the system to one output from one input, `system["theta", "F"]`, all states kept.
+
+        Raises:
+            LinearizeError: a name that is not known, or None where there are several.
+        """
+        check_arguments(StateSpace.__getitem__, locals(), LinearizeError)
+        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
+                          self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """Eigenvalues of A, zeros apart."""
+        return spectrum(self.A)
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes of eigenvalues that are not zero, those that grow fastest first.
+
+        Of a sampled system they are ln(z)/T, and of z = 0, which is over at once, and of z = 1 there are none.
+        """
+        if self.period is None:
+            return self.spectrum.modes
+        found = [one for one in self.spectrum.modes if abs(one.value - 1) > STAYS]
+        return tuple(Mode(complex(np.log(one.value)) / self.period, one.shape) for one in found)
+
+    @cached_property
+    def poles(self) -> Complexes:
+        """All eigenvalues of A, pairs in full, shape (nx,): 1/s, those that grow fastest first, zeros last.
+
+        Of a sampled system they have no unit, and the largest is first; inside the unit circle decays.
+        """
+        if self.period is None:
+            return self.spectrum.values
+        found = np.linalg.eigvals(self.A).astype(np.complex128)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+    @cached_property
+    def zeros(self) -> Complexes:
+        """Invariant zeros of all inputs and outputs together, 1/s: where inputs move states and outputs rest."""
+        from symdyn.linear.transfer import balanced, invariant_zeros
+
+        A, B, C, _ = balanced(self)
+        return invariant_zeros(A, B, C, self.D, float(np.linalg.norm(A, 2)) if A.size else 0.0)
+
+    @property
+    def stable(self) -> bool:
+        """Whether all poles decay: those that are zero, as of what drifts, do not."""
+        if self.period is None:
+            return len(self.spectrum.decaying) == len(self.spectrum.modes) and not self.spectrum.zeros
+        return bool(np.all(np.abs(self.poles) < 1))
+
+    def damp(self) -> Table[str | float]:
+        """Return a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
+        from symdyn.linear.report import HEAD, eigenvalue, shape
+
+        size = 1e3 * max((abs(one.value) for one in self.modes), default=0.0)
+        rows = [(eigenvalue(one, size), one.frequency, one.damping, shape(one, self)) for one in self.modes]
+        return Table(HEAD, rows, (1, 2), "modes")
+
+    @overload
+    def transfer(self) -> tuple[Transfer, ...]: ...
+
+    @overload
+    def transfer(self, output: str, input: str | None = None) -> Transfer: ...
+
+    @overload
+    def transfer(self, output: None = None, *, input: str) -> Transfer: ...
+
+    def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]:
+        """Return the transfer function to an output from an input; without names all of them, output by output.
+
+        Raises:
+            LinearizeError: a name that is not known, or one is left out where there are several.
+        """
+        from symdyn.linear.transfer import transfers
+
+        check_arguments(StateSpace.transfer, locals(), LinearizeError)
+        if output is None and input is None:
+            return transfers(self)
+        return transfers(self[output, input])[0]
+
+    def controllability(self) -> Reach:
+        """Return what the inputs move."""
+        from symdyn.linear.transfer import balanced, reach
+
+        A, B, _, _ = balanced(self)
+        return reach(A, B, self.states.names)
+
+    def observability(self) -> Reach:
+        """Return what the outputs show."""
+        from symdyn.linear.transfer import balanced, reach
+
+        A, _, C, _ = balanced(self)
+        return reach(A.T, C.T, self.states.names)
+
+    def bode(
+        self, omega: Sequence[float] | Array | None = None, *, hertz: Sequence[float] | Array | str | None = None
+    ) -> FrequencyResponse:
+        """Return the responses of all outputs to all inputs, whose `.plot()` is a Bode plot.
+
+        Args:
+            omega: frequencies, rad/s, above zero; without them 200, from a decade below the slowest mode to one above
+                the fastest.
+            hertz: in place of them, Hz; or a range of them, "geomspace(0.1,10,200)".
+
+        Raises:
+            LinearizeError: there is no input, a frequency is none, or both are given.
+        """
+        from symdyn.linear.responses import frequency_response
+
+        check_arguments(StateSpace.bode, locals(), LinearizeError)
+        return frequency_response(self, omega, hertz)
+
+    def nyquist(
+        self, omega: Sequence[float] | Array | None = None, *, hertz: Sequence[float] | Array | str | None = None
+    ) -> FrequencyResponse:
+        """Return the same as `bode`, closer together; its `.plot()` is a Nyquist plot."""
+        from symdyn.linear.responses import CLOSE, frequency_response
+
+        check_arguments(StateSpace.nyquist, locals(), LinearizeError)
+        return frequency_response(self, omega, hertz, CLOSE, "nyquist")
+
+    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
+        """Return how far the loop that feeds -y back to the input w is from the edge of stability.
+
+        Raises:
+            LinearizeError: a name that is not known, or none given where there are several.
+        """
+        from symdyn.linear.margins import margins
+
+        check_arguments(StateSpace.margins, locals(), LinearizeError)
+        return margins(self[output, input])
+
+    def step(self, until: float | None = None, points: int | None = None) -> TimeResponse:
+        """Return how all outputs follow each input, which goes from 0 to 1 at t = 0, from x = 0.
+
+        Args:
+            until: the end, s; without it when the slowest mode has settled, or the fastest has grown a hundredfold.
+            points: how many times are told, from 0 to the end; of a sampled system all samples are.
+
+        Raises:
+            LinearizeError: there is no input, or an end or a number of points that is none.
+        """
+        from symdyn.linear.responses import time_response
+
+        check_arguments(StateSpace.step, locals(), LinearizeError)
+        return time_response(self, "step", until, points)
+
+    def impulse(self, until: float | None = None, points: int | None = None) -> TimeResponse:
+        """Return the same of an impulse of area 1, which a sampled system is given as 1/T for one period."""
+        from symdyn.linear.responses import time_response
+
+        check_arguments(StateSpace.impulse, locals(), LinearizeError)
+        return time_response(self, "impulse", until, points)
+
+    def root_locus(
+        self, output: str | None = None, input: str | None = None, gains: Sequence[float] | Array | None = None
+    ) -> RootLocus:
+        """Return the poles of the loop w = -k y over its gain k, and where stability begins and ends.
+
+        Args:
+            output: y.
+            input: w.
+            gains: values of k, increasing; without them 0 and 300 around those at which poles move.
+
+        Raises:
+            LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
+        """
+        from symdyn.linear.responses import locus_over_gain
+
+        check_arguments(StateSpace.root_locus, locals(), LinearizeError)
+        return locus_over_gain(self[output, input], gains)
+
+    def discretize(self, dt: float) -> StateSpace:
+        """Return the system from sample to sample, its inputs held for `dt` s, by the matrix exponential.
+
+        Raises:
+            LinearizeError: no period, or one in which something grows beyond what a double can hold; it is sampled.
+        """
+        from scipy.linalg import expm  # late: it takes long to load
+
+        check_arguments(StateSpace.discretize, locals(), LinearizeError)
+        (period,) = native(float, dt)
+        check_period(period)
+        if self.period is not None:
+            raise LinearizeError(f"{self.name}: {argument('dt')}: it is sampled already, every {self.period:g} s")
+        n, inputs = self.B.shape
+        whole = np.zeros((n + inputs, n + inputs))
+        whole[:n, :n], whole[:n, n:] = self.A, self.B
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = expm(whole * period)
+        if not np.isfinite(found).all():
+            told = f"{argument('dt')} {period:g}: something grows beyond all numbers within a period"
+            raise LinearizeError(f"{told}; give a shorter one")
+        return sampled(self, found[:n, :n], found[:n, n:], period)
+
+    def to_control(self) -> Any:
+        """Return it as a StateSpace of python-control, names and period included.
+
+        Raises:
+            LinearizeError: python-control is not installed.
+        """
+        try:
+            from control import ss
+        except ImportError:
+            raise LinearizeError(f"python-control is not installed; {install('control')}") from None
+        names = {"states": list(self.states.names), "outputs": list(self.outputs.names), "name": self.name or None}
+        matrices = (self.A, self.B, self.C, self.D)
+        inputs = list(self.inputs.names)
+        if not inputs:  # python-control knows no system without inputs: one that does nothing
+            matrices = (self.A, np.zeros((len(self.A), 1)), self.C, np.zeros((len(self.C), 1)))
+            inputs = ["none"]
+        return ss(*matrices, self.period or 0, inputs=inputs, **names)
+
+    def _figure(self) -> FilledFigure:
+        return pole_map(f"{self.name}: poles", {"poles": self.poles}, self.zeros, self.period)
+
+    def tables(self) -> list[Table[str | float]]:
+        """Return the matrices with their names, and the modes."""
+        x, w, y = (one.names for one in (self.states, self.inputs, self.outputs))
+        every = {"A": (x, x), "B": (x, w), "C": (y, x), "D": (y, w)}
+        found = [Table.matrix(letter, *axes, getattr(self, letter).tolist()) for letter, axes in every.items()]
+        return [*(one for one in found if one.rows and len(one.columns) > 1), self.damp()]
+
+    def feedback(self) -> Feedback:
+        """Return it as a controller of a run: its input names measured signals, its output drives.
+
+        It is given r - y and added to what drives have at the point; r is y there, or what `linear_law` is given.
+        """
+        from symdyn.simulation import linear_law
+
+        return linear_law(
+            self.A, self.B, self.C, self.D, self.inputs.names, self.outputs.names, period=self.period,
+            states=self.states.names,
+        )  # fmt: skip
+
+
+SHORTEST = 1e-12
+"""Periods, s, that are none."""
+
+
+def check_period(period: float) -> None:
+    """Raise LinearizeError for what is no period."""
+    if not (math.isfinite(period) and period > SHORTEST):
+        raise LinearizeError(f"{argument('dt')} {period:g}: a period is finite and above zero, in s")
+
+
+def sampled(one: StateSpace, Phi: Array, Gamma: Array, period: float) -> StateSpace:
+    """Return a system from sample to sample whose names are those of another."""
+    return StateSpace(Phi, Gamma, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
+
+
+def _matrix(letter: str, given: object, faults: list[str]) -> Array:
+    """Return a matrix; what is wrong with it goes to the faults."""
+    try:
+        found = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = np.zeros(0)
+    if found.ndim != 2 or not np.isfinite(found).all():
+        faults.append(f"{letter} is no matrix of finite numbers, as in [[0, 1], [-2, -3]]")
+        return np.zeros((0, 0))
+    return found
+
+
+def _axis(what: str, given: Axis | Sequence[str] | None, letter: str, count: int, faults: list[str]) -> Axis:
+    """Return names of states, inputs or outputs; what is wrong with them goes to the faults."""
+    if isinstance(given, Axis):
+        names, units = given.names, given.units
+    else:
+        names = tuple(f"{letter}{k + 1}" for k in range(count)) if given is None else tuple(given)
+        units = ("",) * len(names)
+    if len(names) != count or not all(isinstance(one, str) for one in names):
+        faults.append(f"{what}: give {count} names, not {len(names)}")
+    elif len(set(names)) < count:
+        faults.append(f"{what}: {next(one for one in names if names.count(one) > 1)} is named twice")
+    return Axis(names, units)
+
+
+def _size(matrix: Array) -> str:
+    return " x ".join(map(str, matrix.shape))

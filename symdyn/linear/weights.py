@@ -1,0 +1,153 @@
+"""Weights and variances, by name or as matrices, from Python, a command line or an .npz file."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+from zipfile import BadZipFile, ZipFile, ZipInfo
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.bounds import BOUNDS
+from symdyn.errors import LinearizeError, quoted
+from symdyn.linear.locus import number_in
+from symdyn.linear.state_space import Axis
+from symdyn.scene.values import Faults, FormulaError, suggestion
+
+Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
+
+SYMMETRIC = 1e-9
+"""Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
+
+
+def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
+    """Return weights by name of `Q=x:10;theta:100`, numbers being formulas, or of an .npz file.
+
+    Raises:
+        LinearizeError: with every fault.
+    """
+    faults, found = Faults(""), dict[str, Any]()
+    for text in specified:
+        if text.lower().endswith(".npz"):
+            found |= _arrays(text, names, faults)
+            continue
+        name, equals, rest = (part.strip() for part in text.partition("="))
+        if not equals or name not in names:
+            faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file')
+            continue
+        if name in found:
+            faults.add(option, f"{name} is given twice")
+        found[name] = {}
+        for part in filter(None, (one.strip() for one in rest.split(";"))):
+            key, colon, value = (one.strip() for one in part.rpartition(":"))
+            if not colon:
+                faults.add(option, f'{name}: "{part}" has no weight; write {part}:1')
+                continue
+            if key in found[name]:
+                faults.add(option, f"{name}: {key} is named twice")
+            try:
+                found[name][key] = number_in(value)
+            except FormulaError as error:
+                faults.add(option, f"{name}: {key}: {error}")
+    faults.close(LinearizeError)
+    return found
+
+
+def _arrays(name: str, requested: Sequence[str], faults: Faults) -> dict[str, Any]:
+    try:
+        check_arrays(Path(name))
+        with np.load(name, allow_pickle=False) as said:
+            found = {key: value for key, value in said.items() if key in requested}
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        faults.add(name, f"cannot be read as .npz: {error}")
+        return {}
+    if not found:
+        faults.add(name, f"has no array {' or '.join(requested)}")
+    return found
+
+
+ENDING = ".npy"
+"""Of the arrays in a .npz file."""
+
+
+def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
+    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
+
+    Args:
+        path: of the file.
+        needed: names of arrays that must be there.
+
+    Raises:
+        LinearizeError: more than is read.
+        OSError, ValueError: it is no such file, lacks an array, or an array says that it has more than is there.
+    """
+    most = BOUNDS["bytes of the arrays of a file"]
+    try:
+        with ZipFile(path) as packed:
+            inside = {one.filename.removesuffix(ENDING): one for one in packed.infolist()}
+            if (size := sum(one.file_size for one in packed.infolist())) > most:
+                raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
+            if missing := [name for name in needed if name not in inside]:
+                raise ValueError(f"it has no {', '.join(missing)}")
+            for name, one in inside.items():
+                if one.filename.endswith(ENDING) and _told(packed, one) > one.file_size:
+                    raise ValueError(f"{name} says that it has more numbers than are there")
+    except (BadZipFile, zlib.error, NotImplementedError, RuntimeError) as fault:
+        raise ValueError(fault) from None
+
+
+def _told(packed: ZipFile, one: ZipInfo) -> int:
+    """Return the bytes that an array of a .npz file says it has."""
+    with packed.open(one) as file:
+        newer = np.lib.format.read_magic(file) != (1, 0)
+        read = np.lib.format.read_array_header_2_0 if newer else np.lib.format.read_array_header_1_0
+        shape, _, kind = read(file)
+    return math.prod(shape) * kind.itemsize
+
+
+def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False) -> Array:
+    """Return a weight as a symmetric matrix; what is wrong with it goes to the faults."""
+    n = len(axis)
+    if given is None:
+        return np.eye(n)
+    if isinstance(given, Mapping):
+        found = np.zeros(n)
+        for key, one in given.items():
+            value = _number(one)
+            if key not in axis.names:
+                faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
+            elif not np.isfinite(value) or value < 0 or (definite and value == 0):
+                least = "above zero" if definite else "of 0 or more"
+                faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")
+            else:
+                found[axis.names.index(key)] = value
+        if definite:
+            found = np.where([one in given for one in axis.names], found, 1.0)
+        return np.diag(found)
+    try:
+        M = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        M = np.zeros(0)
+    largest = float(np.abs(M).max(initial=0.0))
+    if M.shape != (n, n) or not np.isfinite(M).all():
+        faults.add(name, f"is no matrix of {n} x {n} finite numbers, for {', '.join(axis.names)}")
+        return np.eye(n)
+    if np.abs(M - M.T).max(initial=0.0) > SYMMETRIC * largest:
+        faults.add(name, "is not symmetric")
+    sizes, ways = np.linalg.eigh((M + M.T) / 2)
+    if n and (sizes[0] < -SYMMETRIC * largest or (definite and sizes[0] <= SYMMETRIC * largest)):
+        kind, most = "definite" if definite else "semidefinite", axis.names[int(np.abs(ways[:, 0]).argmax())]
+        faults.add(name, f"is not positive {kind}: it has the eigenvalue {sizes[0]:.6g}, mostly of {most}")
+    return np.asarray((M + M.T) / 2)
+
+
+def _number(given: Any) -> float:
+    """Return a weight as a number; nan where it is none."""
+    try:
+        return float(given)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
