@@ -40,7 +40,7 @@ EXTRAS = {
     "teach": Extra(("latex2mathml",), "no lessons in HTML"),
     "control": Extra(("control",), "no hand-over to python-control"),
     "optimal": Extra(("casadi",), "collocation is not solved here, only handed to a solver"),
-    "identify": Extra(("clarabel",), "identified inertias may be ones that no body has"),
+    "identify": Extra(("clarabel",), "identified inertias may be physically inconsistent"),
     "sweep": Extra(("dask", "distributed", "zarr"), "sweeps run on this machine alone, and are not kept on disk"),
     "shell": Extra(("shtab",), "no completion of verbs and options in a shell"),
     "prove": Extra(

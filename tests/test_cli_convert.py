@@ -89,7 +89,7 @@ def test_a_scene_with_faults_leaves_the_old_file_alone(invalid: Path, tmp_path: 
     out.write_text("mine")
 
     assert main(["convert", str(invalid), str(out), "--force"]) == 1
-    assert "is one that no body has" in capsys.readouterr().err
+    assert "is not physically consistent" in capsys.readouterr().err
     assert out.read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.toml", "wheel.toml"]
 
@@ -161,7 +161,9 @@ def test_an_invalid_inertia_is_an_error_or_a_note(invalid: Path, capsys: Capture
     assert main(["info", str(invalid), "--allow-invalid-inertia"]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert lines[0].startswith(f"symdyn: {invalid.name}: bodies.wheel: inertia (as given) is one that no body has: ")
+    assert lines[0].startswith(
+        f"symdyn: {invalid.name}: bodies.wheel: inertia (as given) is not physically consistent: "
+    )
     assert lines[0].endswith("; kept as it is")
 
 

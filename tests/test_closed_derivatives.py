@@ -254,7 +254,7 @@ def test_drives_that_are_too_many_have_no_derivatives_either() -> None:
     driven = replace(
         crank_rocker(), joints=tuple(replace(one, drives=(f"u_{one.name}",)) for one in crank_rocker().joints)
     )
-    with pytest.raises(DerivationError, match="over-driven, 3 drives"):
+    with pytest.raises(DerivationError, match="over-actuated, 3 drives"):
         derive_one(Workspace(driven), "inverse_dynamics_derivatives")
 
 

@@ -420,7 +420,7 @@ def test_a_parameter_may_have_the_name_of_an_argument_of_something_else(name: st
 
 def test_derivatives_of_reactions_that_are_one_choice_say_so() -> None:
     text = derive(read(EXAMPLES / "four_bar.toml"), ["reactions_by_q"]).functions[0].text
-    assert text.endswith("; of one choice among many where rigid bodies do not tell an entry")
+    assert text.endswith("; of one choice among many where an entry is statically indeterminate")
     assert "choice" not in derive(scenes()["two_link"], ["reactions_by_q"]).functions[0].text
 
 

@@ -59,7 +59,7 @@ def test_where_two_places_disagree_both_are_said(first: str, second: str, words:
     assert SceneUnits(found).letters["p"] == ""
     (said,) = SceneUnits(found).doubtful
     assert re.search(words, said)
-    assert "p says no unit and stands in places of two dimensions: joints.hinge" in said
+    assert "p has no unit and is used with two dimensions: joints.hinge" in said
 
 
 def test_what_no_letter_tells_alone_is_told_by_all_equations_together() -> None:

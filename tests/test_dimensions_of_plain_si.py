@@ -105,7 +105,7 @@ def test_a_letter_without_a_unit_in_places_of_two_dimensions_is_told(
     for words in (["info"], ["info", "--units"]):
         assert main([*words, str(tmp_path / "c.toml")]) == 0
         said = " ".join(capsys.readouterr().out.split())
-        assert "c says no unit and stands in places of two dimensions" in said
+        assert "c has no unit and is used with two dimensions" in said
         assert "N m s by" in said
         assert "N is asked for" in said
     with pytest.raises(SceneError, match="is asked for"):

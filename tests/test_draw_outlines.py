@@ -107,7 +107,7 @@ def test_a_word_takes_its_sizes_from_the_inertia():
         ({"type": "disc", "radius": -1}, "radius = -1 is no length"),
         ({"type": "disc", "radius": "r"}, "r"),
         ({"type": "disc", "radius": 1, "axis": [0, 0, 0]}, "axis is no direction"),
-        ("disc", "radius missing, which no inertia tells"),
+        ("disc", "radius missing, and no inertia to compute"),
         (7, "shape = 7 is not known"),
     ],
 )

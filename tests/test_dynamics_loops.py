@@ -423,12 +423,14 @@ def test_over_driven_and_opposed_drives_have_their_own_messages() -> None:
     a, b, d = scene.joints
     both = replace(scene, joints=(a, b, replace(d, drives=("tau2",))))
 
-    with pytest.raises(DerivationError, match=r"over-driven, 2 drives \(tau of A, tau2 of D\) for 1 degree of freedom"):
+    with pytest.raises(
+        DerivationError, match=r"over-actuated, 2 drives \(tau of A, tau2 of D\) for 1 degree of freedom"
+    ):
         derive(both, ("inverse_dynamics",))
     outputs, left_out = available(both)
     assert "inverse_dynamics" not in outputs
     assert "forward_dynamics" in outputs
-    assert any("over-driven" in reason for reason in left_out)
+    assert any("over-actuated" in reason for reason in left_out)
 
     twice = n_four_bar(1)
     pendulum = replace(twice.joints[0], name="P", child="bob", coordinates=("q_bob",))

@@ -461,7 +461,7 @@ def test_too_many_drives_are_told():
     driven = replace(one, joints=tuple(replace(j, drives=(f"M{k}",)) for k, j in enumerate(one.joints)))
     with pytest.raises(
         DerivationError,
-        match=r"reactions are not unique: over-driven, 3 drives .M0 of A, M1 of B, M2 of D. for 1 degree",
+        match=r"reactions are not unique: over-actuated, 3 drives .M0 of A, M1 of B, M2 of D. for 1 degree",
     ):
         derive(driven, ["reactions"])
     assert derive(driven, ["forward_reactions"])["forward_reactions"].shape == (4, 6)

@@ -147,7 +147,7 @@ def test_two_motors_with_given_torques_determine_all_reactions():
     at = symdyn.lambdify(scene, "com_acceleration:c")(q, u, a)
     np.testing.assert_allclose(R[2, :3] + R[3, :3] + [0, -9.81, 0], at, atol=1e-9)
     np.testing.assert_allclose(R[[0, 2], 5], tau[[0, 2]], atol=1e-9)
-    with pytest.raises(DerivationError, match=r"over-driven, 2 drives .* of ja.* of jc"):
+    with pytest.raises(DerivationError, match=r"over-actuated, 2 drives .* of ja.* of jc"):
         derive(scene, ["reactions"])
 
 
@@ -233,7 +233,7 @@ def test_independent_velocities_keep_the_order_that_was_asked_for():
 
 @pytest.mark.mends("3.13")
 def test_drives_that_are_too_many_are_told_with_their_joints():
-    with pytest.raises(DerivationError, match=r"over-driven, 2 drives \(tau1 of ja, tau3 of jc\) for 1 degree"):
+    with pytest.raises(DerivationError, match=r"over-actuated, 2 drives \(tau1 of ja, tau3 of jc\) for 1 degree"):
         derive(found("two_motors"), ["inverse_dynamics"])
 
 

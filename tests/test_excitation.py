@@ -113,7 +113,7 @@ def test_noise_of_drives_weighs_their_rows() -> None:
     ("arguments", "words"),
     [
         ({"box": ["tool.x=0.."], "family": "cosines"}, ["'cosines'", "fourier"]),
-        ({"box": ["q3=-1..1", "q1=1", "q2=2..1"]}, ["q3 is nothing", "name=low..high", "leave no room"]),
+        ({"box": ["q3=-1..1", "q1=1", "q2=2..1"]}, ["q3 is nothing", "name=low..high", "leave no range"]),
         ({"box": {"q1_dot": (1, 2), "q2": 3}}, ["do not let it rest", "is no pair"]),
         ({"box": {"q1": (float("nan"), 2)}}, ["nan is no limit"]),
         ({"noise": {"M3": 1}, "starts": 0, "every": 9}, ["M3 is no drive", "starts", "every"]),

@@ -132,7 +132,7 @@ def test_frames_of_every_kind_are_placed_by_six_parameters() -> None:
 def test_decimals_of_pi_are_snapped_with_a_note_and_only_if_wanted() -> None:
     reading = par.read(DATA / "tree.par", ReadOptions())
     data = "friction is kept as data and enters no equation (joint1)"
-    advice = "; a scene says friction = { coulomb = 0.5, smoothing = 0.01 } to have it act"
+    advice = "; write friction = { coulomb = 0.5, smoothing = 0.01 } in the scene to have it act"
     assert {note.partition(": ")[2] for note in reading.notes} == {
         "frame 3: gamma = -1.5707963 is read as -pi/2",
         "frame 5: alpha = 1.0471976 is read as pi/3",
@@ -181,7 +181,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("Theta = {t1}\n", ""), "theta is missing; give one value a frame"),
         (("M = {2}", "M = {2, 3}"), "m has 2 values; 1 are needed"),
         (("M = {2}", "M = {-2}"), "frame 1: mass = -2 is negative"),
-        (("ZZ = {1}", "ZZ = {3}"), "frame 1: inertia .* is one that no body has"),
+        (("ZZ = {1}", "ZZ = {3}"), "frame 1: inertia .* is not physically consistent"),
         (("M = {2}", "M = {2"), 'line 5: "M = {2" is no statement'),
         (("M = {2}", "(* M = {2}"), "line 5: a comment begins that does not end"),
         (("M = {2}", "M = {2}\nM = {3}"), "line 6: M is given twice"),

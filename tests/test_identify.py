@@ -57,7 +57,7 @@ def heavier(scene: Scene) -> Scene:
 def test_a_log_without_noise_gives_back_what_made_it() -> None:
     found = symdyn.identify(scara(), log(scara()))
 
-    assert found.untold == ()
+    assert found.not_identifiable == ()
     assert found.regression.condition < 10
     np.testing.assert_allclose(found.after, found.before, atol=2e-4)
     assert all(one.percent < 0.01 for one in found.fits)
@@ -101,11 +101,11 @@ def test_rows_that_the_estimate_follows_say_nothing_about_noise() -> None:
 def test_a_joint_that_never_moves_is_named_and_keeps_what_the_scene_says() -> None:
     still = {**MOTION, "q1": "0.2"}
     found = symdyn.identify(scara(), noisy(log(scara(), still), 1, 0.01))
-    said = " ".join(one.words for one in found.untold)
+    said = " ".join(one.words for one in found.not_identifiable)
 
     assert "q1 never moves" in said
     assert "move q1" in said
-    assert any("JxxR1 + JyyR1" in one.parameters for one in found.untold)
+    assert any("JxxR1 + JyyR1" in one.parameters for one in found.not_identifiable)
     place = found.names.index("mR3")
     assert found.regression.identifiable[place]
     assert abs(found.after[place] - found.before[place]) < 4 * found.errors[place] < 1e-2
@@ -116,7 +116,7 @@ def test_a_joint_that_never_moves_takes_no_other_parameter_with_it(seed: int) ->
     """What chance mixes into a column of noise is cleared: all but the inertia of the joint is told."""
     found = symdyn.identify(scara(), noisy(log(scara(), {**MOTION, "q1": "0.2"}), seed, 0.01))
 
-    assert [one.combination for one in found.untold] == ["JxxR1 + JyyR1"]
+    assert [one.combination for one in found.not_identifiable] == ["JxxR1 + JyyR1"]
     told = found.regression.identifiable
     assert list(told) == [False] + [True] * 7
     assert np.all(np.abs(found.after - found.before)[told] < 4.5 * found.errors[told])
@@ -140,9 +140,9 @@ def test_what_two_columns_of_noise_truly_share_stays_together() -> None:
 def test_what_no_motion_tells_apart_is_told_so() -> None:
     found = symdyn.identify(scara(), log(scara()), friction=tuple(TERMS))
 
-    assert len(found.untold) == 1
-    assert found.untold[0].why == "no motion tells them apart"
-    assert {"mR3", "f03", "Ia3"} <= set(found.untold[0].parameters)
+    assert len(found.not_identifiable) == 1
+    assert found.not_identifiable[0].why == "no motion separates them"
+    assert {"mR3", "f03", "Ia3"} <= set(found.not_identifiable[0].parameters)
     np.testing.assert_allclose(found.after[found.names.index("mR3")], 1.5, atol=1e-3)
 
 
@@ -202,10 +202,10 @@ def test_the_verb_leaves_out_what_nothing_explains_unless_it_is_kept(tmp_path: P
 def test_data_that_were_held_back_judge_the_fit() -> None:
     found = symdyn.identify(scara(), noisy(log(scara()), 2, 0.1), hold_back=0.25)
 
-    assert 0.2 < found.held[0].mean() < 0.3
+    assert 0.2 < found.validation[0].mean() < 0.3
     for one in found.fits:
-        assert 0.5 < one.held_back / one.error < 2
-        assert one.held_back_percent == pytest.approx(one.percent * one.held_back / one.error)
+        assert 0.5 < one.validation / one.error < 2
+        assert one.validation_percent == pytest.approx(one.percent * one.validation / one.error)
 
 
 def test_a_gap_in_time_parts_a_log() -> None:
@@ -261,7 +261,7 @@ def test_times_in_milliseconds_are_named_and_can_be_said() -> None:
     data |= {f"{name}_dot": np.gradient(data[name], data["t"]) for name in scara().coordinates}
     data["t"] = 1000 * data["t"]
 
-    with pytest.raises(IdentifyError, match=r'all velocities are 1000 times .* units={"t": "ms"} says so'):
+    with pytest.raises(IdentifyError, match=r'all velocities are 1000 times .* units={"t": "ms"} gives it'):
         symdyn.identify(scara(), data)
     assert symdyn.identify(scara(), data, units={"t": "ms"}).fits[0].percent < 1
 

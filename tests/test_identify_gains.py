@@ -48,7 +48,7 @@ def test_gains_come_out_of_a_log_without_noise(payload: Payload) -> None:
 
     np.testing.assert_allclose(values(found), TWO.gains, rtol=1e-8)
     np.testing.assert_allclose([found[name] for name in TWO.arm.truth], list(TWO.arm.truth.values()), atol=1e-8)
-    assert found.untold == ()
+    assert found.not_identifiable == ()
     assert [one.unit for one in found.gains] == ["N m/A"] * 2
     assert found.names[-2:] == ("gain M1", "gain M2")
 
@@ -139,7 +139,7 @@ def test_a_drive_in_newton_metres_tells_the_gain_of_one_beside_it() -> None:
         (
             {"M1": "0.39*A", "M2": "2*A"}, False,
             r"^gain M1=0.39\*A and gain M2=2\*A do not fit together: left free, M1 is 0.6\d* .* or M2 is 1.2\d* .*; "
-            "the data do not tell which one is wrong",
+            "the data do not show which one is wrong",
         ),
         ({"M1": "0.39*A", "M2": "A"}, False, r"masses and inertias are all 0.6\d* .* if M1=0.39\*A ought to be 1.6"),
     ],
@@ -170,7 +170,7 @@ def test_a_column_of_forces_that_is_off_is_told_and_not_the_gain_beside_it_alone
     (note,), error = (one for one in found.notes if " fit" in one), f"{free.gains[0].error:.2g}"
     assert re.search(rf"{names[wrong]} is 0.66\d* times as much with a standard error of {error}\b", note), note
     assert note.startswith(f"{names[wrong]} in N m does not fit: ") is loaded
-    assert ("the data do not tell which one is wrong" in note and f"gain {names[right]}=" in note) is not loaded
+    assert ("the data do not show which one is wrong" in note and f"gain {names[right]}=" in note) is not loaded
 
 
 @pytest.mark.parametrize("units", [{"M1": "0.65*A", "M2": "2*A"}, {"M1": "0.65*A", "M2": "A"}])
@@ -191,7 +191,7 @@ def test_parameters_and_gains_are_a_table_with_units() -> None:
     units = {"mxR1": "kg m", "JxxR1 + JyyR1": "kg m^2", "fv1": "N m s/rad", "fc2": "N m", "gain M2": "N m/A"}
     assert table.loc[list(units), "unit"].to_dict() == units
     assert table.loc["payload mx", "unit"] == "kg m"
-    assert table["told"].all()
+    assert table["identifiable"].all()
     assert table.attrs["scene"] == "two_link"
 
 
@@ -239,8 +239,8 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
     assert told["tau1"]
     assert told["tau2"]
     assert not told["tau3"]
-    (why,) = [one for one in found.untold if "gain tau3" in one.parameters]
-    assert "its drive feels nothing of known size" in why.words
+    (why,) = [one for one in found.not_identifiable if "gain tau3" in one.parameters]
+    assert "nothing of known mass loads its drive" in why.words
     assert 'units={"tau3": "0.12*A"}' in why.words
     assert identified(found).scene.name == scene.name
 
@@ -255,7 +255,7 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
         ({"body": "link2", "mass": 2}, AMPERE, r"payloads = .*: give a Payload or a list of Payload"),
         (Payload("link2", 2, log=2), AMPERE, "there is no such log; give a number from 0 to 1"),
         (Payload("link2", 2, log="x.csv"), AMPERE, "there is no such log; give one of data"),
-        (Payload("link2", 2, (0, 1), log=1), AMPERE, r"com = \[0, 1\]: give three numbers, m"),
+        (Payload("link2", 2, (0, 1), log=1), AMPERE, r"com = \[0, 1\]: give a vector of three numbers, m"),
         (Payload("link2", 2, inertia=(0, 0, 0), log=1), AMPERE, "give com, too"),
         (Payload("link2", 2, (0, 0, 0), (1, 0, 0), 1), AMPERE, "is that of no body"),
         (Payload("link2", 2, (0, 0, 0), (1, 1, 2.1), 1), AMPERE, "is that of no body"),

@@ -190,7 +190,7 @@ def test_names_that_data_do_not_tell_apart_are_told_and_give_the_estimates(tmp_p
     assert values["M"] + values["m2"] == pytest.approx(3.3, rel=1e-3)
     assert values["m2"] * values["c"] == pytest.approx(0.9, rel=1e-3)
     assert values["J"] + values["m2"] * values["c"] ** 2 == pytest.approx(0.505, rel=1e-3)
-    assert any("M, m2, c, J: not told apart by these data" in note for note in made.notes)
+    assert any("M, m2, c, J: identifiable in combinations only" in note for note in made.notes)
 
 
 def test_exciting_motions_are_advised_only_where_they_are_found():
@@ -238,7 +238,7 @@ def test_other_bodies_stay_as_they_are_declared():
 
 
 @pytest.mark.parametrize(
-    ("values", "told"), [({"mm2": 3}, "mm2 is no parameter of it"), ({"Ixx2": -3}, "is one that no body has")]
+    ("values", "told"), [({"mm2": 3}, "mm2 is no parameter of it"), ({"Ixx2": -3}, "is not physically consistent")]
 )
 def test_what_a_scene_cannot_have_is_told(values, told):
     with pytest.raises(SceneError, match=told):
@@ -264,9 +264,9 @@ def test_the_page_tells_all_of_it(found, made):
     assert page.count("<h1>") == 1
     for name in found.names:
         assert f'<th scope="row">{name}</th>' in page
-    for title in ("Parameters", "What the data do not tell", "Driving forces", "Residuals", "Outliers"):
+    for title in ("Parameters", "Not identifiable from these data", "Driving forces", "Residuals", "Outliers"):
         assert f"<h2>{title}" in page
-    assert ("The data tell every base parameter." in page) == (not found.untold)
+    assert ("Every base parameter is identifiable." in page) == (not found.not_identifiable)
     assert "nan" not in re.sub(r"<title>.*?</title>", "", page)
     assert len(page) < 500_000
 
@@ -327,8 +327,8 @@ def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
 
     made = identified(found)
 
-    assert found.untold
-    assert made.physical.identifiable == len(found.names) - len(found.regression.untold)
+    assert found.not_identifiable
+    assert made.physical.identifiable == len(found.names) - len(found.regression.null_space)
     assert made.physical.margins.min() > 0
     told, estimate, _ = identifiable_combinations(found)
     missed = np.linalg.norm(told @ made.physical.base - estimate) / np.linalg.norm(estimate)
@@ -336,7 +336,7 @@ def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
     assert made.physical.missed < 0.2
     hardly = [note for note in made.notes if "hardly any noise" in note]
     assert not (hardly and noise)
-    assert any(f"tell {made.physical.identifiable} combinations" in note for note in made.notes)
+    assert any(f"which {made.physical.identifiable} combinations are identifiable" in note for note in made.notes)
 
 
 def test_the_least_value_of_a_chart_is_at_its_bottom_and_the_largest_at_its_top():

@@ -146,5 +146,5 @@ def test_what_a_robot_file_cannot_hold_is_told(cart, tmp_path, capsys):
     (tmp_path / "cart.toml").write_text(CART, encoding="utf-8")
     assert main(["convert", str(tmp_path / "cart.toml"), str(tmp_path / "cart.urdf")]) == 1
     said = capsys.readouterr().err
-    assert "inputs.u: the file has no letters that are given over time" in said
-    assert "outputs.way = point_tip_x: nothing is looked at" in said
+    assert "inputs.u: the file has no inputs" in said
+    assert "outputs.way = point_tip_x: the file has no outputs" in said

@@ -73,7 +73,7 @@ def test_a_pendulum_beside_a_loop_is_no_idle_motion() -> None:
 
     assert found.by_rank == 2
     assert found.idle == ()
-    assert found.notes[-1] == "under-driven: 1 drive (tau) for 2 freedoms; q_P_dot moves as it likes"
+    assert found.notes[-1] == "underactuated: 1 drive (tau) for 2 degrees of freedom; q_P_dot is passive"
 
 
 def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None:
@@ -82,7 +82,7 @@ def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None
 
     notes = mobility(replace(scene, joints=joints)).notes
     assert any(
-        "over-driven, 3 drives (tau_A of A, tau_B of B, tau_D of D) for 1 degree of freedom; leave 2 of them" in n
+        "over-actuated, 3 drives (tau_A of A, tau_B of B, tau_D of D) for 1 degree of freedom; leave 2 of them" in n
         for n in notes
     )
 
@@ -114,7 +114,7 @@ def test_a_triangle_of_bars_is_a_structure() -> None:
     found = mobility(scene)
 
     assert found.by_rank == 0
-    assert "the loops leave no freedom: it is a structure" in found.notes
+    assert "the loops leave no degree of freedom: it is a structure" in found.notes
 
 
 def _back() -> object:

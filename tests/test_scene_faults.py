@@ -75,13 +75,13 @@ EDITS = [
     ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link1?'),
     ('child = "link2"', 'child = "forearm"', 'joints.elbow: child = "forearm" is not a body; known are link1, link2'),
     ('child = "link2"', 'child = "ground"',
-     'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
+     'bodies.link2: no joint connects the body to ground; add one with child = "link2"'),
     ('child = "link2"', 'child = "link1"',
      'joints.elbow: joins "link1" with itself; a loop is closed between two bodies'),
     ('child = "link2"', 'child = "forearm"',
-     'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
+     'bodies.link2: no joint connects the body to ground; add one with child = "link2"'),
     ('parent = "ground"', 'parent = "link2"',
-     'bodies.link1: no joint leads from ground to the body or to link2, which hangs together with it in a ring '
+     'bodies.link1: no joint leads from ground to the body or to link2, which is connected with it in a ring '
      '(elbow, shoulder); add one with child = "link1"'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
@@ -133,26 +133,26 @@ EDITS = [
      "joints.elbow: force = -3*m1*q2_ddot uses q2_ddot, which moves; only the force of a joint, loads and rows may "
      "depend on what moves"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1, 3]",
-     "bodies.link1: inertia (as given) is one that no body has: its moments Ixx = 1, Iyy = 1, Izz = 3 break the "
+     "bodies.link1: inertia (as given) is not physically consistent: its moments Ixx = 1, Iyy = 1, Izz = 3 break the "
      "triangle inequality Ixx + Iyy >= Izz by 33.3 % (Ixx + Iyy = 2); check the numbers and inertia_about, or write "
      "allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = [1, -1, 1]",
-     "bodies.link1: inertia (as given) is one that no body has: of its moments Iyy = -1, Ixx = 1, Izz = 1, Iyy is "
+     "bodies.link1: inertia (as given) is not physically consistent: of its moments Iyy = -1, Ixx = 1, Izz = 1, Iyy is "
      "negative (it must be positive semidefinite); check the numbers and inertia_about, or write "
      "allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = { xx = 1, yy = 1, zz = 1, xy = 2 }",
-     "bodies.link1: inertia (as given) is one that no body has: of its principal moments I1 = -1, I2 = 1, I3 = 3, I1 "
-     "is negative (it must be positive semidefinite); check the numbers and inertia_about, or write "
+     "bodies.link1: inertia (as given) is not physically consistent: of its principal moments I1 = -1, I2 = 1, I3 = 3, "
+     "I1 is negative (it must be positive semidefinite); check the numbers and inertia_about, or write "
      "allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = { xx = 2, yy = 2, zz = 1, xy = 1 }",
-     "bodies.link1: inertia (as given) is one that no body has: its principal moments I1 = 1, I2 = 1, I3 = 3 break "
-     "the triangle inequality I1 + I2 >= I3 by 33.3 % (I1 + I2 = 2); check the numbers and inertia_about, or write "
-     "allow_invalid_inertia = true"),
+     "bodies.link1: inertia (as given) is not physically consistent: its principal moments I1 = 1, I2 = 1, I3 = 3 "
+     "break the triangle inequality I1 + I2 >= I3 by 33.3 % (I1 + I2 = 2); check the numbers and inertia_about, or "
+     "write allow_invalid_inertia = true"),
     ('com = [0, "-l1/2", 0]\ninertia = [1, 1, 1]\ninertia_about = "com"',
      'com = [1, 0, 0]\ninertia = [1, 1, 1]\ninertia_about = "frame"',
-     "bodies.link1: inertia (moved to the centre of mass) is one that no body has: of its moments Iyy = -1, Izz = -1, "
-     "Ixx = 1, Iyy is negative (it must be positive semidefinite); check the numbers and inertia_about, or write "
-     "allow_invalid_inertia = true"),
+     "bodies.link1: inertia (moved to the centre of mass) is not physically consistent: of its moments Iyy = -1, "
+     "Izz = -1, Ixx = 1, Iyy is negative (it must be positive semidefinite); check the numbers and inertia_about, or "
+     "write allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1]",
      "bodies.link1: inertia = [1, 1] is neither [xx, yy, zz] nor a table "
      "{ xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }"),
@@ -164,7 +164,7 @@ EDITS = [
     ('inertia_about = "com"', 'inertia_about = "joint"',
      'bodies.link1: inertia_about = "joint" is not known; write "com" or "frame"'),
     ("mass = 1\n", "mass = 1\ncom = [0, 0, 0]\nfirst_moment = [0, 0, 0]\n",
-     "bodies.link2: com and first_moment say the same thing twice; give one of them"),
+     "bodies.link2: com and first_moment give the same quantity; write one of them"),
     ("mass = 1\n", "first_moment = [1, 0, 0]\n",
      "bodies.link2: first_moment is not zero but the mass is; give a mass, or write allow_invalid_inertia = true"),
     ("value = 2", "value = -2",
@@ -361,7 +361,7 @@ def test_python_reports_its_faults_by_scene_and_table():
         "such as link_1",
         'arm: joints.j: "j" is already the name of joints.j; choose another name',
         'arm: joints.j: child = "b" is not a body; known are a, 3, link1',
-        'arm: bodies.3: the body hangs on no joint; add one with child = "3"',
+        'arm: bodies.3: no joint connects the body to ground; add one with child = "3"',
     )
 
 

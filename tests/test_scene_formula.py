@@ -77,7 +77,7 @@ def test_what_is_said_of_a_quantity_in_a_formula_works_word_for_word(text: str) 
     with pytest.raises(FormulaError) as caught:
         parse(text)
     said = re.search(
-        r'such as a = "(.+)" in parameters, and write (.+?)(?: \(.*\))?; of letters alone write (.+)', str(caught.value)
+        r'such as a = "(.+)" in parameters, and write (.+?)(?: \(.*\))?; of symbols alone write (.+)', str(caught.value)
     )
     assert said is not None
     named, formula, letters = said.groups()

@@ -98,6 +98,13 @@ def test_a_joint_that_follows_a_locked_one_is_locked_and_formulas_see_its_place(
 
 def test_joints_of_a_scene_can_be_locked_later():
     assert lock(arm(), {"j1": parse("p")}) == arm(locked=True, position="p")
+    assert lock(arm(), {"j1": "pi/2"}) == lock(arm(), {"j1": parse("pi/2")})
+
+
+@pytest.mark.parametrize(("position", "message"), [("pi/", "breaks off"), ([1], "give a number or a formula")])
+def test_a_position_that_is_no_formula_is_named_with_its_joint(position, message):
+    with pytest.raises(SceneError, match=f"joints.j1: position .*{message}"):
+        lock(arm(), {"j1": position})
 
 
 def test_a_toml_file_and_a_dh_table_may_lock_joints():

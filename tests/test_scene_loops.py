@@ -212,13 +212,13 @@ def test_a_declared_loop_is_kept_as_it_is():
                 line + ("\ndamping = 1" if line.startswith("child") else "") + "\n" for line in FOUR_BAR.splitlines()
             ),
             None,
-            "joints.c: closes a loop and is cut, but a cut joint has no damping; say which joints to cut by "
+            "joints.c: closes a loop and is cut, but a cut joint has no damping; choose the joints to cut by "
             "--spanning-tree",
         ),
         (
             BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),
             None,
-            "bodies.crank: no joint leads from ground to the body or to coupler, which hangs together with it in a "
+            "bodies.crank: no joint leads from ground to the body or to coupler, which is connected with it in a "
             'ring (a, b); add one with child = "crank"',
         ),
     ],

@@ -28,10 +28,10 @@ SCENES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("tests/data/*.toml"),
 
 READER_ALONE = {
     "names that are declared nowhere, or twice": r"is not a (body|joint|point|coordinate|parameter)|undefined symbol"
-    r"|already the name|neither a body nor a point|hangs on no joint|no joint leads|is not known here",
+    r"|already the name|neither a body nor a point|no joint connects|no joint leads|is not known here",
     "formulas that no letter tells from good ones": r"is not a usable formula|has no value|divides by zero",
     "units that are none, or of another kind": r"is not a usable value|unit = |is asked for",
-    "what a number must be": r"is not positive|is one that no body has|is negative|give one above zero|of no rod"
+    "what a number must be": r"is not positive|is not physically consistent|is negative|give one above zero|of no rod"
     r"|zero length|parallel",
     "words that take other words' values": r"may hold numbers and pi only|depends? on|uses ",
     "LaTeX": r"latex = ",

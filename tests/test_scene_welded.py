@@ -124,7 +124,7 @@ def says(text: str) -> bool:
     try:
         return isinstance(read_text(text), Scene)
     except SceneError as fault:
-        assert "is one that no body has" in str(fault)  # noqa: PT017
+        assert "is not physically consistent" in str(fault)  # noqa: PT017
         return False
 
 

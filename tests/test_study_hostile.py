@@ -60,10 +60,10 @@ def chunks(*shape: int) -> dict[str, Any]:
 
 
 CHANGED: Mapping[str, Callable[[Path], None]] = {
-    **{f"no {key}": said(key, None) for key in ("told", "job", "names", "measures", "units", "scene", "symdyn")},
-    "told list": said("told", [1]),
-    "told no number": said("told", {"x": "y"}),
-    "told no text": said("told", {"1": {}}),
+    **{f"no {key}": said(key, None) for key in ("reasons", "job", "names", "measures", "units", "scene", "symdyn")},
+    "reasons list": said("reasons", [1]),
+    "reasons no number": said("reasons", {"x": "y"}),
+    "reasons no text": said("reasons", {"1": {}}),
     "names more": said("names", ["a", "b"]),
     "names nested": said("names", [["q1"]]),
     "names escape": said("names", ["\x1b[2J"]),

@@ -169,14 +169,14 @@ def test_a_tolerance_without_a_unit_is_in_that_of_its_parameter() -> None:
 @pytest.mark.parametrize(
     ("words", "asked"),
     [
-        (["linearize", "--start", "phi=0", "--bind", "l=400"], "l is given in mm: say l=400mm or l=0.4m"),
+        (["linearize", "--start", "phi=0", "--bind", "l=400"], "l is given in mm: write l=400mm or l=0.4m"),
         (
             ["linearize", "--start", "phi=0", "--over", "l=linspace(400,500,3)"],
-            "l is given in mm: say l=400mm or l=0.4m",
+            "l is given in mm: write l=400mm or l=0.4m",
         ),
-        pytest.param([*SWEEP, "l=[400]"], "say l=400mm or l=0.4m", marks=RUNS),
-        pytest.param([*SWEEP, "l=tolerance(2)"], "say l=2mm or l=0.002m", marks=RUNS),
-        pytest.param(["simulate", "--until", "0.1", "--forces", "V=3"], "say V=3mV or V=0.003V", marks=RUNS),
+        pytest.param([*SWEEP, "l=[400]"], "write l=400mm or l=0.4m", marks=RUNS),
+        pytest.param([*SWEEP, "l=tolerance(2)"], "write l=2mm or l=0.002m", marks=RUNS),
+        pytest.param(["simulate", "--until", "0.1", "--forces", "V=3"], "write V=3mV or V=0.003V", marks=RUNS),
     ],
 )
 def test_a_shell_asks_what_a_bare_number_is_where_a_letter_is_not_in_si(
@@ -298,7 +298,7 @@ def test_info_says_of_which_values_letters_are_none(tmp_path: Path, capsys: pyte
 
     assert main(["info", str(tmp_path / "p.toml")]) == 0
 
-    assert "3 m is a number and a unit: m is no letter of the scene there" in capsys.readouterr().out
+    assert "3 m is a number and a unit: m is not the scene's symbol there" in capsys.readouterr().out
     assert pendulum(l='"3 m"').parameters[1].value == parse("3")
     assert pendulum(l='{ value = "3", unit = "m" }') == pendulum(l='"3 m"')
 
@@ -373,7 +373,7 @@ def test_a_value_is_a_table_with_its_unit_wherever_it_may_be_text(old: str, new:
     [
         ('{ value = 3, unit = "kg" }', "is in kg, and N m s/rad is asked for"),
         ('{ value = 3, unit = "mNms", text = "a" }', 'unknown key .text.; write a number and a unit such as'),
-        ('{ value = "2*t1", unit = "mN m s" }', "is a formula of letters, which is in SI; leave the unit out"),
+        ('{ value = "2*t1", unit = "mN m s" }', "is a formula of symbols, which is in SI; leave the unit out"),
         ('{ value = "2 kg", unit = "mN m s" }', "is in kg, and mN m s is asked for"),
         ('{ value = { value = 3 } }', 'is no number with its unit; write a number and a unit'),
         ('{ value = 3, unit = 4 }', 'is no number with its unit; write a number and a unit'),
@@ -430,8 +430,8 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('mass = "m"', 'mass = "3 m"', 'mass = "3 m" is in m, and kg is asked for; for 3 times the letter write 3*m'),
-        ('start = "90 deg"', 'start = "1/3 m^2"', "; for 1/3 times the letter write 1/3*m**2"),
+        ('mass = "m"', 'mass = "3 m"', 'mass = "3 m" is in m, and kg is asked for; for 3 times the symbol write 3*m'),
+        ('start = "90 deg"', 'start = "1/3 m^2"', "; for 1/3 times the symbol write 1/3*m**2"),
         ('free = "3 m"', 'free = "3 t"', 'free = "3 t" is in t, and m is asked for'),
         ('mass = "m"', 'mass = "-3 m l"', "l is no unit"),
     ],
@@ -441,11 +441,11 @@ def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old:
     with pytest.raises(SceneError) as raised:
         read_text(WHOLE.replace(old, new))
     assert words in str(raised.value)
-    assert ("times" in words) == ("times the letter" in str(raised.value))
+    assert ("times" in words) == ("times the symbol" in str(raised.value))
 
 
 def test_a_force_in_a_unit_that_is_called_like_a_letter_is_told_the_formula() -> None:
-    with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for; for 3 times the letter write 3\*m"):
+    with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for; for 3 times the symbol write 3\*m"):
         read_forces(pendulum(), {"tau1": "3 m"})
     with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for$"):
         read_forces(by_python(1, "kg"), {"tau1": "3 m"})

@@ -145,7 +145,7 @@ def test_names_of_loose_entries_are_in_texts_headers_and_info(tmp_path, capsys):
     words = "fz, mx, my of motor, elbow, pivot and hinge"
     function = derive(symdyn.read(path), ["reactions"])["reactions"]
 
-    assert function.text.endswith(f"not unique, for rigid bodies do not tell them: {words}")
+    assert function.text.endswith(f"not unique, statically indeterminate: {words}")
     assert function.unique == (True, True, False, False, False, True) * 4
     assert main(["info", path]) == 0
     assert f"reactions that are not unique, axes of the child: {words}" in capsys.readouterr().out

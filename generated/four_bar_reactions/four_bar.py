@@ -6,11 +6,11 @@ Do not edit; change the scene and generate again:
 Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
 
     reactions(q, qd, qdd) -> R, shape (4, 6); N and N m
-        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, statically indeterminate: fz, mx, my of motor, elbow, pivot and hinge
         recursive; 69 mul, 58 add, 1 div, 3 sincos
 
     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
-        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, statically indeterminate: fz, mx, my of motor, elbow, pivot and hinge
         recursive; 120 mul, 92 add, 2 div, 3 sincos
 
 Arguments:
@@ -228,7 +228,7 @@ def _value(lines, x):
 
 
 def reactions(q, qd, qdd, out=None):
-    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, statically indeterminate: fz, mx, my of motor, elbow, pivot and hinge.
 
     Args:
         q: joint positions, shape (..., 3); rad.
@@ -337,7 +337,7 @@ def _reactions(of, q, qd, qdd):
 
 
 def forward_reactions_ground(q, qd, tau, out=None):
-    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, statically indeterminate: fz, mx, my of motor, elbow, pivot and hinge.
 
     Args:
         q: joint positions, shape (..., 3); rad.

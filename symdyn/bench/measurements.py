@@ -128,7 +128,7 @@ class MotionPrecision:
     Attributes:
         until, later: seconds of the motions whose end and whose energy are looked at.
         reference: how the end was found that all are judged by.
-        uncertain: how far that may be off; no smaller error is told.
+        uncertain: how far that may be off; no smaller error is reported.
         precision: error of the end, a curve a method.
         drift: largest drift of the energy over its size, a curve a method.
         notes: what was left out and why.
@@ -191,7 +191,7 @@ class Bench:
 
 
 SAME = 1.25
-"""Errors that differ by less than this factor are the same: a few states tell no more."""
+"""Errors that differ by less than this factor are the same: a few states show no more."""
 
 
 def unbeaten(pairs: Sequence[tuple[float, float]]) -> list[bool]:
@@ -225,7 +225,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     Args:
         scene: the mechanism; it starts as `lively` says.
         quick: few methods and tolerances, and little patience.
-        progress: told what is being done.
+        progress: takes what is being done.
 
     Raises:
         SimulateError: the scene cannot be simulated, has parameters without values, or no accelerations at its start.
@@ -288,7 +288,7 @@ def _points(
     distance: Callable[[Array], float],
     least: float,
 ) -> Iterator[Point]:
-    """Yield a point a tolerance until they take too long; an error below what is known is told as that."""
+    """Yield a point a tolerance until they take too long; an error below what is known is reported as that."""
     spent = before = last = 0.0
     for tolerance in tolerances:
         expected = last * last / before if before else last

@@ -2,7 +2,7 @@
 
 The truth is the same graph at 50 digits: balls of 170 bits, whose radii are below the 50th digit. Running error bounds
 are computed in double, where a few digits of them are enough. mpmath would give the same digits and take several times
-as long. How well computed accelerations satisfy the equations that they were solved from is told whatever their
+as long. How well computed accelerations satisfy the equations that they were solved from is reported whatever their
 condition:
 
     tree      M q̈ + h = τ

@@ -1,7 +1,7 @@
 """Reports of what was measured: one HTML page with its pictures inside, Markdown, and JSON.
 
 Log-log plots are SVG text: points with a word each, series with a colour each, which follow the reader's theme. That is
-enough for a few dozen points, needs no plotting library, and can be read on any page: a point tells its word when the
+enough for a few dozen points, needs no plotting library, and can be read on any page: a point shows its word when the
 pointer rests on it.
 """
 
@@ -44,7 +44,7 @@ COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#17becf", "#8
 
 @dataclass(frozen=True)
 class Dot:
-    """One point: where it is, what is told about it, whether it is marked by a ring, whether it is hollow."""
+    """One point: where it is, its description, whether it is marked by a ring, whether it is hollow."""
 
     x: float
     y: float
@@ -178,7 +178,7 @@ SPREADS = (
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report: a table, and one of each region, which its title names; `choices` are told on pages."""
+    """A part of a report: a table, and one of each region, which its title names; `choices` stand on pages."""
 
     title: str
     tables: Sequence[Table[str]]
@@ -301,7 +301,7 @@ def _markdown(title: str, command: str, head: list[str], sections: Iterable[Sect
 
 def remarks(motion: MotionPrecision) -> list[str]:
     """Return what a reader of the trajectories has to know."""
-    doubt = f"which may be off by {motion.uncertain:.0e}; no smaller error is told" if motion.uncertain else "exact"
+    doubt = f"which may be off by {motion.uncertain:.0e}; no smaller error is reported" if motion.uncertain else "exact"
     return [
         f"{motion.until:g} s without drives; errors of the end over the largest entry of the state, at least 1. "
         f"The truth is {motion.reference}, {doubt}.",

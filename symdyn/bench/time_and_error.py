@@ -65,7 +65,7 @@ def bench(
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
-        progress: told what is being done.
+        progress: takes what is being done.
 
     Raises:
         DerivationError: a function does not exist.

@@ -256,7 +256,7 @@ def _no_reactions(scene: Scene) -> list[str]:
 def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed.
 
-    Beside it are entries of reactions, axes of the children, that rigid bodies do not tell, in words; "" for none.
+    Beside it are entries of reactions, axes of the children, that are statically indeterminate, in words; "" for none.
     """
     if not scene.is_constrained:
         return None

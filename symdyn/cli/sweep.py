@@ -88,7 +88,7 @@ def summary(runs: Runs) -> dict[str, Any]:
         }  # fmt: skip
     return {
         "runs": len(runs), "failed": runs.failed, "stopped": runs.stopped, "left": runs.left, **runs.about,
-        "measures": measures, "told": {str(number): words for number, words in runs.reasons.items()},
+        "measures": measures, "reasons": {str(number): words for number, words in runs.reasons.items()},
     }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
     q1=-1..1  q1_dot=..2  q1_ddot=-5..5  tau1=-40..40  tool.z=0.1..       either end may be left out
 
-Limits are those of the scene; what is asked for narrows them. Coordinates without any get one that is told, since a
+Limits are those of the scene; what is asked for narrows them. Coordinates without any get one that is reported, since a
 motion that nothing bounds has no best.
 """
 
@@ -39,7 +39,7 @@ class Bound:
         index: which of its kind; of points three times its number, and the axis.
         low, high: -inf and inf where there is none.
         unit: such as "rad/s".
-        usual: whether nobody gave it.
+        usual: whether it is a default.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Bound:
 
     @property
     def size(self) -> float:
-        """Half the room between both, or how far the one is from zero: what distances are told in parts of."""
+        """Half the range between both, or how far the one is from zero: the unit of distances to limits."""
         if math.isfinite(self.low) and math.isfinite(self.high):
             return (self.high - self.low) / 2
         return abs(self.low if math.isfinite(self.low) else self.high) or 1.0
@@ -99,14 +99,14 @@ def read_bounds(scene: Scene, start: Sequence[float], box: Box, faults: Faults) 
             found[u] = replace(found[u], low=-size, high=size)
     for one in found.values():
         if not one.low < one.high:
-            faults.add(one.name, f"limits {one.low:g} to {one.high:g} {one.unit} leave no room; widen them")
+            faults.add(one.name, f"limits {one.low:g} to {one.high:g} {one.unit} leave no range; widen them")
         elif one.kind in ("velocity", "acceleration") and not one.low < 0 < one.high:
             faults.add(one.name, f"limits {one.low:g} to {one.high:g} {one.unit} do not let it rest; let 0 lie between")
     return tuple(one for one in found.values() if math.isfinite(one.low) or math.isfinite(one.high))
 
 
 def usual_notes(bounds: Sequence[Bound]) -> list[str]:
-    """Return what is to be said of bounds that nobody gave, one line a size."""
+    """Return notes on bounds that are defaults, one line a size."""
     found: dict[str, list[str]] = {}
     for one in bounds:
         if one.usual:
@@ -142,7 +142,7 @@ def _dotted(name: str, points: set[str]) -> str:
 def _of_joint(
     scene: Scene, joint: Joint, values: Mapping[str, Quantity], faults: Faults
 ) -> list[tuple[str, float, float]]:
-    """Return name, low and high of what a joint's limits say about the coordinate that it has or follows."""
+    """Return name, low and high of a joint's limits, of the coordinate that it has or follows."""
 
     def number(quantity: Quantity | None) -> float:
         found = math.inf if quantity is None else number_of(quantity, values, f"joints.{joint.name}", faults)

@@ -222,7 +222,7 @@ class Reached:
     Attributes:
         bound: the limits.
         low, high: smallest and largest value over the whole period.
-        active: whether it comes nearer to one of them than a fiftieth of the room.
+        active: whether it comes nearer to one of them than a fiftieth of the range.
     """
 
     bound: Bound
@@ -233,7 +233,7 @@ class Reached:
 
 @dataclass(frozen=True, eq=False)
 class Excitation(Shown):
-    """A periodic motion that tells base parameters well; it starts and ends at rest, and further periods may follow.
+    """A periodic motion from which base parameters are well identifiable; it starts and ends at rest.
 
     Attributes:
         run: the motion with the forces that the scene predicts; rows from 0 to the period.
@@ -246,7 +246,7 @@ class Excitation(Shown):
         determinant: -ln det of AᵀA, A those rows over √N.
         starts: of the search, in order.
         reached: what has limits, and how near the motion comes.
-        margin: least distance to a limit between samples too, in parts of half its room.
+        margin: least distance to a limit between samples too, in parts of half its range.
         coefficients: of the family's functions by coordinate, rad or m, shape (k, nq).
         notes: what a user should know.
         families, criteria: those that there are.
@@ -332,7 +332,7 @@ class Excitation(Shown):
         return self.run.plot(*names)
 
     def lines(self) -> list[str]:
-        """Return what is told of it, line by line."""
+        """Return its description, line by line."""
         best = min((one for one in self.starts if one.keeps), key=lambda one: one.after, default=None)
         found = [
             f"{self.scene.name}: {self.family}, {self.terms} terms, {self.period:g} s, seed {self.seed}",
@@ -342,7 +342,7 @@ class Excitation(Shown):
         for k, one in enumerate(self.starts):
             kept = " *" if one is best else "" if one.keeps else " (leaves limits)"
             found.append(f"start {k + 1}: {in_digits(one.before, 4)} -> {in_digits(one.after, 4)}{kept}")
-        found.append(f"limits kept, by {in_digits(100 * self.margin, 3)} % of half the room at least")
+        found.append(f"limits kept, by {in_digits(100 * self.margin, 3)} % of half the range at least")
         found.append(f"limits that it goes to: {', '.join(self.active) or 'none'}")
         return found
 

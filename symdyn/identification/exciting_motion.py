@@ -1,11 +1,11 @@
-"""The function `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
+"""The function `excite`: a motion from which base parameters of a mechanism are best identifiable, within its limits.
 
 Many motions are drawn (Sobol's sequence, moved at random), each scaled into the limits of positions and speeds; the
 best are improved, and the best of those that keep all limits between samples too is returned.
 
-    z       coefficients, shape (k, n): k functions of time for each of n coordinates, in parts of half their room
+    z       coefficients, shape (k, n): k functions of time for each of n coordinates, in parts of half their range
     A       stacked rows of the base regressor over the noise of each drive and √N, shape (N, n, p)
-    g       how far each bounded number is outside, in parts of half its room, shape (N, bounds); <= 0 inside
+    g       how far each bounded number is outside, in parts of half its range, shape (N, bounds); <= 0 inside
 
 Minimised is criterion(A) + 1/(2 ρ) Σ (max(0, λ + ρ g)² - λ²)/N, an augmented Lagrangian whose multipliers λ and weight
 ρ grow from round to round, by L-BFGS. Slopes are exact: of A by the regressor's own backward derivative, of forces by
@@ -41,7 +41,7 @@ WEIGHT, HEAVIER = 100.0, 2.0
 """Of what is outside: at first, and times as much in every round."""
 
 SAME = 1e-9
-"""Singular value of the regressor at random places, over the largest, of a direction that no motion tells."""
+"""Singular value of the regressor at random positions, over the largest, of a direction that no motion identifies."""
 
 PLACES = 200
 
@@ -65,7 +65,7 @@ class Functions:
     Attributes:
         bounds: what must be kept.
         noise: standard deviation of each drive's force, shape (n,).
-        directions: combinations of base parameters that motions tell, shape (columns, p).
+        directions: combinations of base parameters that are identifiable, shape (columns, p).
     """
 
     def __init__(self, scene: Scene, bounds: Sequence[Bound], noise: Array, seed: int) -> None:
@@ -130,7 +130,7 @@ class Functions:
 
 
 class Search:
-    """The minimum that is looked for, at N instants of a period."""
+    """The objective function, at N instants of a period."""
 
     def __init__(self, functions: Functions, basis: Basis, criterion: Criterion) -> None:
         """Keep what does not change: coordinates are middle + half Φ z."""
@@ -201,7 +201,7 @@ FINE = 20
 """Times as many instants at which limits are looked at in the end."""
 
 MARGIN, TRIES = 0.005, 4
-"""Distance from limits, in parts of half their room, that the search keeps; more where that is too little."""
+"""Distance from limits, in parts of half their range, that the search keeps; more where that is too little."""
 
 NEAR = 0.02
 """Distance at which a limit is one that a motion goes to."""
@@ -226,7 +226,7 @@ def excite(
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Excitation:
-    """Return a periodic motion that tells the base parameters of a mechanism well, and keeps its limits.
+    """Return a periodic motion from which base parameters are well identifiable, and which keeps its limits.
 
     The same arguments give the same motion, digit by digit, on the same machine.
 
@@ -252,10 +252,10 @@ def excite(
         every: s between rows.
         values: of parameters, in place of those that the scene gives.
         progress: takes the part that is done, 0 to 1.
-        say: takes what a user should know.
+        say: takes notes.
 
     Raises:
-        IdentifyError: with every fault, one line each: what cannot be moved freely, limits without room, unknown names;
+        IdentifyError: with every fault, one line each: what cannot be moved freely, empty limits, unknown names;
             or no motion was found that keeps all limits.
         SceneError: a value that the scene cannot have, or of no parameter.
     """
@@ -425,7 +425,7 @@ def _kept(search: Search, fine: Basis, z: Array, report: Callable[[float], None]
 
 
 def _margin(search: Search, fine: Basis, z: Array) -> float:
-    """Return the least distance to a limit over the whole period, in parts of half its room.
+    """Return the least distance to a limit over the whole period, in parts of half its range.
 
     Between two instants a number is beyond the larger of both by an eighth of h² |second derivative| at most, which is
     taken from second differences of the fine instants.

@@ -5,7 +5,7 @@
     rows    τ = Y β + e holds at every sample, so it holds for sums of rows: both sides are multiplied by
             orthonormal cosines up to the band (DCT-II), a row each.
             White noise stays white, and as many rows are left as the
-            band has room for; this is the parallel filter and the decimation of the literature in one step.
+            band admits; this is the parallel filter and the decimation of the literature in one step.
 
 Reference: Gautier and Poignet, Extended Kalman filtering and weighted least squares dynamic identification of robot
 (2001); Janot, Vandanjon and Gautier, A generic instrumental variable approach for industrial robot identification
@@ -32,10 +32,10 @@ EDGE = 3.0
 
 ABOVE, SHARE, ROOM = 30.0, 0.9999, 20.0
 """How far motion stands above the floor of noise, its share of the power of accelerations, and the width of the band
-over it: what lies above the harmonics of the motion is noise alone, and tells how large it is."""
+over it: what lies above the harmonics of the motion is noise alone, and shows how large it is."""
 
 UNEVEN, TOLD = 1e-6, 0.05
-"""Part of a step by which steps may differ and are called even, and by which they may and nothing is said."""
+"""Part of a step by which steps may differ and are called even, and by which they may without a note."""
 
 GAP = 4.0
 """Times a usual step, from which a step is a gap."""
@@ -47,7 +47,7 @@ ROUNDED = 1e-12
 """Part of its size to which a filter and a spline know a column that never moves: noise is never taken as less."""
 
 MOST = 5
-"""Gaps of one log that are told one by one."""
+"""Gaps of one log that are reported one by one."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def floor(x: Array, step: float) -> Array:
 
 
 def choose_band(logs: Iterable[Log]) -> float:
-    """Return a band in Hz, that of the motion and room for its harmonics: what stands above the noise of positions."""
+    """Return a band in Hz, that of the motion and for its harmonics: what stands above the noise of positions."""
     highest, largest = 0.0, np.inf
     for log in logs:
         step = float(np.median(np.diff(log.t)))

@@ -55,7 +55,7 @@ TRIES = 200
 """Of Levenberg and Marquardt, from each first guess."""
 
 HARDLY = 0.2
-"""Standard error, in parts of a gain, from which on it is said to be hardly told."""
+"""Standard error, in parts of a gain, from which on it is reported as hardly identifiable."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Gain:
         drive: its name.
         unit: such as "N m/A".
         value: as found; negative where the column has the other sign than the force.
-        error: its standard error; NaN where the data do not tell it.
+        error: its standard error; NaN where it is not identifiable.
     """
 
     drive: str
@@ -82,7 +82,7 @@ class Gain:
         if self.error > HARDLY * abs(self.value):
             return (
                 f"gain {self.drive} = {self.value:.3g} with a standard error of {self.error:.2g} {self.unit} is hardly "
-                "told: a heavier payload, or one further out, is felt more"
+                "identifiable: take a heavier payload, or mount it further out"
             )
         turned = f"gain {self.drive} is below zero: its column has the other sign than its force"
         return turned if self.value < 0 else ""
@@ -104,7 +104,7 @@ class Gains:
 
     @property
     def drives(self) -> list[int]:
-        """Numbers of the velocities whose gains are looked for, shape (g,)."""
+        """Numbers of the velocities whose gains are identified, shape (g,)."""
         return list(self.shown)
 
     @property
@@ -269,7 +269,7 @@ class Fitted:
         notes: what a user should know, one line each.
         predicted: forces of each motion, shapes (N, nv).
         used: of each motion, which samples were fitted, shapes (N, nv).
-        held: of each motion, which samples were held back, shapes (N,).
+        validation: of each motion, which samples are validation data, shapes (N,).
     """
 
     regression: Regression
@@ -281,7 +281,7 @@ class Fitted:
     notes: tuple[str, ...]
     predicted: tuple[Array, ...]
     used: tuple[Flags, ...]
-    held: tuple[Flags, ...]
+    validation: tuple[Flags, ...]
 
 
 def fitted(
@@ -371,8 +371,8 @@ def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band:
             return regression, gains
     drive = names[len(names) - len(gains.drives) + int(parts[gains.drives].argmax())].removeprefix("gain ")
     raise IdentifyError(
-        f"units: gains did not settle in {STEPS} steps: data hardly tell that of {drive}; give a log with a payload "
-        f"that it feels, or its gain, as in {argument('units', {drive: '0.12*A'})}"
+        f"units: gains did not converge in {STEPS} steps, that of {drive} is hardly identifiable; give a log with a "
+        f"payload that it feels, or its gain, as in {argument('units', {drive: '0.12*A'})}"
     )
 
 

@@ -1,6 +1,6 @@
 """What identification returns: base parameters before and after, how sure they are, how well forces are predicted.
 
-Combinations of parameters that a motion does not tell are named: what they are, why, and what motion would help.
+Combinations of parameters that are not identifiable are named: what they are, why, and what motion would help.
 """
 
 from __future__ import annotations
@@ -39,26 +39,26 @@ STILL = 1e-3
 """rad or m within which a joint stands still, if its noise is smaller."""
 
 STRUCTURE = 1e-9
-"""Part of its terms that a combination has at most in random motions, if no motion tells it."""
+"""Part of its terms that a combination has at most in random motions, if no motion makes it identifiable."""
 
-NEVER = "no motion tells them apart"
-RICHER = "a richer motion would tell"
+NEVER = "no motion separates them"
+RICHER = "a richer motion would help"
 
-UNFELT = "its drive feels nothing of known size"
-WEIGH = "a payload that it feels would tell, or a gain that is known"
+UNFELT = "nothing of known mass loads its drive"
+WEIGH = "a payload of known mass that loads it would help, or a known gain"
 
 MOST = 4
 """Parameters of a combination that are named; others are counted."""
 
 
 @dataclass(frozen=True)
-class Untold:
-    """Parameters that data do not tell apart: along a direction forces are the same, and the scene's values stay.
+class NotIdentifiable:
+    """A combination of parameters that is not identifiable: the forces do not depend on it, the scene's value stays.
 
     Attributes:
         combination: that direction, as a formula of their names.
         why: what the motion lacks, "" where that is not known.
-        helps: what motion would tell it.
+        helps: what motion would make it identifiable.
         parameters: the names in it.
     """
 
@@ -70,18 +70,14 @@ class Untold:
     @property
     def words(self) -> str:
         """All of it as one line."""
-        several = len(self.parameters) > 1
-        what = (
-            f"along {self.combination} parameters are not told apart" if several else f"{self.combination} is not told"
-        )
         why = f": {self.why}" if self.why else ""
-        return f"{what}{why}; the scene's own value{'s stay' if several else ' stays'} there; {self.helps}"
+        return f"{self.combination} is not identifiable{why}; the scene's value stays; {self.helps}"
 
 
-def untold(
+def not_identifiable(
     model: LinearModel, carried: Carried, shown: Mapping[int, str], fitted: Fitted, places: Sequence[int]
-) -> tuple[Untold, ...]:
-    """Return the combinations that the rows of a fit do not tell, with reasons.
+) -> tuple[NotIdentifiable, ...]:
+    """Return the combinations that a fit does not identify, with reasons.
 
     Args:
         model: whose parameters they are.
@@ -91,14 +87,14 @@ def untold(
         places: of the log of each motion.
     """
     regression = fitted.regression
-    if not len(regression.untold):
+    if not len(regression.null_space):
         return ()
-    told = []
+    found = []
     lacking = _lacking(model.scene, fitted.motions)
     generic = _generic(model, carried, shown, fitted, sorted(set(places)))
     size = np.linalg.norm(generic, axis=(0, 1))
     first_gain = len(regression.names) - len(shown)
-    for row in echelon(regression.untold):
+    for row in echelon(regression.null_space):
         part = np.flatnonzero(np.abs(row) > SMALL * np.abs(row).max())
         part = part[np.lexsort((-np.abs(row[part]), part < first_gain))]
         names = tuple(regression.names[k] for k in part)
@@ -110,14 +106,14 @@ def untold(
             if part[0] >= first_gain:
                 drive = drive_names(model.scene)[list(shown)[part[0] - first_gain]]
                 why, helps = UNFELT, f"{WEIGH}, as in {argument('units', {drive: '0.12*A'})}"
-            told.append(Untold(formula, why, helps, names))
+            found.append(NotIdentifiable(formula, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
         reasons = [lacking[j] for j in joints if j in lacking]
         why = "; ".join(dict.fromkeys(one[0] for one in reasons))
         helps = "; ".join(dict.fromkeys(one[1] for one in reasons))
-        told.append(Untold(formula, why, helps or richer(model.scene), names))
-    return tuple(told)
+        found.append(NotIdentifiable(formula, why, helps or richer(model.scene), names))
+    return tuple(found)
 
 
 def richer(scene: Scene) -> str:
@@ -168,12 +164,12 @@ def _lacking(scene: Scene, motions: Sequence[Motion]) -> dict[int, tuple[str, st
         elif np.ptp(rate) < max(6 * noise, 1e-3 * np.abs(rate).max()):
             found[j] = (
                 f"{name} has one speed all the time, so that friction, offset and gravity look alike",
-                f"move {name} at several speeds, both ways",
+                f"move {name} at several speeds, in both directions",
             )
         elif rate.min() > -3 * noise or rate.max() < 3 * noise:
             found[j] = (
-                f"{name} turns one way only, so that dry friction looks like an offset",
-                f"move {name} both ways",
+                f"{name} moves in one direction only, so that dry friction looks like an offset",
+                f"move {name} in both directions",
             )
     return found
 
@@ -184,22 +180,22 @@ _PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+(_b)*$")
 
 @dataclass(frozen=True, eq=False)
 class Identification(Shown):
-    """Parameters told from logs.
+    """Parameters identified from logs.
 
     Attributes:
         scene: as it was declared.
         model: what the logs were held against; its scene has a parameter for every term of friction that was added.
         logs: as measured: each has `source`, `t`, `q`, `qd`, `qdd`, `tau` and `notes`.
-        motions: filtered, at even times, with what was fitted and what was held back.
+        motions: filtered, at even times, divided into data that are fitted and validation data.
         band: highest frequency that was used, Hz.
         regression: least squares with all of its rows.
         fits: how well each driving force is predicted.
         outliers: samples that were left out.
-        untold: combinations of parameters that the data do not tell, and why.
+        not_identifiable: combinations of parameters that the data do not identify, and why.
         notes: what a user should know, one line each.
         predicted: of each motion, Y β at every sample, shapes (N, nv).
         used: of each motion, which samples were fitted, shapes (N, nv).
-        held: of each motion, which samples were held back, shapes (N,).
+        validation: of each motion, which samples are validation data, shapes (N,).
         gains: of drives that show something else than their force, such as currents.
         friction_terms: those that may be added to every drive.
         gain_units: what such drives may show.
@@ -216,17 +212,17 @@ class Identification(Shown):
     regression: Regression
     fits: tuple[Fit, ...]
     outliers: tuple[Outlier, ...]
-    untold: tuple[Untold, ...]
+    not_identifiable: tuple[NotIdentifiable, ...]
     notes: tuple[str, ...]
     predicted: tuple[Array, ...]
     used: tuple[Flags, ...]
-    held: tuple[Flags, ...]
+    validation: tuple[Flags, ...]
     gains: tuple[Gain, ...] = ()
 
     def __repr__(self) -> str:
         count = len(self.model.names)
-        told = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters told"
-        return f"<Identification of {self.scene.name}: {told}, condition number {self.regression.condition:.3g}>"
+        known = f"{int(self.regression.identifiable[:count].sum())} of {count} base parameters identifiable"
+        return f"<Identification of {self.scene.name}: {known}, condition number {self.regression.condition:.3g}>"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -247,17 +243,17 @@ class Identification(Shown):
 
     @property
     def before(self) -> Array:
-        """What the scene says of them, shape (p,); NaN where it has no number, and of what is not in it."""
+        """Their values in the scene, shape (p,); NaN where it has no number, and of what is not in it."""
         return np.append(self.model.prior, np.full(len(self.names) - len(self.model.prior), np.nan))
 
     @property
     def after(self) -> Array:
-        """What the data say, shape (p,)."""
+        """Their estimates, shape (p,)."""
         return self.regression.estimate
 
     @property
     def errors(self) -> Array:
-        """Standard errors, shape (p,); NaN for what the data do not tell by itself."""
+        """Standard errors, shape (p,); NaN for a parameter that is not identifiable by itself."""
         return self.regression.errors
 
     @property
@@ -277,7 +273,7 @@ class Identification(Shown):
             raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
         from scipy.stats import t
 
-        wide = float(t.ppf(0.5 + level / 2, self.regression.freedom)) * self.errors
+        wide = float(t.ppf(0.5 + level / 2, self.regression.error_dof)) * self.errors
         return np.stack([self.after - wide, self.after + wide], axis=1)
 
     @property
@@ -288,7 +284,7 @@ class Identification(Shown):
         return parameter_table(self), *([gain_table(self)] if self.gains else []), fit_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a row a parameter: its value, its standard error, its unit, what the scene says, whether data tell it.
+        """Return a row a parameter: value, standard error, unit, value in the scene, whether it is identifiable.
 
         >>> import numpy as np
         >>> import symdyn
@@ -296,9 +292,8 @@ class Identification(Shown):
         >>> symdyn.identify(symdyn.example("pendulum"), log).to_pandas().loc["myR1", "unit"]
         'kg m'
 
-        Rows are named as `names`; what was not known of payloads and gains of drives are among them. `value` is what
-        the data say, `standard_error` is NaN where they do not tell it by itself, `before` where the scene has no
-        number.
+        Rows are named as `names`; what was not known of payloads and gains of drives are among them. `value` is the
+        estimate, `standard_error` is NaN where it is not identifiable by itself, `before` where the scene has none.
 
         Raises:
             IdentifyError: pandas is not installed.
@@ -314,7 +309,7 @@ class Identification(Shown):
             "standard_error": self.errors,
             "unit": list(self.units),
             "before": self.before,
-            "told": self.regression.identifiable,
+            "identifiable": self.regression.identifiable,
         }
         found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
         found.attrs |= {"scene": self.scene.name, "band_hz": self.band, "condition": self.regression.condition}
@@ -337,7 +332,7 @@ class Identification(Shown):
             "rows": len(self.regression.tau),
             "degrees_of_freedom": self.regression.dof,
             "parameters": [
-                {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "told": bool(k)}
+                {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "identifiable": bool(k)}
                 for n, b, a, e, k in columns
             ],
             "gains": [
@@ -352,7 +347,7 @@ class Identification(Shown):
                     "error": one.error,
                     "percent": one.percent,
                     "before": one.before,
-                    "held_back": one.held_back,
+                    "validation": one.validation,
                 }
                 for one in self.fits
             ],
@@ -367,8 +362,9 @@ class Identification(Shown):
                 }
                 for one in self.outliers
             ],
-            "untold": [
-                {"combination": one.combination, "why": one.why, "what_helps": one.helps} for one in self.untold
+            "not_identifiable": [
+                {"combination": one.combination, "why": one.why, "what_helps": one.helps}
+                for one in self.not_identifiable
             ],
             "notes": list(self.notes),
         }

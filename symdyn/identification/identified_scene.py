@@ -39,7 +39,7 @@ WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""
 
 UNTOLD = 1e-3
-"""Share in directions that the prior decides and not the data, from which on a parameter is not told by itself."""
+"""Share in directions that the prior decides, not the data, from which on a parameter is not identifiable by itself."""
 
 AT_LIMIT = 1e-9
 """In sizes of a parameter that cannot be negative: below it is zero."""
@@ -53,10 +53,10 @@ class Named:
         names: of the parameters that were unknown, shape (k,).
         before: their values in the scene, NaN where it has none, shape (k,).
         values: as found, shape (k,).
-        errors: standard errors, shape (k,); NaN for what data do not tell by itself.
+        errors: standard errors, shape (k,); NaN for what is not identifiable by itself.
         distance: of the estimates from what these parameters can give, in standard errors (Mahalanobis).
-        spare: how many more combinations were estimated than there are parameters told: distance^2 is about this if
-            the scene is built as it says.
+        spare: how many more combinations were estimated than there are identifiable parameters: distance^2 is about
+            this if the scene is right.
         fixed: names of parameters of geometry and gravity, which keep their values.
     """
 
@@ -203,7 +203,7 @@ def identified(
     Args:
         identification: what `identify` returned.
         total_mass: of all bodies together, kg; None leaves it to the data. It and `inside` are of bodies that were
-            declared by numbers: with parameters that have names they do nothing, which is told.
+            declared by numbers: with parameters that have names they do nothing, which a note reports.
         inside: for bodies by name, an ellipsoid that holds all of their mass: centre and half axes along the body
             axes, m.
         spread: how far a body may be from the scene's own, in its own size, where data are weak.
@@ -247,7 +247,7 @@ def identified(
 
 
 def identifiable_combinations(identification: Identification) -> tuple[Array, Array, Array]:
-    """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance.
+    """Return C, e, Sigma: identifiable combinations of base parameters, shape (k, b), estimates, covariance.
 
     The base parameters are those of `found.model.names`, in their order.
     """
@@ -255,9 +255,9 @@ def identifiable_combinations(identification: Identification) -> tuple[Array, Ar
     count = len(identification.model.names)
     assert regression.names[:count] == identification.model.names, "gains and payloads stand behind base parameters"
     estimate, covariance = regression.estimate[:count], regression.covariance[:count, :count]
-    if not len(regression.untold):
+    if not len(regression.null_space):
         return np.eye(count), estimate, covariance
-    _, sizes, Vt = np.linalg.svd(regression.untold[:, :count])
+    _, sizes, Vt = np.linalg.svd(regression.null_space[:, :count])
     C = Vt[int(np.sum(sizes > NOTHING)) :] * regression.scale[:count]
     return C, C @ estimate, C @ covariance @ C.T
 
@@ -311,7 +311,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
 
 
 def body_of_ten(body: Body, ten: Sequence[float]) -> Body:
-    """Return the body with mass, first moment and inertia about its frame, told about its centre of mass.
+    """Return the body with mass, first moment and inertia about its frame, written about its centre of mass.
 
     Args:
         body: whose name and looks are kept.
@@ -358,18 +358,18 @@ def _places(changed: Sequence[int], bodies: int, count: int) -> list[int]:
 
 
 def _named_notes(scene: Scene, named: Named) -> list[str]:
-    told = [name for name, e in zip(named.names, named.errors, strict=True) if not np.isnan(e)]
+    known = [name for name, e in zip(named.names, named.errors, strict=True) if not np.isnan(e)]
     lost = [k for k, e in enumerate(named.errors) if np.isnan(e)]
     start = np.where(np.isnan(named.before), 1.0, named.before)
     kept = [named.names[k] for k in lost if named.values[k] == start[k]]
     tied = [named.names[k] for k in lost if named.values[k] != start[k]]
-    notes = [f"{listed(told)}: values that give the estimates; formulas stay as they are"] if told else []
+    notes = [f"{listed(known)}: values that give the estimates; formulas stay as they are"] if known else []
     if kept:
-        notes.append(f"{listed(kept)}: not told by these data, as before (1 where there was no value)")
+        notes.append(f"{listed(kept)}: not identifiable from these data, as before (1 where there was no value)")
     if tied:
         notes.append(
-            f"{listed(tied)}: not told apart by these data; of all values that give the estimates, those nearest to "
-            "the scene's (1 where there was no value)"
+            f"{listed(tied)}: identifiable in combinations only; of all values that give the estimates, those nearest "
+            "to the scene's (1 where there was no value)"
         )
     if named.fixed:
         notes.append(f"{listed(named.fixed)}: geometry or gravity, as before")
@@ -382,7 +382,7 @@ def _named_notes(scene: Scene, named: Named) -> list[str]:
     if named.spare > 0 and named.distance > 3 * np.sqrt(named.spare):
         notes.append(
             f"the estimates are {named.distance:.3g} standard errors from what these parameters can give: masses lie "
-            "elsewhere than the scene says, or something acts that it does not have"
+            "elsewhere than in the scene, or a force acts that it does not have"
         )
     return notes
 
@@ -393,8 +393,8 @@ def _of(body: Body) -> list[Quantity]:
 
 
 def _gain_notes(identification: Identification) -> list[str]:
-    told = [f"{g.drive} {g.value:.5g} ± {g.error:.2g} {g.unit}" for g in identification.gains if np.isfinite(g.error)]
-    return [f"gains of drives, which a scene does not hold: {listed(told)}"] if told else []
+    known = [f"{g.drive} {g.value:.5g} ± {g.error:.2g} {g.unit}" for g in identification.gains if np.isfinite(g.error)]
+    return [f"gains of drives, which a scene does not hold: {listed(known)}"] if known else []
 
 
 def _physical_notes(physical: Physical) -> list[str]:
@@ -402,21 +402,21 @@ def _physical_notes(physical: Physical) -> list[str]:
     moved = [name for name in physical.unknowns.bodies if name not in physical.kept]
     if moved:
         notes.append(
-            f"{listed(moved)}: ten numbers each, of which data tell {count} combinations; the rest is nearest to the "
-            "scene's own"
+            f"{listed(moved)}: ten inertial parameters each, of which {count} combinations are identifiable; the rest "
+            "is nearest to the scene's own"
         )
     if physical.kept:
-        notes.append(f"{listed(physical.kept)}: no motion tells anything of it, as declared")
+        notes.append(f"{listed(physical.kept)}: not identifiable from any motion, as declared")
     if physical.projected and physical.distance > 0.1:
         notes.append(
-            "the estimates themselves are those of no body; the nearest that bodies can have are "
+            "the estimates themselves are not physically consistent; the nearest that are lie "
             f"{physical.distance:.3g} standard errors away, all {count} together, and miss "
             f"{100 * physical.missed:.2g} % of them"
         )
         if physical.distance > HARDLY and physical.missed < 1:
-            notes.append("standard errors of a log with hardly any noise: that many of them say little of the bodies")
+            notes.append("standard errors of a log with hardly any noise: a distance of many of them means little")
     if physical.at_limit:
         notes.append(
-            f"{listed(physical.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong"
+            f"{listed(physical.at_limit)}: at the edge of physical consistency: data are weak, or a model is wrong"
         )
     return notes

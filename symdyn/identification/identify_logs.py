@@ -34,7 +34,7 @@ from symdyn.arguments import argument, check_arguments, native
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
-from symdyn.identification.identification import Identification, untold
+from symdyn.identification.identification import Identification, not_identifiable
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import ColumnUnits, Log, forces_off, given_gains, read_logs, shown_in
 from symdyn.identification.payload import Carried, Payload, carried, check_payloads, evidence
@@ -44,10 +44,10 @@ from symdyn.scene.values import force_unit, listed
 from symdyn.simulation.prescribed import drive_names
 
 LEAST = 1e-9
-"""Part of the largest singular value, and of a column, below which nothing is told."""
+"""Part of the largest singular value, and of a column, below which nothing is identifiable."""
 
 WIDE, FINE = 6, 20
-"""Decades on both sides of what was said, and how many gains of each are looked at."""
+"""Decades on both sides of what was given, and how many gains of each are looked at."""
 
 ROUNDED = 1e-10
 """Part of the squares of what a drive shows that rounding may make."""
@@ -59,7 +59,7 @@ class GainStep:
 
     Attributes:
         size: by which the gain would change, in parts of it.
-        error: standard error of that; infinite where the rows do not tell it.
+        error: standard error of that; infinite where it is not identifiable.
     """
 
     size: float
@@ -76,8 +76,8 @@ def steps(rows: Rows, regression: Regression, drives: Collection[int]) -> dict[i
     """
     w = regression.weights
     columns = regression.Y * w[:, None] / regression.scale
-    if len(regression.untold):
-        columns = columns @ np.linalg.svd(regression.untold)[2][len(regression.untold) :].T
+    if len(regression.null_space):
+        columns = columns @ np.linalg.svd(regression.null_space)[2][len(regression.null_space) :].T
     basis = np.linalg.qr(columns)[0]
     left = regression.residuals * w
     force = rows.tau - regression.residuals
@@ -151,10 +151,10 @@ def _bound(pressed: Mapping[int, Array], free: int) -> float:
 
 
 SURE = 6.0
-"""Standard errors from which on a gain is another than was said."""
+"""Standard errors from which on a gain is another than was given."""
 
 OFF = 0.03
-"""Part by which it is off at least, if anything is said: friction that the model lacks makes as much."""
+"""Part by which it is off at least, if anything is reported: friction that the model lacks makes as much."""
 
 ALIKE, FAR = 0.1, 0.1
 """Parts within which parameters are off by one factor, and by which this factor is not one."""
@@ -163,10 +163,10 @@ LEVEL = 1.5
 """Times the least sum of squares up to which several gains explain what is off as well as the best."""
 
 NEAR = 0.5
-"""Part of what is said from which on one step of a gain is looked at by a whole fit."""
+"""Part of what is given from which on one step of a gain is looked at by a whole fit."""
 
 FEW = 3
-"""Parameters from which on they may be said to be off by one factor."""
+"""Parameters from which on they may be reported to be off by one factor."""
 
 
 def doubts(
@@ -178,7 +178,7 @@ def doubts(
     again: Callable[[int], Fitted],
     alone: bool,
 ) -> list[str]:
-    """Return a note on the gain that was said and does not fit, or on what all of them have in common; or nothing.
+    """Return a note on the gain that was given and does not fit, or on what all of them have in common; or nothing.
 
     Args:
         model: the mechanism.
@@ -198,10 +198,10 @@ def doubts(
             break
         try:
             other = again(j)
-        except IdentifyError:  # the data do not tell it
+        except IdentifyError:  # it is not identifiable
             continue
         error, part = float(other.regression.errors[-1]), float(other.gains[j])
-        if abs(part - 1) > max(SURE * error, OFF):  # NaN: not told
+        if abs(part - 1) > max(SURE * error, OFF):  # NaN: not identifiable
             value = f"{part:.4g} times as much with a standard error of {error:.2g}"
             if (one := specified.get(j)) is not None:
                 kind = f"{units[j]}/{one.unit}"
@@ -227,11 +227,11 @@ def doubts(
         unit = specified[j].unit if j in specified else "A"
         return [
             f"{given[0]} does not fit: left free, {free[0]}, and {fit}; what was found with it is off, too. Look it up "
-            f"again, or let the data tell it, with {argument('units', {names[j]: unit})}"
+            f"again, or identify it, with {argument('units', {names[j]: unit})}"
         ]
     return [
-        f"{' and '.join(given)} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not tell "
-        "which one is wrong, and what was found with them is off, too. A payload of known mass tells"
+        f"{' and '.join(given)} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not show "
+        "which one is wrong, and what was found with them is off, too. A payload of known mass shows it"
     ]
 
 
@@ -244,7 +244,7 @@ def _in_doubt(drives: Sequence[int], fitted: Fitted, shown: Collection[int]) -> 
 
 
 def _by_one_factor(model: LinearModel, specified: Mapping[int, ColumnUnits], regression: Regression) -> list[str]:
-    """Return a note where all parameters are off by one factor from what the scene says."""
+    """Return a note where all parameters are off by one factor from those of the scene."""
     count = len(model.prior)
     after, errors = regression.estimate[:count], regression.errors[:count]
     clear = np.isfinite(model.prior) & (model.prior != 0) & (np.abs(after) > np.abs(errors) / ALIKE)
@@ -255,7 +255,7 @@ def _by_one_factor(model: LinearModel, specified: Mapping[int, ColumnUnits], reg
     names = drive_names(model.scene)
     given = listed([f"{names[j]}={one.value:.4g}*{one.unit}" for j, one in specified.items()])
     return [
-        f"masses and inertias are all {factor:.3g} times what the scene says, as if {given} ought to be "
+        f"masses and inertias are all {factor:.3g} times those of the scene, as if {given} ought to be "
         f"{1 / factor:.3g} times as much, and nothing else is of known size: look the gain up again, or measure once "
         "more with a payload of known mass"
     ]
@@ -273,7 +273,7 @@ def identify(
     payloads: Payload | Sequence[Payload] = (),
     say: Callable[[str], None] | None = None,
 ) -> Identification:
-    """Return the base parameters of a scene that measured motion and driving forces tell, with standard errors.
+    """Identify the base parameters of a scene from measured motion and driving forces, with standard errors.
 
     >>> import numpy as np
     >>> import symdyn
@@ -285,7 +285,7 @@ def identify(
     ['mxR1 = 0.000', 'myR1 = -0.600', 'JxxR1 + JyyR1 = 0.300', 'b = 0.030']
 
     Args:
-        scene: the mechanism; its own numbers are what parameters that the data do not tell keep.
+        scene: the mechanism; parameters that are not identifiable keep its values.
         data: path of a CSV file with the columns t, coordinates and driving forces, as `simulate` writes them; arrays
             by name, a data frame or a run; or a list of such, a log each. Velocities and accelerations may be among
             them, else they are differentiated.
@@ -293,12 +293,12 @@ def identify(
         friction: terms that joints with a drive have beside what the scene declares: "viscous", "coulomb", "offset",
             "armature".
         hold_back: share of every log, in contiguous blocks, that is not fitted and judges the result; 0 to 0.9.
-        outliers: whether samples that no noise explains are left out; they are told.
+        outliers: whether samples that no noise explains are left out; they are reported.
         units: of columns that are not in SI with radians, by name or pattern, such as {"q*": "deg", "t": "ms"}. Drives
             that show currents, {"tau*": "A"}, have their gains among the unknowns; {"tau1": "0.12*A"} has 0.12 N m/A.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
-        payloads: bodies of known mass that some logs were measured with: what gains are told by.
-        say: takes what a user should know, a line at a time.
+        payloads: bodies of known mass that some logs were measured with: they make gains identifiable.
+        say: takes notes, a line at a time.
 
     Raises:
         IdentifyError: with every fault of the data, one line each.
@@ -344,7 +344,7 @@ def identify(
     gains = estimated_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
     notes += [*_expected(model, logs, moved, load, shown), *found.notes]
-    lost = untold(model, load, shown, found, [place for place, _ in moved])
+    lost = not_identifiable(model, load, shown, found, [place for place, _ in moved])
     notes += [one.words for one in lost]
     notes += [one.words for one in gains if one.words]
     notes += doubted
@@ -353,7 +353,7 @@ def identify(
             say(note)
     return Identification(
         scene, model, logs, found.motions, band, found.regression, found.fits, found.outliers, lost, tuple(notes),
-        found.predicted, found.used, found.held, gains,
+        found.predicted, found.used, found.validation, gains,
     )  # fmt: skip
 
 
@@ -367,8 +367,8 @@ def _check_gains(
     names = [drive_names(model.scene)[j] for j in driven]
     if payloads and len({tuple(one.carried(k, log) for one in payloads) for k, log in enumerate(logs)}) == 1:
         raise IdentifyError(
-            f"{model.scene.name}: {listed(names)}: every log carries the same payload, which no log "
-            "tells from the body that it is fixed to; measure the motion without it, too, and give both logs"
+            f"{model.scene.name}: {listed(names)}: every log carries the same payload, which cannot "
+            "be separated from the body that it is fixed to; measure the motion without it, too, and give both logs"
         )
     if payloads:
         return
@@ -377,9 +377,9 @@ def _check_gains(
     carried = argument("payload", f"loaded.csv:{last}:mass=2", python)
     known = argument("units", {names[0]: "0.12*A"})
     raise IdentifyError(
-        f"{model.scene.name}: {listed(names)}: no log tells what one {next(iter(shown.values()))} is worth: twice all "
-        "gains with twice all masses and frictions is the same motion. Measure once more with a payload of known mass "
-        f"and give both logs, with {carried}; or say a gain that is known, as in {known}"
+        f"{model.scene.name}: {listed(names)}: the gain of one {next(iter(shown.values()))} is not identifiable: twice "
+        "all gains with twice all masses and frictions is the same motion. Measure again with a payload of known mass "
+        f"and give both logs, with {carried}; or give a known gain, as in {known}"
     )
 
 
@@ -388,7 +388,7 @@ def _check_logs(logs: Sequence[Log], band: float | None) -> None:
     faults = []
     for k, log in enumerate(logs):
         if any(np.array_equal(log.t, one.t) and np.array_equal(log.tau, one.tau) for one in logs[:k]):
-            faults.append(f"{log.source}: is a log that is given already; twice the same tells no more, leave it out")
+            faults.append(f"{log.source}: is a log that is given already; leave it out")
         half = 0.5 / float(np.median(np.diff(log.t)))
         if band is not None and band > half:
             faults.append(

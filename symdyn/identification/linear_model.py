@@ -1,7 +1,7 @@
 """The model that logs are compared with: driving forces of a scene as its base regressor times base parameters.
 
     beta = map · pi                 pi: ten of every body about its frame, armatures, friction, stiffness, ... (linear
-                                    parameters); beta: base parameters, what motion can tell of pi
+                                    parameters); beta: base parameters, its identifiable combinations
     S · pi >= 0                     what no body or joint can have below zero: armature, damping, dry friction
 
 The pseudo-inertia of a body is [[J, h], [h, m]], J = tr(I)/2 · 1 - I its second moments about the frame, h = m r.
@@ -138,7 +138,7 @@ def never_negative(scene: Scene) -> list[tuple[str, Quantity]]:
 
 
 def _numbers(entries: Sequence[Expr], w: Workspace, scene: Scene | None = None) -> list[float]:
-    """Return the values of formulas, with what the scene says of its parameters."""
+    """Return the values of formulas, with the values that the scene has for its parameters."""
     known = {p.name: p.value for one in (w.scene, scene or w.scene) for p in one.parameters if p.value is not None}
     values = {
         w.graph.symbol(name): evaluate([value.express(w.graph)], Floats(), {})[0] for name, value in known.items()
@@ -173,8 +173,8 @@ class LinearModel:
     Attributes:
         scene: with a parameter for each term of friction that it did not have.
         names: of the base parameters, shape (p,).
-        prior: what the scene says of them, shape (p,); NaN where it has no number.
-        rows: indices of the velocities whose row says something, shape (m,).
+        prior: their values in the scene, shape (p,); NaN where it has no number.
+        rows: indices of the velocities whose equation depends on them, shape (m,).
         jumps: indices of the velocities at whose standstill a force jumps.
         regressor: (q, qd, qdd) of shapes (N, nq), (N, nv), (N, nv) to Y, shape (N, nv, p).
         ten: the same arguments to the columns of the ten parameters of every body, shape (N, nv, 10 bodies); compiled
@@ -195,14 +195,14 @@ class Term:
     """One law of the force of a drive that a scene may lack.
 
     Attributes:
-        letter: of its parameter; the number of the joint follows.
+        symbol: of its parameter; the number of the joint follows.
         unit: of the parameter, at a joint that turns, and at one that slides.
         text: for tables.
         lacks: whether a joint has none of its own.
         given: the joint with it, from the joint and a symbol.
     """
 
-    letter: str
+    symbol: str
     unit: tuple[str, str]
     text: str
     lacks: Callable[[Joint], bool]
@@ -259,7 +259,7 @@ def with_terms(scene: Scene, terms: Sequence[str]) -> Scene:
             slides = JOINTS[joint.type].slides(joint)
             for term in (TERMS[name] for name in terms):
                 if term.lacks(joint):
-                    name = f"{term.letter}{k}"
+                    name = f"{term.symbol}{k}"
                     while name in taken:
                         name += "_b"
                     taken.add(name)

@@ -32,13 +32,13 @@ from symdyn.scene.values import Faults, Unit, UnitError, acceleration_name, choi
 from symdyn.simulation.prescribed import Columns, drive_names, read_entries
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
-"""What a drive may show in place of its force, a multiple of it by a gain that data may tell, and what one of it is."""
+"""What a drive may show in place of its force, by what unit its gain counts, and what one of it is."""
 
 NEAR, ALIKE = 0.1, 0.9
 """How near a ratio is to a factor of units, and the correlation from which two columns show the same thing."""
 
 OFF = 0.05
-"""Part by which a velocity and the rate of its coordinate may differ and nothing is said."""
+"""Part by which a velocity and the rate of its coordinate may differ without a note."""
 
 FAR = 2.0
 """Times a limit, from which a coordinate is beyond what its joint can do."""
@@ -232,7 +232,7 @@ def _judge(scene: Scene, source: str, k: int, kind: str, ratio: float, faults: F
             return
     if _near(ratio, 1e3) or _near(ratio, 1e-3):
         way = argument("units", {rate: "mm/s"})
-        faults.add(source, f"{what}: one of the two is off by 1000; say which, as in {way}")
+        faults.add(source, f"{what}: one of the two is off by 1000; give its unit, as in {way}")
     elif ratio < 0:
         faults.add(source, f"{what}: one of the two has the other sign; turn its column round")
     elif abs(ratio - 1) > OFF:
@@ -240,7 +240,7 @@ def _judge(scene: Scene, source: str, k: int, kind: str, ratio: float, faults: F
 
 
 def _way(column: str, unit: str) -> str:
-    return f"{argument('units', {column: unit})} says so"
+    return f"{argument('units', {column: unit})} gives it"
 
 
 def _ratio(one: Array, other: Array) -> float | None:
@@ -365,7 +365,7 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     step = float(np.median(np.diff(table.t)))
     if not SHORTEST_STEP < step < LONGEST_STEP:
         way = argument("units", {"t": "ms"})
-        faults.add(source, f"samples are {step:.3g} s apart, as no log's are; {way} says that t is in ms")
+        faults.add(source, f"samples are {step:.3g} s apart, as no log's are; {way} where t is in ms")
     for name in [name for name in table.values if name in known(scene)]:
         if (most := float(np.abs(table.values[name]).max())) > LARGEST:
             faults.add(source, f"{name} goes to {most:.3g}, as nothing does that is measured; leave such rows out")

@@ -121,7 +121,7 @@ class OutputFit(Shown):
 
 
 TELLS = 1e-7
-"""Smallest singular value over the largest, columns of length one, below which data do not tell."""
+"""Smallest singular value over the largest, columns of length one, below which a direction is not identifiable."""
 
 POSITIVE = 1e-9
 """Least value of a positive parameter, over its value before."""
@@ -154,8 +154,8 @@ def output_error(
         scene: the mechanism, its parameters bound: the search begins at their values; or a `Problem`.
         data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
             or a list of such, one a log, each with a start of its own.
-        parameters: names of those that are looked for; None takes all but gravity's that the data tell. Which they do
-            not is said.
+        parameters: names of those to estimate; None takes all identifiable ones but gravity's. Which they are
+            not is reported.
         measured: which columns are fitted; None for all coordinates and velocities that the logs have.
         pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
         **fields: of `Problem`.
@@ -165,7 +165,7 @@ def output_error(
 
     Raises:
         SimulateError: with every fault of the arguments and the data, one line each.
-        IdentifyError: data that do not tell the parameters apart, a motion that forgets its start, no run.
+        IdentifyError: parameters that are not identifiable, a motion that forgets its start, no run.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, _ = Problem.requested(output_error, locals())
@@ -184,7 +184,7 @@ def output_error(
     chosen = tuple(dict.fromkeys(free if asked is None else asked))
     if not chosen:
         raise IdentifyError(
-            f"{scene.name}: parameters: none is looked for; name one in [parameters], beside gravity's, or all by "
+            f"{scene.name}: parameters: none is to be estimated; name one in [parameters], not gravity's, or all by "
             f"{argument('symbolic', 'all', 'symdyn.scene.with_symbols')}"
         )
     search, more = _begin(scene, names, logs, chosen, guess)
@@ -192,7 +192,7 @@ def output_error(
         told = _told(search)
         held = [name for name in chosen if name not in told]
         if held:
-            more = (*more, f"the data tell {listed(told)}; {listed(held)} kept as given: others can stand for them")
+            more = (*more, f"{listed(held)} kept as given: identifiable in combination with {listed(told)} only")
             search, _ = _begin(scene, names, logs, told, guess)
     positive = {one.name for one in scene.parameters if one.positive}
     least = np.full(len(search.before), -np.inf)
@@ -224,7 +224,7 @@ def _begin(
 
 
 def _told(search: Search) -> tuple[str, ...]:
-    """Return parameters that the data tell apart, those first that they tell best, in the order given."""
+    """Return a set of parameters that is identifiable, the best identifiable first, in the order given."""
     from scipy.linalg import qr
 
     n, whole = len(search.parameters), search.pieces
@@ -246,7 +246,7 @@ def _told(search: Search) -> tuple[str, ...]:
         int(k) for k, one in zip(order, size, strict=False) if one > 10 * TELLS * np.linalg.norm(J[:, :n], axis=0).max()
     }
     if not kept:
-        raise IdentifyError("the data tell no parameter: nothing moves, or all columns are starts")
+        raise IdentifyError("no parameter is identifiable: nothing moves, or all columns are starts")
     return tuple(name for k, name in enumerate(search.parameters) if k in kept)
 
 
@@ -254,7 +254,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
     """Return what a search has found.
 
     Raises:
-        IdentifyError: the data do not tell all of it apart.
+        IdentifyError: the parameters are not all identifiable.
     """
     n, missed = len(search.parameters), search.missed(unknowns)
     every = np.concatenate(missed)
@@ -273,7 +273,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
         part = np.abs(ways[-1])
         together = [labels[k] for k in np.argsort(-part, kind="stable") if part[k] > 0.05 * part.max()]
         raise IdentifyError(
-            f"{scene.name}: {listed(names)} over time do not tell {listed(together)} apart: they can change "
+            f"{scene.name}: {listed(names)} over time identify {listed(together)} in combination only: they can change "
             "together and leave the run as it is; look for fewer of them (the others keep their values), or "
             "measure more"
         )
@@ -306,7 +306,7 @@ def _correlations(missed: Sequence[Array]) -> Array:
 
 
 def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise: Array) -> list[str]:
-    """Return what residuals say against the result."""
+    """Return what residuals show against the result."""
     found = []
     for k, (name, r) in enumerate(zip(names, _correlations(missed), strict=True)):
         rough = np.concatenate([np.diff(one.x[:, k], 4) for one in search.data]).std() / np.sqrt(70)
@@ -317,7 +317,7 @@ def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise
                 else ""
             )
             found.append(
-                f"residuals of {name} hang together (correlation {r:.2f} from sample to sample){far}: the scene lacks "
-                "something, forces are noisy, or the search ended in another valley; true errors are larger than stated"
+                f"residuals of {name} are correlated ({r:.2f} from sample to sample){far}: the scene lacks "
+                "something, forces are noisy, or the search ended in a local minimum; true errors are larger than these"
             )
     return found

@@ -1,14 +1,14 @@
-"""Payloads: bodies of known mass that some logs were measured with, the known size by which gains of drives are told.
+"""Payloads: bodies of known mass that some logs were measured with, which makes gains of drives identifiable.
 
     F_load = Y_b π          Y_b: the columns of the ten parameters of the body b that carries it
     π = K x + c             c: what is known of m, m r and the inertia about the frame of b; x: what is not, without
-                            what no motion tells apart from the rest of it
+                            what no motion separates from the rest of it
 
 Reference: Khalil and Dombre (2002), section 12.6; Gautier and Briot, Global identification of joint drive gains and
 dynamic parameters of robots (2014), where the mass is known and the other nine are not.
 
-Motions are held against columns of parameters and payloads, and rows of these by frequency; errors of forces are told
-joint by joint, of what was fitted and of what was held back.
+Motions are held against columns of parameters and payloads, and rows of these by frequency; errors of forces are given
+joint by joint, of data that were fitted and of validation data.
 """
 
 from __future__ import annotations
@@ -124,14 +124,14 @@ def check_payloads(model: LinearModel, payloads: Sequence[Payload], logs: Sequen
         if not (isinstance(one.mass, Real) and np.isfinite(one.mass) and one.mass > 0):
             faults.append(f"{where}: mass = {one.mass!r:.40}: give what it weighs, kg, above zero")
         if one.com is not None and not _numbers(one.com, (3,)):
-            faults.append(f"{where}: com = {_shown(one.com)}: give three numbers, m, such as [0, 0, 0.1]")
+            faults.append(f"{where}: com = {_shown(one.com)}: give a vector of three numbers, m, such as [0, 0, 0.1]")
         if one.inertia is not None and not _numbers(one.inertia, (3, 6)):
             faults.append(
                 f"{where}: inertia = {_shown(one.inertia)}: give xx, yy, zz, or these and xy, xz, yz, kg m^2, about "
                 "the centre of mass"
             )
         if one.inertia is not None and one.com is None:
-            faults.append(f"{where}: an inertia about a centre of mass that is not known says nothing; give com, too")
+            faults.append(f"{where}: an inertia about an unknown centre of mass has no meaning; give com, too")
     if faults:
         raise IdentifyError(faults)
     for one in payloads:
@@ -233,7 +233,7 @@ class Fit:
         size: root mean square of the force as measured.
         error: root mean square of measured less predicted, in the band.
         before: the same with the scene's own values; NaN where it has none.
-        held_back: the same as `error`, on data that were not fitted; NaN where there are none.
+        validation: the same as `error`, on data that were not fitted; NaN where there are none.
     """
 
     drive: str
@@ -241,7 +241,7 @@ class Fit:
     size: float
     error: float
     before: float
-    held_back: float
+    validation: float
 
     @property
     def percent(self) -> float:
@@ -249,13 +249,13 @@ class Fit:
         return 100 * self.error / self.size if self.size else float("nan")
 
     @property
-    def held_back_percent(self) -> float:
+    def validation_percent(self) -> float:
         """Error on data that were not fitted, %."""
-        return 100 * self.held_back / self.size if self.size else float("nan")
+        return 100 * self.validation / self.size if self.size else float("nan")
 
 
 def blocks(count: int, share: float, most: int = 4) -> list[tuple[slice, bool]]:
-    """Return contiguous parts of `count` samples, and whether each is held back; `share` of all are.
+    """Return contiguous parts of `count` samples, and whether each is validation data; `share` of all are.
 
     >>> [(part.start, part.stop, back) for part, back in blocks(100, 0.25, 2)]
     [(0, 37, False), (37, 50, True), (50, 87, False), (87, 100, True)]
@@ -287,7 +287,7 @@ class DataPart:
         motion: with what drives show.
         Y: columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1).
         drawn: what noise of the motion makes of them; None where there is none.
-        blocks: which samples are held back.
+        blocks: which samples are validation data.
     """
 
     motion: Motion
@@ -365,7 +365,7 @@ def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
 
 
 def held_in(part: DataPart) -> Flags:
-    """Return which samples of a motion are held back, shape (N,)."""
+    """Return which samples of a motion are validation data, shape (N,)."""
     mask = np.zeros(len(part.motion.t), bool)
     for samples, back in part.blocks:
         mask[samples] = back
@@ -373,7 +373,7 @@ def held_in(part: DataPart) -> Flags:
 
 
 def rows_of(model: LinearModel, parts: Sequence[DataPart], used: Sequence[Flags], back: bool) -> Rows:
-    """Return what drives show and the columns beside it, of samples that are held back, or of those that are not."""
+    """Return what drives show and the columns beside it, of validation data, or of those that are fitted."""
     found: list[tuple[Any, ...]] = []
     group = 0
     for one, mask in zip(parts, used, strict=True):

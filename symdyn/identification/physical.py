@@ -14,7 +14,7 @@ for any body. Wanted are linear parameters pi (`unknowns`) with
     s_k             size of the body, kg
     y               R (pi - best): variables in which the distance is |y|
 
-The data decide what they can tell, by their covariance. The second term decides the rest, the same in whatever frame; a
+The data decide what they identify, by their covariance. The second term decides the rest, the same in whatever frame; a
 body of point masses, or an impossible one, has a metric too. A change of variables makes both squares one, |y|^2, so
 that the solver projects a point onto the cones: a problem that is well conditioned whatever the units are.
 
@@ -152,19 +152,19 @@ def projected(cones: Cones, best: Array, R: Array) -> Array:
 
 
 MARGIN = 1e-6
-"""Smallest eigenvalue of a pseudo-inertia that is looked for, in sizes of the body."""
+"""Smallest eigenvalue of a pseudo-inertia that is sought, in sizes of the body."""
 
 FLOOR = 1e-2
 """Smallest eigenvalue of the metric, in sizes of the body: what is declared as zero may become this, and more."""
 
 SPREAD = 1.0
-"""How far a body may be from the scene's own where data say so, in its own size: standard deviation of the prior."""
+"""How far a body may be from the scene's own where data show it, in its own size: standard deviation of the prior."""
 
 NOTHING = 1e-9
-"""Shares in a combination below it, beside the largest, are rounding, and say nothing of a parameter's size."""
+"""Shares in a combination below it, beside the largest, are rounding, and show nothing of a parameter's size."""
 
 SHARPEST = 1e-8
-"""Relative standard error below which estimates are not believed: what a log in doubles can tell at best."""
+"""Relative standard error below which estimates are not believed: what a log in doubles can show at best."""
 
 
 @dataclass(frozen=True)
@@ -281,7 +281,7 @@ def nearest_physical(
 
 
 def _settled(unknowns: Unknowns, values: Array, scale: Array) -> list[str]:
-    """Make exactly zero what the solver has left within rounding of it, and tell what that is."""
+    """Make exactly zero what the solver has left within rounding of it, and return what that is."""
     found = []
     for what, row in zip(unknowns.signed, unknowns.signs, strict=True):
         touched = np.flatnonzero(row)
@@ -309,7 +309,7 @@ def _sizes(unknowns: Unknowns) -> tuple[float, Array]:
 def prior_of(unknowns: Unknowns) -> Array:
     """Return the values that others are to be near, shape (p,): the scene's own.
 
-    A body with inertia and without mass is one whose mass nobody needed: it gets the one with which its radius of
+    A body with inertia and without mass is one whose mass was not needed: it gets the one with which its radius of
     gyration is that of the scene.
     """
     _, sizes = _sizes(unknowns)

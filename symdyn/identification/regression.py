@@ -31,7 +31,7 @@ from symdyn.algebra import Array
 from symdyn.identification.filtered import Flags, Indices
 
 BURIED = 0.25
-"""Part of the information of a direction that noise of the motion may make, and it still counts as told."""
+"""Part of the information of a direction that noise of the motion may make, and it still counts as identifiable."""
 
 SURE = 3.0
 """Standard errors from which a column is part of another."""
@@ -44,7 +44,7 @@ def hidden(felt: Array, columns: Array, noise: Array) -> Array:
     """Return directions that noise of the motion buries, shape (u, p).
 
     Args:
-        felt: orthogonal directions of which the rows tell equally much, shape (n, p): |columns @ one| = 1.
+        felt: orthogonal directions that the rows determine equally well, shape (n, p): |columns @ one| = 1.
         columns: of the rows, shape (M, p).
         noise: one draw of what noise makes of them, shape (M, p).
     """
@@ -101,13 +101,13 @@ ROUNDS = 8
 
 
 ALONE = 1e-3
-"""Share of what is not told in a parameter, below which it is told by itself."""
+"""Share of the null space in a parameter, below which it is identifiable by itself."""
 
 CLEAR, LOW = 9.0, 0.02
 """Gain of twice the logarithm of likelihood from which noise has one colour more; least variance, part of the mean."""
 
 MOST = 0.98
-"""Share of a row that the estimate may follow: what is left of it tells noise."""
+"""Share of a row that the estimate may follow: what is left of it is noise."""
 
 
 @dataclass(frozen=True)
@@ -122,15 +122,15 @@ class Regression:
         frequency: Hz of each row, shape (M,).
         weights: one over the standard deviation of each row, shape (M,).
         estimate: β, shape (p,).
-        covariance: of the estimate in the directions that are told, shape (p, p).
+        covariance: of the estimate in the identifiable directions, shape (p, p).
         information: its pseudo-inverse there, shape (p, p).
-        untold: combinations of parameters that rows do not tell, orthonormal in units of `scale`, shape (u, p).
+        null_space: basis of directions that are not identifiable, orthonormal in units of `scale`, shape (u, p).
         scale: of the columns, shape (p,).
-        condition: of the weighted rows, columns scaled to one, in the directions that are told.
-        dof: rows less parameters told.
+        condition: of the weighted rows, columns scaled to one, in the identifiable directions.
+        dof: rows less identifiable directions.
         deviation: standard deviation of the noise of each velocity's rows, shape (nv,); NaN where there are none.
         shares: of each velocity's rows, how many degrees of freedom the estimate took, and how many it left, from
-            which its noise was told, shape (nv, 2).
+            which its noise was estimated, shape (nv, 2).
     """
 
     names: tuple[str, ...]
@@ -142,7 +142,7 @@ class Regression:
     estimate: Array
     covariance: Array
     information: Array
-    untold: Array
+    null_space: Array
     scale: Array
     condition: float
     dof: int
@@ -157,21 +157,21 @@ class Regression:
 
     @property
     def errors(self) -> Array:
-        """Standard errors, shape (p,); NaN for what is not told."""
+        """Standard errors, shape (p,); NaN for what is not identifiable."""
         found = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         found[~self.identifiable] = np.nan
         return found
 
     @property
-    def freedom(self) -> float:
-        """Degrees of freedom of a standard error: those that the noise of one velocity was told from, at least."""
+    def error_dof(self) -> float:
+        """Degrees of freedom of a standard error: the fewest from which the noise of one velocity was estimated."""
         left = self.shares[self.shares[:, 0] > 0, 1]
         return max(1.0, float(left.min())) if len(left) else 1.0
 
     def reach(self, level: float = 0.95) -> float:
         """Return the bound of (β - estimate)ᵀ information (β - estimate) that holds with a probability.
 
-        The square is a sum over velocities of chi-square variables over noise told from few rows each: mean and
+        The square is a sum over velocities of chi-square variables over noise estimated from few rows each: mean and
         variance of F distributions, added and matched by one chi-square (Satterthwaite 1946).
         """
         from scipy.stats import chi2
@@ -186,8 +186,8 @@ class Regression:
 
     @property
     def identifiable(self) -> Flags:
-        """Whether each parameter is told by itself, shape (p,)."""
-        return np.asarray(np.linalg.norm(self.untold, axis=0) < ALONE)
+        """Whether each parameter is identifiable by itself, shape (p,)."""
+        return np.asarray(np.linalg.norm(self.null_space, axis=0) < ALONE)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     Args:
         names: of the parameters, shape (p,).
         rows: Y, τ, joint, frequency and group of each; rows of one group are of one frequency of one motion.
-        prior: what directions that are not told keep, shape (p,); NaN counts as zero.
+        prior: what directions that are not identifiable keep, shape (p,); NaN counts as zero.
         band: highest frequency, Hz.
         joints: how many velocities there are.
     """
@@ -236,22 +236,22 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
         if np.abs(np.log(variance / before)).max() < 1e-3:
             break
     weights = 1 / np.sqrt(variance)
-    beta, leverage, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+    beta, leverage, null_space, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
     residuals = tau - Y @ beta
     correlation = _correlation(residuals * weights / np.sqrt(1 - leverage), joint, rows.group, joints)
-    covariance, information = _covariance(Y * weights[:, None], correlation, joint, rows.group, scale, untold)
+    covariance, information = _covariance(Y * weights[:, None], correlation, joint, rows.group, scale, null_space)
     shares = np.array([(leverage[joint == j].sum(), (1 - leverage[joint == j]).sum()) for j in range(joints)])
     shown = np.array([np.sqrt(np.mean(variance[joint == j])) if (joint == j).any() else np.nan for j in range(joints)])
     return Regression(
-        tuple(names), Y, tau, joint, rows.frequency, weights, beta, covariance, information, untold, scale, condition,
-        len(tau) - (len(beta) - len(untold)), shown, shares,
+        tuple(names), Y, tau, joint, rows.frequency, weights, beta, covariance, information, null_space, scale,
+        condition, len(tau) - (len(beta) - len(null_space)), shown, shares,
     )  # fmt: skip
 
 
 def _solved(
     Y: Array, tau: Array, weights: Array, kept: Array, buried: Array
 ) -> tuple[Array, Array, Array, Array, float]:
-    """Return β, leverages, untold directions, scale, condition; all but one QR of the rows is of their few columns."""
+    """Return β, leverages, null space, scale, condition; all but one QR of the rows is of their few columns."""
     weighted = Y * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
@@ -259,20 +259,20 @@ def _solved(
     _, s, Vt = np.linalg.svd(R, full_matrices=len(Y) < Y.shape[1])
     s = np.append(s, np.zeros(Y.shape[1] - len(s)))
     lost = s <= LEAST * s[0]
-    untold = Vt[lost]
+    null_space = Vt[lost]
     if buried.size:
         felt = Vt[~lost] / s[~lost, None]
-        untold = np.vstack([untold, hidden(felt, weighted / scale, buried * weights[:, None] / scale)])
+        null_space = np.vstack([null_space, hidden(felt, weighted / scale, buried * weights[:, None] / scale)])
     inside = Vt[~lost]
-    if len(untold):
-        _, sizes, basis = np.linalg.svd(untold)
+    if len(null_space):
+        _, sizes, basis = np.linalg.svd(null_space)
         rank = int(np.sum(sizes > LEAST * sizes[0]))
-        untold, inside = basis[:rank], basis[rank:]
+        null_space, inside = basis[:rank], basis[rank:]
     U, s, Wt = np.linalg.svd(R @ inside.T, full_matrices=False)
     basis = Q @ U
     w = Wt.T @ ((basis.T @ ((tau - Y @ kept) * weights)) / s)
     leverage = np.minimum(np.sum(basis**2, axis=1), MOST)
-    return kept + (w @ inside) / scale, leverage, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
+    return kept + (w @ inside) / scale, leverage, null_space, scale, float(s[0] / s[-1]) if len(s) else np.inf
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
@@ -289,8 +289,8 @@ def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, jo
 def _coloured(square: Array, left: Array, f: Array) -> Array:
     """Return the expectation of squares over frequency: constant, and with each term that the data insist on.
 
-    A square counts as what the estimate has `left` of its degree of freedom: rows that the estimate follows say nothing
-    about noise, and weights that grow where residuals vanish would run away.
+    A square counts as what the estimate has `left` of its degree of freedom: rows that the estimate follows show
+    no noise, and weights that grow where residuals vanish would run away.
     """
     from scipy.optimize import nnls
 
@@ -337,11 +337,11 @@ def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array
 
 
 def _covariance(
-    weighted: Array, correlation: Array, joint: Indices, group: Indices, scale: Array, untold: Array
+    weighted: Array, correlation: Array, joint: Indices, group: Indices, scale: Array, null_space: Array
 ) -> tuple[Array, Array]:
     """Return covariance and information of β."""
     p = weighted.shape[1]
-    inside = np.eye(p) - untold.T @ untold
+    inside = np.eye(p) - null_space.T @ null_space
     S = weighted / scale
     cubes = np.zeros((int(group.max()) + 1, len(correlation), p))
     cubes[group, joint] = S
@@ -355,7 +355,7 @@ def _covariance(
 
 
 FAR = 6.0
-"""Standard deviations, told from the median, beyond which a sample is left out."""
+"""Standard deviations, estimated from the median, beyond which a sample is left out."""
 
 ROUNDING = 1e-6
 """Part of the root mean square of a force below which no residual is far."""

@@ -1,4 +1,4 @@
-"""A page that tells an identification: what was found, how sure it is, what could not be told, how forces fit.
+"""A page about an identification: what was found, how sure it is, what is not identifiable, how forces fit.
 
 One file of HTML without anything from elsewhere; the same identification and command give the same bytes.
 
@@ -56,14 +56,14 @@ def report(identification: Identification, made: Identified | None = None, comma
 
     Args:
         identification: what `identify` returned.
-        made: the identified scene, told too where it is given.
+        made: the identified scene, shown too where it is given.
         command: what made it, shown on top.
     """
     check_arguments(report, locals(), IdentifyError)
     sections = [
         _parameters(identification),
         _gains(identification),
-        _untold(identification),
+        _not_identifiable(identification),
         _fits(identification),
         *_plots(identification),
         *_residuals(identification),
@@ -91,7 +91,7 @@ def _facts(identification: Identification) -> Iterator[tuple[str, str]]:
     yield "degrees of freedom", f"{regression.dof}"
     yield "condition number of the weighted rows, columns scaled", figure(regression.condition, 3)
     count = len(identification.model.names)
-    yield "base parameters told", f"{int(regression.identifiable[:count].sum())} of {count}"
+    yield "base parameters identifiable", f"{int(regression.identifiable[:count].sum())} of {count}"
 
 
 # Tables
@@ -99,8 +99,9 @@ def _facts(identification: Identification) -> Iterator[tuple[str, str]]:
 
 def _parameters(identification: Identification) -> Section:
     words = (
-        "Base parameters: what a motion can tell of masses and inertias. Before is what the scene says; after is what "
-        "the data say; SI units. An interval holds the true value in 95 of 100 logs, if the model is right.",
+        "Base parameters: the combinations of masses and inertias that a motion can identify. Before is the value in "
+        "the scene, after the estimate; SI units. An interval holds the true value in 95 of 100 logs, if the model is "
+        "right.",
     )
     return Section("Parameters", words, (parameter_table(identification),))
 
@@ -115,23 +116,23 @@ def _gains(identification: Identification) -> Section | None:
     return Section("Gains", words, (gain_table(identification),))
 
 
-def _untold(identification: Identification) -> Section:
-    title = "What the data do not tell"
-    if not identification.untold:
-        return Section(title, ("The data tell every base parameter.",))
-    rows = tuple((one.combination, one.why or "not known", one.helps) for one in identification.untold)
+def _not_identifiable(identification: Identification) -> Section:
+    title = "Not identifiable from these data"
+    if not identification.not_identifiable:
+        return Section(title, ("Every base parameter is identifiable.",))
+    rows = tuple((one.combination, one.why or "not known", one.helps) for one in identification.not_identifiable)
     heads = ("combination", "why", "what would help")
     return Section(title, (), (Table(heads, rows, title="Combinations that keep the value of the scene"),))
 
 
 def _fits(identification: Identification) -> Section:
     way = argument("hold_back", 0.25)
-    held = any(isfinite(one.held_back) for one in identification.fits)
+    validated = any(isfinite(one.validation) for one in identification.fits)
     words = (
         "Root mean squares; errors are those in the band.",
-        "What was held back was not fitted: an error much larger there means that too much was fitted."
-        if held
-        else f"Nothing was held back: {way} judges the parameters by data that they were not fitted to.",
+        "Validation data were not fitted: an error much larger there means overfitting."
+        if validated
+        else f"No validation data: {way} judges the parameters by data that they were not fitted to.",
     )
     return Section("Driving forces", words, (fit_table(identification),))
 
@@ -164,7 +165,7 @@ def _plots(identification: Identification) -> Iterator[Section]:
     units = {one.drive: one.unit for one in identification.fits}
     time = _axis("t", identification.model.scene.shown_unit("s"))
     for motion, predicted, used, held in zip(
-        identification.motions, identification.predicted, identification.used, identification.held, strict=True
+        identification.motions, identification.predicted, identification.used, identification.validation, strict=True
     ):
         pictures = []
         t = motion.t
@@ -181,7 +182,7 @@ def _plots(identification: Identification) -> Iterator[Section]:
             told = f"{name} of {printable(motion.source, keep='')}: measured less predicted, over time"
             pictures.append(Picture(curves(told, time, _axis("error", unit), shown, shaded), ""))
         legend = (("c0", "measured"), ("c1", "predicted"), ("c2", "measured less predicted"), ("c3", "not fitted"))
-        words = ("What was held back is shaded.",) if shaded else ()
+        words = ("Validation data are shaded.",) if shaded else ()
         yield Section(f"Over time: {printable(motion.source, keep='')}", words, (), tuple(pictures), legend)
 
 
@@ -220,9 +221,9 @@ def _residuals(identification: Identification) -> Iterator[Section]:
             )
         )
     words = (
-        "Of each drive, first residuals of the fit by their standard deviation, next to a normal distribution; then "
-        "how the error at one time goes with that half a period of the band later, and so on. Beyond the dashed lines "
-        "is more than chance (95 %): the model lacks something.",
+        "Of each drive, first residuals of the fit by their standard deviation, beside a normal distribution; then "
+        "the autocorrelation of the error over lags of half a period of the band. What exceeds the dashed lines (95 %) "
+        "is no chance: the model lacks something.",
     )
     if pictures:
         legend = (("c1", "normal distribution, limits of chance"),)
@@ -261,7 +262,7 @@ def _scene(made: Identified) -> Section:
     if made.named is not None:
         one = made.named
         rows = tuple(
-            (name, figure(before), figure(value), figure(error, 2) if isfinite(error) else "not told")
+            (name, figure(before), figure(value), figure(error, 2) if isfinite(error) else "not identifiable")
             for name, before, value, error in zip(one.names, one.before, one.values, one.errors, strict=True)
         )
         heads = ("parameter", "before", "after", "standard error")
@@ -356,7 +357,7 @@ def _xml(text: str, lines: Sequence[str]) -> str:
 
 
 COMMENTED = {"toml": _hashes, "urdf": _xml}
-"""How a format says something on top that is no part of the scene."""
+"""How a comment on top of a file is written, by format."""
 
 
 @dataclass(frozen=True)
@@ -382,7 +383,7 @@ class Outcome:
         """Return the page, and why it has no identified scene; "" where it has one."""
         try:
             made, why = self.made, ""
-        except IdentifyError as fault:  # the page tells what was identified all the same
+        except IdentifyError as fault:  # the page shows what was identified all the same
             made, why = None, str(fault)
         return report(self.identification, made, self.command), why
 

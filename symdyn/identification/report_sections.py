@@ -64,9 +64,9 @@ def parameter_table(identification: Identification) -> Table[str]:
     )
     count = len(identification.names) - len(identification.gains)
     rows = []
-    for name, before, after, error, interval, told in list(zip(*columns, strict=True))[:count]:
-        more = ("not told", "", "", "", "")
-        if told:
+    for name, before, after, error, interval, identifiable in list(zip(*columns, strict=True))[:count]:
+        more = ("not identifiable", "", "", "", "")
+        if identifiable:
             more = (*_sure(error, interval, after), figure((after - before) / error if error else nan, 2))
         rows.append((name, figure(before), figure(after), *more))
     heads = ("parameter", "before", "after", *SURE, "moved, in standard errors")
@@ -79,7 +79,7 @@ def gain_table(identification: Identification) -> Table[str]:
     rows = [
         (one.drive, one.unit, figure(one.value), *_sure(one.error, intervals[f"gain {one.drive}"], one.value))
         if isfinite(one.error)
-        else (one.drive, one.unit, figure(nan), "not told", "", "", "")
+        else (one.drive, one.unit, figure(nan), "not identifiable", "", "", "")
         for one in identification.gains
     ]
     return Table(("drive", "unit", "gain", *SURE), rows, range(2, 7), "Gains of drives")
@@ -98,10 +98,10 @@ def fit_table(identification: Identification) -> Table[str]:
     """Return how well driving forces are predicted: root mean squares, errors those in the band."""
     rows = [
         (one.drive, one.unit, figure(one.size), figure(one.error, 3), figure(one.percent, 2), figure(one.before, 3),
-         figure(one.held_back, 3), figure(one.held_back_percent, 2))
+         figure(one.validation, 3), figure(one.validation_percent, 2))
         for one in identification.fits
     ]  # fmt: skip
-    heads = ("drive", "unit", "measured", "error", "%", "error before", "error held back", "%")
+    heads = ("drive", "unit", "measured", "error", "%", "error before", "validation error", "%")
     return Table(heads, rows, range(2, 8), "Driving forces, root mean squares")
 
 

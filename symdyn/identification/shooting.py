@@ -165,7 +165,7 @@ class Shooting:
             here, coarse = finer, fine
         raise IdentifyError(
             f"{self.scene.name}: {MOST_STEPS} steps between two samples do not follow the motion; it is too fast for "
-            "the samples, stiff, or has no value on the way: give other values or starts, or more samples a second"
+            "the samples, stiff, or has no value in between: give other values or starts, or more samples a second"
         )
 
 
@@ -319,7 +319,7 @@ PARTS = (0.125, 0.25, 0.5, 1.0)
 """Of each piece, what a search looks at, one after the other."""
 
 LOOSE = 1e-2
-"""Weight of values before, relative, in searches that look at a part: what a part does not tell does not wander off."""
+"""Weight of values before, relative, in searches that look at a part: what it does not identify does not wander off."""
 
 ROUNDS = 4
 """Searches over everything; before each, weights are those of the residuals before."""

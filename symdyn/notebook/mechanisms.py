@@ -155,20 +155,22 @@ def output_fit(result: OutputFit) -> list[Markup]:
 
 
 def identification(result: Identification) -> list[Markup]:
-    """Return base parameters before and after, how well forces are predicted, and what could not be told."""
+    """Return base parameters before and after, how well forces are predicted, and what is not identifiable."""
     regression = result.regression
     columns = zip(
         result.names, result.units, result.before, result.after, result.errors, regression.identifiable, strict=True
     )
-    rows = [(n, u, float(b), float(a), float(e) if told else "not told") for n, u, b, a, e, told in columns]
-    fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in result.fits]
+    rows = [(n, u, float(b), float(a), float(e) if known else "not identifiable") for n, u, b, a, e, known in columns]
+    fits = [(one.drive, one.unit, one.size, one.error, one.validation) for one in result.fits]
     count = len(result.model.names)
     gains = [(one.drive, one.unit, one.value, one.error) for one in result.gains]
     return [
-        head(result.scene.name, f"{int(regression.identifiable[:count].sum())} of {count} base parameters are told"),
+        head(
+            result.scene.name, f"{int(regression.identifiable[:count].sum())} of {count} base parameters identifiable"
+        ),
         table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
         *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
-        table(("", "unit", "measured", "error", "error held back"), fits, "driving forces, root mean squares"),
+        table(("", "unit", "measured", "error", "validation error"), fits, "driving forces, root mean squares"),
         note(
             f"condition number {regression.condition:.3g}; band {result.band:.3g} Hz; "
             f"{regression.dof} degrees of freedom"

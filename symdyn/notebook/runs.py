@@ -45,7 +45,7 @@ def trajectory(result: Trajectory) -> list[Markup]:
 
 
 def excitation(result: Excitation) -> list[Markup]:
-    """Return how well an exciting motion tells base parameters, its plots, and how near it comes to its limits."""
+    """Return how well an exciting motion identifies base parameters, its plots, and how near it comes to its limits."""
     rows: list[tuple[str, Cell]] = [
         ("condition number", result.condition),
         ("condition number of columns of length 1", result.scaled_condition),

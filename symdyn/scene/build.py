@@ -87,7 +87,7 @@ def body(
         inertia: [xx, yy, zz], a symmetric 3 x 3 matrix, or {"xx": ..., "xy": ...}: matrix entries, kg m^2.
         about: "com" or "frame", the point that `inertia` refers to; must come with it.
         particles: point masses such as {"mass": "m1", "at": [0, 0, 1]}.
-        allow_invalid_inertia: accept an inertia that no real body has.
+        allow_invalid_inertia: accept an inertia that is not physically consistent.
         shape: what it looks like in pictures: "rod", "disc", "ring", "ball", "plate", "point", or a table with
             sizes such as {"type": "disc", "radius": 0.3, "axis": [0, 0, 1]}.
     """

@@ -4,7 +4,7 @@ A design is points in the unit cube, which the quantile functions of `DISTRIBUTI
 follow from its number and the seed alone: any stretch can be asked for, so that neither blocks nor workers nor their
 order change a number, and nothing need hold all of it.
 
-Sobol's indices tell how much of a measure's variance each varied name is to blame for:
+Sobol's indices are the shares of a measure's variance that each varied name causes:
 
     first order S_i    the part that goes if name i were known, averaged over all values of it
     total order T_i    the part that stays if all others were known: S_i and all that i does together with others
@@ -56,7 +56,7 @@ class Plan:
         description: what it is, one line.
         points: of the unit cube, from how many there are of each name (lists alone) or 0, how many in all, the seed,
             the first that is wanted and the one behind the last; shape (n, names).
-        lists: whether it takes lists alone, and their lengths say how many points there are.
+        lists: whether it takes lists alone, whose lengths determine how many points there are.
         fault: what is wrong with so many points of so many names; "" for nothing.
         counted: how many runs a count asks for, of so many names.
     """
@@ -91,7 +91,7 @@ def _sobol(lengths: Sequence[int], count: int, seed: int, first: int, last: int)
 
 
 def _quiet(sequence: Any, count: int) -> Array:
-    """Return points of a sequence, a number of which that is no power of two is told by `sweep` alone."""
+    """Return points of a sequence, a number of which that is no power of two is reported by `sweep` alone."""
     import warnings
 
     with warnings.catch_warnings():
@@ -184,7 +184,7 @@ class Design:
         last = self.count if last is None else min(last, self.count)
         lengths = [0 if one.values is None else len(one.values) for one in self.over]
         u = np.clip(DESIGNS[self.kind].points(lengths, self.count, self.seed, first, last), LEAST, MOST)
-        with np.errstate(all="ignore"):  # what is beyond doubles is infinite, and such a run fails and is told
+        with np.errstate(all="ignore"):  # what is beyond doubles is infinite, and such a run fails and is reported
             return self._of(u)
 
     def _of(self, u: Array) -> Array:
@@ -221,8 +221,8 @@ def read_design(
     if kind is None and listed and drawn:
         faults.add(
             "design",
-            f"lists ({', '.join(listed)}) make a grid, and distributions ({', '.join(drawn)}) are drawn from; say "
-            f"which with {argument('design')} random, latin or sobol, where each value of a list has the same chance",
+            f"lists ({', '.join(listed)}) make a grid, and distributions ({', '.join(drawn)}) are drawn from; choose "
+            f"one with {argument('design')} random, latin or sobol, where each value of a list has the same chance",
         )
     kind = kind or ("random" if drawn else "grid")
     if kind not in DESIGNS:
@@ -240,7 +240,7 @@ def read_design(
     if plan.lists:
         size = prod(0 if one.values is None else len(one.values) for one in over)
         if count is not None and count != size:
-            faults.add("count", f"{kind} has {size} runs, as the lists say; leave {argument('count')} out")
+            faults.add("count", f"{kind} has {size} runs by its lists; leave {argument('count')} out")
         if size > LARGEST_COUNT:
             faults.add("design", f"the grid has {size} runs; {LARGEST_COUNT} are allowed")
         return Design(kind, over, size, seed)
@@ -255,7 +255,7 @@ FEWEST = 4
 """Groups below which nothing is estimated."""
 
 WIDE = 0.3
-"""Width of an interval beyond which a user is told that there are too few runs."""
+"""Width of an interval beyond which a note says that there are too few runs."""
 
 
 @dataclass(frozen=True, eq=False)

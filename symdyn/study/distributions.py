@@ -2,7 +2,7 @@
 
     m1=linspace(1,2,100)  k=geomspace(1,100,5)  n=[1, 2, 5]                      lists
     m1=uniform(1,2)  k=normal(100, sigma=5)  k=lognormal(median=100,sigma=0.1)   distributions
-    m1=tolerance(5 %)  m1=tolerance()            as the scene says a tolerance, or the one that it says
+    m1=tolerance(5 %)  m1=tolerance()            a tolerance as in the scene, or the scene's own
 
 Arguments are formulas in parameters of the scene, by place or by name: `m1=normal(m1, 0.05*m1)`. Every distribution is
 its quantile function, so that any design in the unit cube becomes values; a list takes its values with equal chance.
@@ -208,7 +208,7 @@ class Distribution:
     """What one name is varied over.
 
     Attributes:
-        name: of a parameter, a coordinate or a velocity at the start, or a letter of a force.
+        name: of a parameter, a coordinate or a velocity at the start, or a symbol in a force.
         text: as a user writes it, behind the name.
         kind: a key of `DISTRIBUTIONS`; "" of a list as it stands.
         arguments: of the kind, by key.
@@ -259,7 +259,7 @@ def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) 
     """Return what names are varied over, in their order.
 
     Args:
-        scene: whose parameters arguments may name; those with a tolerance are what is varied where nothing is said.
+        scene: whose parameters arguments may name; those with a tolerance are what is varied where nothing is given.
         over: texts "NAME=DISTRIBUTION"; or by name a text, a number, a list or array of numbers, a `Distribution`.
         letters: that may be varied beside parameters, coordinates and velocities.
         faults: takes what is wrong.
@@ -332,7 +332,7 @@ def _read(scene: Scene, name: str, specified: Any, faults: Faults) -> Distributi
 
 
 def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Distribution | None:
-    """Return what a tolerance means of the value that a parameter has: the one that is said, or the scene's own."""
+    """Return what a tolerance means of the value that a parameter has: the one that is given, or the scene's own."""
     where = f"over {name}"
     parameter = next((one for one in scene.parameters if one.name == name), None)
     if parameter is None:
@@ -350,7 +350,7 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
         what = "tolerance" if tolerance is None else "value that it could be off from"
         faults.add(
             where,
-            f"{name} has no {what}; say it, such as tolerance(5 %)"
+            f"{name} has no {what}; give it, such as tolerance(5 %)"
             if tolerance is None
             else f"{name} has no {what}; give it one, as in {argument('values', {name: 1})}",
         )
@@ -358,7 +358,7 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
     value = float(parameter.value.at({}) or 0)
     size, text = tolerance.size(value, parameter.unit), f"{TOLERANCE}({tolerance.text})"
     if size == 0:
-        faults.add(where, f"{tolerance.text} of {name} = 0 is nothing; say how far it is off in its unit, such as 0.01")
+        faults.add(where, f"{tolerance.text} of {name} = 0 is nothing; give the deviation in its unit, such as 0.01")
         return None
     if parameter.positive and not tolerance.sigma and value - size <= 0:
         faults.add(where, f"{text} reaches down to {value - size:g}, and {name} is positive; make it smaller")

@@ -4,7 +4,7 @@
     forces     τ = ID(q, u, u̇, p)        ∂ID/∂p along the motion, which is held (`inverse_dynamics_by_parameters`)
 
 It takes one run and its derivatives where Monte Carlo takes thousands of runs. It is exact for what depends on the
-uncertain in proportion, and says nothing of skewness, of means that move, and of what jumps: `sweep` and `ensemble` do.
+uncertain in proportion, and blind to skewness, to means that move, and to what jumps: take `sweep` and `ensemble`.
 `beside` puts both next to each other: they differ where it is not linear.
 """
 
@@ -41,7 +41,7 @@ class Spread:
 
     Attributes:
         names: parameters, positions and velocities at the start, shape (k,).
-        means: of those that have one of their own, by name; others are as the scene says.
+        means: of those that have one of their own, by name; others are as in the scene.
         covariance: shape (k, k).
     """
 
@@ -228,7 +228,7 @@ class Beside:
         first_order: by derivatives.
         runs: of the runs that have a value.
         shares: which part of the former's square each name is to blame for.
-        near: whether they agree as far as so many runs can tell.
+        near: whether they agree as far as so many runs can show.
     """
 
     measure: str

@@ -3,7 +3,7 @@
 A job holds what a block needs and no more; it is frozen and goes to a worker once.
 
 A block is a function of an importable module, called with a job and a number; it gives the same bytes wherever it runs.
-So an executor may lose a worker and do its blocks again, and nobody can tell. What comes back is handed to the caller
+So an executor may lose a worker and do its blocks again, with the same result. What comes back is handed to the caller
 one block at a time, each once, in the order in which blocks end; who writes files is the caller.
 """
 
@@ -198,7 +198,7 @@ def read_measured(measure: str | Sequence[str], faults: Faults) -> tuple[Measure
         plain = " ".join(str(text).split())
         one = Measured(name, formula) if equals else Measured(plain, plain)
         if equals and not NAME.fullmatch(name):
-            faults.add("measure", f'"{shorten(name)}" is no name of a column; give letters and digits, peak={formula}')
+            faults.add("measure", f'"{shorten(name)}" is no name of a column; use letters and digits, peak={formula}')
         if one.name in found:
             faults.add("measure", f"{one.name} is given twice")
         found[one.name] = one

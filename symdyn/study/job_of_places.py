@@ -55,7 +55,7 @@ def places_job(
 ) -> Job:
     """Return a job of calls of a function of the scene; arguments as of `symdyn.sweep`, `size` being its block.
 
-    With one place, the folds of measures may be left out. A block of None takes some milliseconds.
+    With one point, the statistics of measures may be left out. A block of None takes some milliseconds.
 
     Raises:
         SimulateError: with every fault, those that there are already among them.
@@ -101,7 +101,7 @@ def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
 
 
 def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Faults) -> Measured | None:
-    """Return a measure that can be read, with a fold round it where there is but one place."""
+    """Return a measure that can be read, as a statistic where there is but one point."""
     known = {*call.letters, *(p.name for p in scene.parameters)}
     found = Measure.read(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
     for name in [] if found is None else dict.fromkeys(n for inside in found.insides for n in inside.symbols):

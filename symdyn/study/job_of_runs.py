@@ -66,7 +66,7 @@ def ensemble(
         start: by coordinate, numbers, formulas in parameters, or arrays of shape (N,).
         start_rates: likewise by velocity.
         values: likewise by parameter, without symbols.
-        measures: formulas of folds over a run, such as "max(abs(q1)) - end(q2)", see `FOLDS`; they see samples alone.
+        measures: formulas of statistics over a run's samples, such as "max(abs(q1)) - end(q2)", see `FOLDS`.
         samples: whether to keep the states at the samples.
         workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
         progress: called with the share that is done.
@@ -109,7 +109,7 @@ def endings(found: RunBlock) -> tuple[NDArray[np.uint8], dict[int, str]]:
 
 
 LANES, LARGE, MOST = 64, 8192, 32768
-"""Runs of a block, where nothing else is said: a part of all of them, so that there is progress, in multiples of what
+"""Runs of a block, where nothing else is given: a part of all of them, so that there is progress, in multiples of what
 compiled code takes in lockstep; of many, in multiples of what keeps threads busy."""
 
 PARTS = 16
@@ -133,7 +133,7 @@ def runs_job(
     """
     scene, forces = problem.scene, problem.forces
     if isinstance(forces, Forces):
-        faults.add("forces", "those that are read say no text for a store; give them as formulas, tables or files")
+        faults.add("forces", "parsed forces have no text for a store; give them as formulas, tables or files")
         forces = ()
     said = [forces] if isinstance(forces, str) else forces
     letters = _letters(said)

@@ -213,7 +213,7 @@ PLOTS: Mapping[str, Plot] = {
 
 
 def fitting(runs: Runs) -> str:
-    """Return the kind of plot for runs where nobody chooses."""
+    """Return the kind of plot for runs where none is chosen."""
     grid = runs.about.get("design") == "grid"
     wanted = ("indices", "scatter", "heat", "tornado") if grid else ("indices", "scatter", "histogram")
     return next(kind for kind in wanted if not PLOTS[kind].fault(runs))

@@ -38,8 +38,8 @@ from symdyn.study.store import ALL_FILES, HASH, HASHED, KINDS, SEAL, SUFFIX, InM
 FORMAT = "symdyn.study"
 
 
-FORMAT_VERSION = 3
-"""1 had no checksums, and 2 none of places, so that nobody knows whether what is in it is what was put."""
+FORMAT_VERSION = 4
+"""1 had no checksums, 2 none of points, so that a changed store would be read; 3 had `reasons` by another name."""
 
 CODECS = ("bytes", "zstd", "crc32c")
 """What a chunk goes through on its way to the disk."""
@@ -92,8 +92,10 @@ def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
     there, here = _flat(store.about["job"]), _flat(job.identity)
     if there != here:
         keys = [key for key in here | there if here.get(key) != there.get(key)]
-        told = "; ".join(f"{key} is {_shown(there.get(key))} there, {_shown(here.get(key))} here" for key in keys[:5])
-        raise StudyError(f"{path} holds another sweep ({told}); give another file, or delete this one")
+        differs = "; ".join(
+            f"{key} is {_shown(there.get(key))} there, {_shown(here.get(key))} here" for key in keys[:5]
+        )
+        raise StudyError(f"{path} holds another sweep ({differs}); give another file, or delete this one")
     notes = []
     if store.about["symdyn"] != version():
         notes.append(f"{path} was begun by symdyn {store.about['symdyn']}; this is {version()}")
@@ -123,7 +125,7 @@ def _make(job: Job, path: Path) -> None:
             "measures": [one.name for one in job.measures],
             "units": job.units,
             "job": json.loads(json.dumps(job.identity)),
-            "told": {},
+            "reasons": {},
         }
         group.attrs.update(about | {SEAL: seal(about, {name: group[name] for name in KINDS})})
         (aside / path.name).rename(path)
@@ -155,8 +157,8 @@ def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
         if said.exists() and not said.is_file():
             raise StudyError(f"{path} is no sweep of symdyn, or a spoilt one ({said} is no file); give another file")
         if said.exists() and (size := said.stat().st_size) > (most := BOUNDS["bytes of a store's own description"]):
-            told = f"{said} has {size >> 20} MB; {most >> 20} are the most that is read"
-            raise StudyError(f"{path} is a spoilt sweep ({told}); give another file, or delete this one")
+            large = f"{said} has {size >> 20} MB; {most >> 20} are the most that is read"
+            raise StudyError(f"{path} is a spoilt sweep ({large}); give another file, or delete this one")
     with _told(path), zarr().config.set(ALL_FILES):
         group = zarr().open_group(zarr().storage.LocalStore(path, read_only=mode == "r"), mode=mode, zarr_format=3)
         about = dict(group.attrs)
@@ -164,9 +166,8 @@ def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
             raise StudyError(f"{path} is no sweep of symdyn; give another file")
         if about.get("version") != FORMAT_VERSION:
             raise StudyError(
-                f"{path} is a store of another version of symdyn ({_shown(about.get('symdyn'))}); stores of before "
-                "have no checksums of blocks, and nobody knows whether they are whole; give another file, or delete "
-                "this one"
+                f"{path} is a store of another version of symdyn ({_shown(about.get('symdyn'))}), which this "
+                "one does not read; give another file, or delete this one"
             )
         arrays = {name: group[name] for name in KINDS}
         if wrong := _wrong(about, arrays):
@@ -175,11 +176,11 @@ def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
 
 
 def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
-    """Return what in a group does not fit, "" for nothing: somebody may have changed it, or it is none of ours."""
-    words = {"names": list, "measures": list, "units": dict, "told": dict, "job": dict, "scene": str, "symdyn": str}
+    """Return what in a group does not fit, "" for nothing: it may have been changed, or is none of ours."""
+    words = {"names": list, "measures": list, "units": dict, "reasons": dict, "job": dict, "scene": str, "symdyn": str}
     for key, kind in (words | {"scene_toml": str}).items():
         if not isinstance(about.get(key), kind):
-            return f"it does not say {key}"
+            return f"it has no {key}"
     names, measures, units, job = about["names"], about["measures"], about["units"], about["job"]
     if not all(isinstance(one, str) and one.isprintable() for one in (about["scene"], *names, *measures)):
         return "a name is none"
@@ -187,15 +188,15 @@ def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
         return "its columns are not those of its job"
     if not all(isinstance(units.get(one), str) for one in (*names, *measures)):
         return "a column has no unit"
-    if not all(one.isdecimal() and isinstance(said, str) for one, said in about["told"].items()):
-        return "what it tells of runs is no text"
+    if not all(one.isdecimal() and isinstance(said, str) for one, said in about["reasons"].items()):
+        return "a reason why a run failed is no text"
     if sha256(about["scene_toml"].encode()).hexdigest() != job.get("scene_sha256"):
         return "its scene is not the one that its hash is of"
     count, rows = job.get("count"), arrays["codes"].chunks[0]
     if not isinstance(count, int) or not 1 <= rows <= count:
         return "it has no blocks"
     if count > BOUNDS["runs of a sweep"] or count > rows * BOUNDS["blocks of a store"]:
-        return f"it says that it has {count} runs in blocks of {rows}; {BOUNDS['blocks of a store']} blocks are read"
+        return f"it claims {count} runs in blocks of {rows}; {BOUNDS['blocks of a store']} blocks are read"
     for name, shapes in _shapes(count, rows, len(names), len(measures)).items():
         array = arrays[name]
         if str(array.dtype) != KINDS[name] or (array.shape, array.chunks) != shapes:
@@ -203,7 +204,7 @@ def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
         if tuple(one["name"] for one in array.metadata.to_dict()["codecs"]) != CODECS:
             return f"the chunks of {name} have no checksums"
     if about.get(SEAL) != seal(about, arrays):
-        return "what it says of itself is not what was written"
+        return "its description is not the one that was written"
     return ""
 
 
@@ -256,7 +257,7 @@ USUAL = "inverse_dynamics"
 """What is called where places are given, and no function is."""
 
 NUMBERS = re.compile(r"\d[\d.e+-]*")
-"""What notes on runs differ in; of those that are alike, the first is told."""
+"""What notes on runs differ in; of those that are alike, the first is reported."""
 
 Say = Callable[[str], None]
 
@@ -292,7 +293,7 @@ def sweep(
 
     Args:
         scene: the mechanism; or a `Problem`.
-        over: a parameter, a coordinate or velocity at the start, or a letter of the forces, and its values, such as
+        over: a parameter, a coordinate or velocity at the start, or a symbol in the forces, and its values, such as
             "m1=linspace(1,2,5)"; nothing takes all parameters that have a tolerance. Texts "NAME=DISTRIBUTION" (see
             `symdyn.study.distributions`), or lists by name.
         measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
@@ -305,13 +306,12 @@ def sweep(
         workers: how many of them; None for one a core.
         block: runs of a block, which is done or is not; None for a part of all.
         function: what is called in place of runs, such as "inverse_dynamics"; measures are formulas of what it returns
-            and takes. They are folds over the places `at` which it is called, and `over` may have entries of its
-            arguments.
-        at: where, such as "q1=0.3,q1_dot=1"; or a .csv file of such columns over t, which folds then go over. Formulas
+            and takes, statistics over the points `at` which it is called; `over` may have entries of its arguments.
+        at: where, such as "q1=0.3,q1_dot=1"; or a .csv file of such columns over t, a point a row. Formulas
             in parameters by name, or arrays (S,). What is not given is where the scene starts, at rest.
         progress: called with the share that is done.
         say: called with lines for the user.
-        forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
+        forces: driving forces, as for `simulate`; their formulas may have symbols of `over`.
         rtol: relative tolerance of a step; None for 1e-9, of gauss what it takes itself.
 
     Raises:

@@ -299,7 +299,7 @@ class Runs(Shown):
         return self.about.get("design") == SALTELLI
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the columns as a data frame, a row a run; `attrs` has their units and what was told of runs.
+        """Return the columns as a data frame, a row a run; `attrs` has their units and why runs failed.
 
         Raises:
             SimulateError: pandas is not installed.
@@ -312,5 +312,5 @@ class Runs(Shown):
             ) from None
         found = pandas.DataFrame({name: self[name] for name in self.columns})
         found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
-        found.attrs |= {"units": dict(self.units), "scene": self.scene, "told": dict(self.reasons), **self.about}
+        found.attrs |= {"units": dict(self.units), "scene": self.scene, "reasons": dict(self.reasons), **self.about}
         return found

@@ -249,7 +249,7 @@ class OnDisk:
             for k, name in enumerate(HASHED)
         )
         self.block = int(self.codes.array.chunks[0])
-        self.reasons = {int(number): words for number, words in self.about["told"].items()}
+        self.reasons = {int(number): words for number, words in self.about["reasons"].items()}
 
     def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was.
@@ -286,7 +286,7 @@ class OnDisk:
             self.hashes.put(k, np.concatenate(marks)[None])
             if block_result.reasons:
                 self.reasons = first_of(self.reasons, block_result.reasons)
-                about = dict(self.about) | {"told": {str(number): words for number, words in self.reasons.items()}}
+                about = dict(self.about) | {"reasons": {str(number): words for number, words in self.reasons.items()}}
                 self.group.attrs.update(about | {SEAL: seal(about, self.arrays)})
             self.codes.put(k, rows[2])
         except OSError as fault:

@@ -52,7 +52,7 @@ def stress(
         scene: None takes the built-in ones.
         families: keys of `FAMILIES`; None takes all.
         command: what runs it again, for reports.
-        progress: told what is being done.
+        progress: takes what is being done.
 
     Raises:
         SimulateError: a family does not exist.
@@ -90,5 +90,5 @@ def stress(
     of_built_in = [name for name in wanted if scene is not None and FAMILIES[name].of_scene is None]
     if of_built_in:
         absent.append(Unclaimed(", ".join(of_built_in), "all cases are about built-in scenes"))
-    told = (tuple(absent), tuple(not_run), tuple(unshown))
-    return Stress("" if scene is None else scene.name, command, tuple(cases), *told)
+    left = (tuple(absent), tuple(not_run), tuple(unshown))
+    return Stress("" if scene is None else scene.name, command, tuple(cases), *left)

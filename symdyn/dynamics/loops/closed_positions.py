@@ -288,7 +288,7 @@ def _stepped_to(numbers: Numbers, q: Array, leading: list[int], locked: list[int
                 f"{numbers.scene.coordinates[k]} = {x:.6g}" for k, x in zip(leading, q[leading], strict=True)
             )
             raise DerivationError(
-                f"{numbers.scene.name}: the path ends at {names}: the loops do not close beyond, a fold or a change "
+                f"{numbers.scene.name}: the path ends at {names}: the loops do not close beyond, a turning or change "
                 f"point; the smallest singular value of their constraints there is {smallest:.3g}"
             )
     return q

@@ -34,7 +34,7 @@ from symdyn.dynamics.loops.partition import (
     Partition,
     blocks,
     drives_of,
-    over_driven,
+    over_actuated,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
@@ -290,7 +290,7 @@ def _actuated(
         return partition, ""
     free = n - m
     if len(actuated) > free:
-        return None, over_driven(scene, free)
+        return None, over_actuated(scene, free)
     chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in actuated]])
     if chosen is None:
         freedoms = f"{free} degree{'s' * (free != 1)} of freedom"

@@ -366,7 +366,7 @@ class Numbers:
             names = ", ".join(f"{scene.velocities[k]} = {value:.6g}" for k, value in rates.items())
             raise DerivationError(
                 f"{scene.name}: the initial velocities {names} contradict each other: {owner} is violated by "
-                f"{off.max():.3g}; give as many as the mechanism has freedoms, and let the others follow"
+                f"{off.max():.3g}; give as many as it has degrees of freedom, and let the others follow"
             )
         return u
 

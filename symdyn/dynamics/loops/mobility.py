@@ -272,11 +272,11 @@ def _notes(scene: Scene, decisions: LoopDecisions, result: Mobility) -> list[str
         )
     if result.here > result.by_rank:
         notes.append(
-            f"change point: at the assembled position itself {result.here} freedoms by rank, "
-            f"round about {result.by_rank}"
+            f"change point: at the assembled position itself {result.here} degrees of freedom by rank, "
+            f"{result.by_rank} near it"
         )
     if result.by_rank == 0:
-        notes.append("the loops leave no freedom: it is a structure")
+        notes.append("the loops leave no degree of freedom: it is a structure")
     notes += [f"idle: {motion}; it needs no drive" for motion in result.idle]
     drives, free = len(result.drives), result.by_rank - len(result.idle)
     if decisions.actuated is None:
@@ -286,7 +286,7 @@ def _notes(scene: Scene, decisions: LoopDecisions, result: Mobility) -> list[str
     elif drives < free:
         left = [name for name in result.independent if not scene.drives[scene.velocities.index(name)]]
         notes.append(
-            f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(result.drives)}) for {free} freedoms; "
-            f"{', '.join(left)} {'moves as it likes' if len(left) == 1 else 'move as they like'}"
+            f"underactuated: {drives} drive{'s' * (drives != 1)} ({', '.join(result.drives)}) for {free} degrees of "
+            f"freedom; {', '.join(left)} {'is' if len(left) == 1 else 'are'} passive"
         )
     return notes

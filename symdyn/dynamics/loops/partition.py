@@ -183,11 +183,11 @@ def _without(b: Expr, row: Sequence[Expr], x: Mapping[int, Expr]) -> Expr:
     return b - b.graph.total(row[k] * one for k, one in x.items() if row[k] is not zero)
 
 
-def over_driven(scene: Scene, free: int) -> str:
-    """Return what is said of more drives than degrees of freedom, which is `free`."""
+def over_actuated(scene: Scene, free: int) -> str:
+    """Return what a message says of more drives than degrees of freedom, which is `free`."""
     actuated = scene.actuated_velocities
     return (
-        f"over-driven, {len(actuated)} drive{'s' * (len(actuated) != 1)} ({drives_of(scene, actuated)}) for {free} "
+        f"over-actuated, {len(actuated)} drive{'s' * (len(actuated) != 1)} ({drives_of(scene, actuated)}) for {free} "
         f"degree{'s' * (free != 1)} of freedom; leave {len(actuated) - free} of them passive (drive = false)"
     )
 

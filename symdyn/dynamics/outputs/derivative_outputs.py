@@ -219,9 +219,9 @@ def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
     """Return a row that is asked of another one, differentiated along arguments: what all such rows have in common."""
 
     def remark(w: Workspace, *place: str) -> str:
-        told = kinks(entries_of(w, row, *place), [x for one in FREE.seeds(w, "", varied) for x in one])
+        kinked = kinks(entries_of(w, row, *place), [x for one in FREE.seeds(w, "", varied) for x in one])
         chosen = row.unique is not None and not all(row.unique(w))
-        return told + ("; of one choice among many where rigid bodies do not tell an entry" if chosen else "")
+        return kinked + ("; of one choice among many where an entry is statically indeterminate" if chosen else "")
 
     common = replace(
         row,

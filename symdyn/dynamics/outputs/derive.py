@@ -185,7 +185,7 @@ def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
         return ""
     rows, columns = labels
     loose = flagged_entries(rows, columns, [not one for one in unique])
-    return f"; not unique, for rigid bodies do not tell them: {loose}"
+    return f"; not unique, statically indeterminate: {loose}"
 
 
 def _chosen(workspace: Workspace, row: Output) -> str:

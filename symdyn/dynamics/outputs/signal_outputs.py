@@ -118,7 +118,7 @@ class Moving:
 
 
 def reaction_letters(w: Workspace) -> tuple[str, ...]:
-    """Return the letters of all reactions, those that rigid bodies do not tell marked as such."""
+    """Return the symbols of all reactions, those that are statically indeterminate marked as such."""
     return tuple(name for one in LETTERS.axes for name in reaction_names(w.scene, w.once(unique_entries, one), one))
 
 

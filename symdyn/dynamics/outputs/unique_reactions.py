@@ -13,8 +13,8 @@ point, which is said.
 Reference: Wojtyra and Frączek, Comparison of selected methods of handling redundant constraints in multibody systems
 simulations, J. Computational and Nonlinear Dynamics 8 (2013).
 
-In general: rigid bodies do not tell what a self-equilibrated λ in the loops changes, all wrenches that close them taken
-and none left out, with Gᵀ λ = 0. One drawn at random from N changes, but for a set of measure zero,
+In general: rigid bodies do not determine what a self-equilibrated λ in the loops changes, with all wrenches that close
+them, and with Gᵀ λ = 0. One drawn at random from N changes, but for a set of measure zero,
 every entry that any of them does; it is drawn at generic positions, where the loops are closed and nothing is special.
 """
 
@@ -282,6 +282,6 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
 
 
 def loose_reactions(scene: Scene, closing: LoopChoices) -> str:
-    """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
+    """Return which entries of reactions, axes of the children, are statically indeterminate, in words; "" for none."""
     loose = ~unique_reactions(scene, closing=closing)
     return flagged_entries(joints_of(scene), COMPONENTS, loose.ravel().tolist())

@@ -143,7 +143,7 @@ class WrittenDecisions:
 
     Attributes:
         independent_rows, zero_rows, redundant, partition, fails, actuated: as of `LoopDecisions`.
-        indeterminate: rows whose multipliers rigid bodies do not tell.
+        indeterminate: constraints whose multipliers are statically indeterminate.
         linear: how loops hold dependent coordinates in proportion, None where not.
         length: the characteristic length, m, at the values that they were made for.
         letters: names of the multipliers of the independent rows, as formulas and columns have them.

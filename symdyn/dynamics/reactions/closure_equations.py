@@ -58,7 +58,7 @@ class ClosureEquation:
 
 
 def why_no_reactions(scene: Scene) -> str:
-    """Return why a scene has no reactions: nothing says where the force of a row acts; "" where it has them.
+    """Return why a scene has no reactions: nothing tells where the force of a constraint acts; "" where it has them.
 
     Whatever bodies it acts on, the motion is the same; which joints feel it, a slide across it or the rail beneath it
     included, is not. So none of the scene's reactions is known.
@@ -66,10 +66,10 @@ def why_no_reactions(scene: Scene) -> str:
     rows = [f"rows.{name}" for name in without_place(scene)]
     if not rows:
         return ""
-    formulas = "is a formula in rates, which says" if len(rows) == 1 else "are formulas in rates, which say"
+    formulas = "is a formula in rates" if len(rows) == 1 else "are formulas in rates"
     return (
-        f"{scene.name}: there are no reactions: {', '.join(rows)} {formulas} nothing of where the force acts that "
-        'keeps it; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" '
+        f"{scene.name}: there are no reactions: {', '.join(rows)} {formulas}, and where the constraint force acts is "
+        'not given; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" '
         "where it acts in the joints of those rates, as in belts, gears and servos"
     )
 

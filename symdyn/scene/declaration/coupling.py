@@ -69,7 +69,7 @@ def read_mimic(table: EntryReader) -> Mimic | None:
         return None
     inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     if "coordinate" in inner and "joint" in inner:
-        inner.fault("joint and coordinate say the same thing twice; give one of them")
+        inner.fault("joint and coordinate both name what it follows; write one of them")
     coordinate = inner.text("coordinate") if "coordinate" in inner else ""
     leader = "" if "coordinate" in inner else LEADER.declared(inner)
     if not (coordinate or leader):
@@ -138,7 +138,7 @@ def _followed(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> str:
         known = [q for joint in joints for q in joint.coordinates]
         table.fault(f'mimic.coordinate = "{name}" is not a coordinate; {suggestion(name, known)}')
     elif leader.velocities and velocity_name(name) not in leader.velocities:
-        table.fault(f'mimic.coordinate = "{name}" has a rate that is no velocity; follow an angle or a way')
+        table.fault(f'mimic.coordinate = "{name}" has a rate that is no velocity; follow an angle or a displacement')
     return name
 
 
@@ -194,16 +194,16 @@ def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
     return positions
 
 
-def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None = None) -> Scene:
+def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: Faults | None = None) -> Scene:
     """Return the scene with some joints fixed.
 
     Args:
         scene: checked, in order.
-        positions: by name of the joint, rad or m, in numbers and parameters.
+        positions: by name of the joint, rad or m: a number or a formula in parameters, such as "pi/2", or with a unit.
         faults: takes what is wrong and what was already found; a new list if None.
 
     Raises:
-        SceneError: a position that is no constant, or nothing left that moves.
+        SceneError: a position that is no constant or no formula, or nothing left that moves.
     """
     check_arguments(lock, locals(), SceneError)
     faults = faults or Faults(scene.source or scene.name)
@@ -212,7 +212,12 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     for joint in scene.moving:
         if joint.name not in positions:
             continue
-        where, position = f"joints.{joint.name}", positions[joint.name]
+        where = f"joints.{joint.name}"
+        try:
+            position = quantity(positions[joint.name])
+        except FormulaError as error:
+            faults.add(where, f"position {error}")
+            continue
         strangers = [name for name in position.symbols if name not in parameters]
         if strangers:
             faults.add(where, f"position uses {strangers[0]}, which is no parameter")
@@ -243,8 +248,8 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         faults.add("", f"with locked joints a formula has no value: {error}")
     faults.close()
     for output in locked.outputs:
-        said = output.formula.symbols
-        gone = [name for name in said if name not in parameters and name not in locked.letters(said)]
+        symbols = output.formula.symbols
+        gone = [name for name in symbols if name not in parameters and name not in locked.letters(symbols)]
         if gone:
             faults.add(f"outputs.{output.name}", f"uses {', '.join(gone)}, which a locked joint has no more")
     if not locked.coordinates:

@@ -169,7 +169,7 @@ def _note_friction(scene: Scene, faults: Faults) -> None:
     names = [joint.name for joint in scene.joints if joint.friction != Quantity.ZERO]
     if names:
         found = f"friction is kept as data and enters no equation ({', '.join(names)})"
-        faults.note("", f"{found}; a scene says friction = {{ coulomb = 0.5, smoothing = 0.01 }} to have it act")
+        faults.note("", f"{found}; write friction = {{ coulomb = 0.5, smoothing = 0.01 }} in the scene to have it act")
 
 
 Noun = TypeVar("Noun")

@@ -123,14 +123,14 @@ def alone(formula: Quantity) -> str:
 
 
 def doubts(scene: Scene, analysis: Analysis) -> Iterator[str]:
-    """Yield what is right in SI and may be meant otherwise: letters of two dimensions, and sines of cycles."""
-    told: dict[str, list[str]] = {}
+    """Yield what is right in SI and may be meant otherwise: symbols of two dimensions, and sines of cycles."""
+    found: dict[str, list[str]] = {}
     for pair in analysis.disagreeing:
         for name, _ in pair.ratio.letters:
             where = f"{pair.place.where}: " if pair.place.where else ""
-            told.setdefault(name, []).append(f"{where}{words(pair, analysis)}")
-    for name, places in told.items():
-        yield f"{name} says no unit and stands in places of two dimensions: {'; '.join(dict.fromkeys(places))}"
+            found.setdefault(name, []).append(f"{where}{words(pair, analysis)}")
+    for name, places in found.items():
+        yield f"{name} has no unit and is used with two dimensions: {'; '.join(dict.fromkeys(places))}"
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     cyclic = {one.name for one in letters if one.unit and Unit.read(one.unit).cycles}
     for pair in analysis.pairs if cyclic else ():
@@ -317,7 +317,7 @@ class SceneUnits:
 
     @property
     def mistakable(self) -> tuple[str, ...]:
-        """What is to be said of values with units in which somebody may see a letter of the scene."""
+        """Notes on values whose unit is also the name of a symbol of the scene."""
         scene, letters = self.scene, self.letters
         nouns = (scene.gravity, *scene.parameters, *scene.bodies, *scene.joints, *scene.points, *scene.loops)
         told = []
@@ -325,7 +325,7 @@ class SceneUnits:
             both = [name for name in re.findall(r"[^\W\d_]+", one.unit) if name in letters]
             if both:
                 value = with_unit(one, one.unit)
-                told.append(f"{value} is a number and a unit: {both[0]} is no letter of the scene there")
+                told.append(f"{value} is a number and a unit: {both[0]} is not the scene's symbol there")
         return tuple(dict.fromkeys(told))
 
 

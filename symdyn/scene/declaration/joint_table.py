@@ -25,7 +25,7 @@ from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, num
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell
 from symdyn.scene.values.shape import ANYTHING, FLAG, NUMBER, Shape, choice_of, described, name_shape, not_both
 
-PARENT = word("parent", 'name of the body it hangs on, or "ground"', 'the body that carries it, or "ground"')
+PARENT = word("parent", 'name of the body that carries it, or "ground"', 'the body that carries it, or "ground"')
 
 CHILD = word("child", "name of the body it carries", "the body that it carries")
 
@@ -38,7 +38,7 @@ def place_keys() -> tuple[Key[str] | Key[Pose], ...]:
 
 @dataclass(frozen=True)
 class Standing:
-    """A joint while its table is read or written, and what the joints of its scene say.
+    """A joint while its table is read or written, and what it needs of the joints of its scene.
 
     Attributes:
         joint: of its type, where it is.
@@ -53,13 +53,13 @@ class Standing:
 
     @property
     def letters(self) -> tuple[str, ...]:
-        """Names of its coordinates where none are said: q<k>, counted over the scene."""
+        """Names of its coordinates where none are given: q<k>, counted over the scene."""
         units = JOINTS[self.joint.type].coordinates(self.joint)
         return tuple(f"q{self.nq + k}" for k in range(1, len(units) + 1))
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Names of its drives where none are said: tau<k>, counted over the scene."""
+        """Names of its drives where none are given: tau<k>, counted over the scene."""
         speeds = JOINTS[self.joint.type].velocities(self.joint)
         return tuple(f"tau{self.nv + k}" for k in range(1, len(speeds) + 1))
 
@@ -76,7 +76,7 @@ def _one_or_more(keys: Sequence[str], values: Sequence[object]) -> dict[str, obj
 def _either(table: EntryReader, one: str, several: str) -> str:
     """Return which of two keys is given, the first if none is."""
     if one in table and several in table:
-        table.fault(f"{one} and {several} say the same thing twice; give one of them")
+        table.fault(f"{one} and {several} give the same quantity; write one of them")
     return several if several in table else one
 
 

@@ -172,8 +172,8 @@ def lost_words(scene: Scene) -> Iterator[str]:
             yield f"{where}: motion = {spell(joint.motion)}"
         if any(x != Quantity.ZERO for x in (*joint.start, *joint.start_rates)):
             yield f"{where}: where it starts"
-    yield from (f"inputs.{one.name}: the file has no letters that are given over time" for one in scene.inputs)
-    yield from (f"outputs.{one.name} = {spell(one.formula)}: nothing is looked at" for one in scene.outputs)
+    yield from (f"inputs.{one.name}: the file has no inputs" for one in scene.inputs)
+    yield from (f"outputs.{one.name} = {spell(one.formula)}: the file has no outputs" for one in scene.outputs)
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ def _moment(table: EntryReader, key: str, usual: Vector | None) -> Vector | None
     if key not in table:
         return usual
     if "com" in table:
-        table.fault(f"com and {key} say the same thing twice; give one of them")
+        table.fault(f"com and {key} give the same quantity; write one of them")
     return table.vector(key)
 
 
@@ -217,7 +217,7 @@ def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | N
             row.fault(f"{size} = {shown(length)} is no length; give one above zero")
     bare = INERTIA.declared(table) == NO_INERTIA or MASS.declared(table) == Quantity.ZERO
     if bare and len(sizes) < len(kind.sizes):
-        row.fault(f"{' and '.join(kind.sizes)} missing, which no inertia tells; write them beside type")
+        row.fault(f"{' and '.join(kind.sizes)} missing, and no inertia to compute them from; write them beside type")
     axis = row.vector("axis") if "axis" in row else None
     if axis is not None and (any(x.symbols for x in axis) or axis == NULL):
         row.fault("axis is no direction in numbers; give one such as [0, 0, 1]")
@@ -226,8 +226,8 @@ def _outline(table: EntryReader, key: str, usual: Outline | None) -> Outline | N
 
 
 def _said_outline(outline: Outline | None) -> object:
-    """Return a word, or a table where more than that is said."""
-    assert outline is not None, "what is none is not said"
+    """Return a word, or a table where more than that is given."""
+    assert outline is not None, "what is none is not written"
     more = dict(outline.sizes) | ({"axis": outline.axis} if outline.axis else {})
     return {"type": outline.type, **more} if more else outline.type
 
@@ -291,12 +291,12 @@ BODY: tuple[Key[Any], ...] = (
         said=lambda particles: [{key.name: key.of(one) for key in PARTICLE} for one in particles],
         shape=several(shape_of(PARTICLE, keys_of(PARTICLE)), 0, MOST_PARTICLES),
     ),
-    flag("allow_invalid_inertia", "accept an inertia that no body has"),
+    flag("allow_invalid_inertia", "accept an inertia that is not physically consistent"),
     _OutlineKey(
         "shape",
         _outline,
         None,
-        holds="what it looks like in pictures, where its inertia does not tell",
+        holds="its shape in pictures, where it is not to be computed from its inertia",
         said=_said_outline,
         shape={"anyOf": [choice_of(*OUTLINES), *_outline_shapes()]},
     ),
@@ -348,7 +348,9 @@ def _text(table: EntryReader, scope: object) -> dict[str, Any]:
     if not isinstance(raw, dict):
         return {"text": table.text("text"), "texts": ()}
     if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
-        table.fault(f'text = {show(raw)} names languages by two letters, such as {{ en = "mass", sk = "hmotnosť" }}')
+        table.fault(
+            f'text = {show(raw)} needs language codes of two letters, such as {{ en = "mass", sk = "hmotnosť" }}'
+        )
         return {"text": "", "texts": ()}
     each = EntryReader(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
     said = {code: each.text(code) for code in raw}
@@ -398,7 +400,7 @@ PARAMETER: tuple[Part, ...] = (
 )
 
 INPUT: tuple[Part, ...] = (
-    _value_and_unit("what it is where nobody gives it; zero when left out", Quantity.ZERO),
+    _value_and_unit("its value where none is given over time; zero when left out", Quantity.ZERO),
     LATEX,
     DESCRIBED,
 )

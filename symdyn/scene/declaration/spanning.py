@@ -148,7 +148,7 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             continue
         keys = _kept(edge.entry) + [f"{pulls} or mimic at it"] * (edge.entry.name in held)
         if keys:
-            advice = f"say which joints to cut by {argument('spanning_tree')}"
+            advice = f"choose the joints to cut by {argument('spanning_tree')}"
             faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
         else:
             others = f"{argument('spanning_tree', ['NAME'])} cuts others"

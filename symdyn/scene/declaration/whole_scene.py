@@ -160,7 +160,7 @@ def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) ->
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:
-    """Report ends that are no bodies, bodies that hang on nothing or on themselves, and a scene that stands still."""
+    """Report ends that are no bodies, bodies that joints do not connect to the ground, and a scene that is fixed."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
     ends = {**bodies, Scene.GROUND: None}
@@ -170,7 +170,7 @@ def check_tree(draft: Draft, faults: Faults) -> None:
         if joint.child == Scene.GROUND:
             faults.add(where, f'child = "{Scene.GROUND}" cannot move; swap parent and child')
         elif joint.child in carrier:
-            faults.add(where, f'child = "{joint.child}" already hangs on the joint {carrier[joint.child].name}')
+            faults.add(where, f'child = "{joint.child}" is already the child of the joint {carrier[joint.child].name}')
         elif joint.child:
             carrier[joint.child] = joint
     joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
@@ -181,7 +181,7 @@ def check_tree(draft: Draft, faults: Faults) -> None:
             lost = f"no joint leads from {Scene.GROUND} to the body{_company(scene, body.name)}"
             faults.add(where, f'{lost}; add one with child = "{body.name}"')
         else:
-            faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
+            faults.add(where, f'no joint connects the body to {Scene.GROUND}; add one with child = "{body.name}"')
     for where, point in zip(draft.where["points"], scene.points, strict=True):
         _named(where, "body", point.body, ends, faults)
     _cycles(draft, carrier, faults)
@@ -215,7 +215,7 @@ def _company(scene: Scene, name: str) -> str:
         return ""
     ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
     shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
-    return f" or to {listed(others)}, which {'hangs' if len(others) == 1 else 'hang'} together with it{shape}"
+    return f" or to {listed(others)}, which {'is' if len(others) == 1 else 'are'} connected with it{shape}"
 
 
 def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
@@ -230,7 +230,7 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
             ring = list(path)[list(path).index(name) :]
             shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
             faults.add(
-                where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {Scene.GROUND}"
+                where, f"a closed chain of parents: {shown} (child -> parent); join one of them to {Scene.GROUND}"
             )
         settled.update(path)
 

@@ -182,7 +182,7 @@ def inertia_fault(body: Body, values: Mapping[str, Value]) -> tuple[str, str] | 
     if condition is None:
         return None
     about = "as given" if body.about == "com" else "moved to the centre of mass"
-    return f"inertia ({about}) is one that no body has: {condition}", "check the numbers and inertia_about"
+    return f"inertia ({about}) is not physically consistent: {condition}", "check the numbers and inertia_about"
 
 
 def central_inertia(body: Body, values: Mapping[str, Value]) -> Matrix | None:

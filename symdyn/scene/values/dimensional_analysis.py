@@ -334,13 +334,13 @@ def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], o
 
 
 def question(letter: Letter, text: str) -> str:
-    """Return what a bare number may mean of a letter that is in another unit than that of SI; "" where all is said."""
+    """Return what a bare number may mean for a symbol in another unit than that of SI; "" where it is clear."""
     if not letter.written or not _is_bare(text):
         return ""
     number = fraction(quantity(text))
     size = Quantity.ONE if number is None else folding.constant(number)
     there = float(in_si(size, Unit.read(letter.written)).at({}) or 0)
-    front = f"{letter.name} is given in {letter.written}: say {letter.name}="
+    front = f"{letter.name} is given in {letter.written}: write {letter.name}="
     return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"
 
 
@@ -373,14 +373,14 @@ def fits(value: Quantity, unit: Unit | None, letters: Container[str] = ()) -> No
 
 
 def _letters_meant(value: Quantity, letters: Container[str]) -> str:
-    """Return how a value is written as a formula, where all names of its unit are letters: 3*m of 3 m; else ""."""
+    """Return how a value is written as a formula, where all names of its unit are symbols: 3*m of 3 m; else ""."""
     names = re.findall(r"[^\W\d]\w*", value.unit)
     if not names or not all(name in letters for name in names):
         return ""
     number = spell(out_of_si(value, Unit.read(value.unit)))
     factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
-    told = "the letter" if len(names) == 1 else "the letters"
-    return f"; for {number} times {told} write {number}*{factors}"
+    noun = "the symbol" if len(names) == 1 else "the symbols"
+    return f"; for {number} times {noun} write {number}*{factors}"
 
 
 def fits_place(table: EntryReader, key: str, value: Quantity, units: Sequence[str]) -> None:

@@ -141,7 +141,7 @@ def _of_table(table: Mapping[str, object]) -> Quantity:
         return found
     unit = Unit.read(said)
     if found.symbols:
-        raise FormulaError("is a formula of letters, which is in SI; leave the unit out")
+        raise FormulaError("is a formula of symbols, which is in SI; leave the unit out")
     if found.unit:
         reason = Unit.read(found.unit).misfit(unit)
         if reason:
@@ -223,7 +223,7 @@ def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None
             letters = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text).replace("^", "**")
             return UnitError(
                 f'a unit stands behind a number alone; name the number, such as a = "{value}" in parameters, '
-                f"and write a{cut.group()}{rest}{typing}; of letters alone write {letters}"
+                f"and write a{cut.group()}{rest}{typing}; of symbols alone write {letters}"
             )
     return None
 

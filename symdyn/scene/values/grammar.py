@@ -245,7 +245,7 @@ class _Reader:
     def _argument(self, of: str) -> str:
         token = self._next()
         if token is None:
-            raise LatexError(f"ends behind {of}, which stands on a letter; give such as {of}{{k}}")
+            raise LatexError(f"ends behind {of}, which needs a symbol under it; give such as {of}{{k}}")
         inside = self._inside("}") if token == "{" else self._single(token)
         if re.search(r"[_^']", inside):
             raise LatexError(f"has scripts inside {of}; put them behind it, such as {of}{{k}}_1")
