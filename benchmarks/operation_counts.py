@@ -143,7 +143,7 @@ MEANS = """
 - In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles. From parallel axes on a
   joint of the ground, of which that feels one component, J leaves by the sum of angles as well, without shifts.
 - Derivatives: velocities of bodies count from the origin at hand, so that the origin's own takes no part; twice of
-  them is carried, so that no result is doubled; a joint is seen from the inner end of its rise.
+  them is carried, so that no result is doubled; a joint is seen from the inner end of its joint offset.
 - Derivatives of forward dynamics: LᵀDL once, one reciprocal a pivot, M⁻¹ symmetric from L⁻¹.
 - Between parallel axes a shift along them stays at the outer joint, so that forces further in need not be known.
 """

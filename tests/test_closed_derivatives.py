@@ -362,7 +362,7 @@ def test_displacements_move_as_coordinates_do(name: str) -> None:
     for a in range(2 * n):
         moved = tangents(rates, H[a] if a < n else {w.state.qd[a - n]: w.graph.one})
         turned = (
-            tangents([H[a].get(q, w.graph.zero) for q in w.state.q], w.state.velocity) if a < n else w.still[:1] * 99
+            tangents([H[a].get(q, w.graph.zero) for q in w.state.q], w.state.velocity) if a < n else w.zeros[:1] * 99
         )
         for q, rate, turning in zip(w.state.q, moved, turned, strict=False):
             found.append(w.graph.total(top[3 * n * k + a] * H[k][q] for k in range(n) if q in H[k]))

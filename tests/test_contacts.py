@@ -109,7 +109,7 @@ def test_a_blade_has_no_height_and_the_distance_from_a_declared_plane_is_told() 
     text = (DATA / "contacts" / "skate.toml").read_text(encoding="utf-8")
     scene = read_text(text.replace("normal = [0, 0, 1] }", "at = [0, 0, 0.2], normal = [0, 0, 1] }"), "skate.toml")
 
-    assert [label.closes for label in Numbers(scene).constraints.labels] == [False]
+    assert [label.holonomic for label in Numbers(scene).constraints.labels] == [False]
     assert any("sled is 0.2 m below its plane" in note for note in read_start(scene).notes)
 
 
@@ -119,7 +119,7 @@ def test_the_rate_of_the_height_is_the_row_of_the_normal_off_the_plane_too() -> 
     disc += "plane = { at = [0.1, 0.2, 0.3], normal = [1, -2, 2] }\n"
     for one in (scene, read_text(disc, "disc.toml")):
         numbers = Numbers(one)
-        held = [k for k, label in enumerate(numbers.constraints.labels) if label.closes]
+        held = [k for k, label in enumerate(numbers.constraints.labels) if label.holonomic]
         for seed in range(5):
             q = numbers.drawn(seed)
             assert numbers.residual_rates(q)[held] == pytest.approx(numbers.jacobian(q)[held], abs=1e-13)

@@ -249,7 +249,7 @@ def test_a_load_rides_the_recursion_and_costs_little():
     load = Load("tool", Place(one.bodies[-1].name, vec(1, 2, 3)), vec("t", 2, 5), vec(1, 2, 3), "body")
     w = Workspace(replace(one, elements=(load,)))
     varying = (*w.state.q, *w.state.qd, *w.state.qdd, w.graph.symbol("t"))
-    alone = rnea(w.tips_unrotated, w.state.qd, w.state.qdd)
+    alone = rnea(w.recursion_tree, w.state.qd, w.state.qdd)
 
     assert cost(derive_one(w, "inverse_dynamics", "rnea").entries, varying) - cost(alone, varying) < 40
     assert cost(w.Q, varying) > 60

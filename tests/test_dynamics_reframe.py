@@ -144,7 +144,7 @@ def test_an_offset_along_an_axis_that_leans_by_a_parameter_is_the_rise_of_the_li
     w = Workspace(read_text(TWISTED.replace("TWIST", twist)))
     formulations = [derive_one(w, "inverse_dynamics", formulation).entries for formulation in ("rnea", "lagrange")]
 
-    assert w.reduced.X[2].rise is w.graph.symbol("v")
+    assert w.reduced.X[2].offset is w.graph.symbol("v")
     assert prove([Claim("ID", "rnea", "lagrange", *formulations)])[1][0].verdict == Verdict.PROVED
 
 
@@ -161,7 +161,7 @@ def test_the_common_normal_of_nearly_parallel_axes_stays_near():
 
     assert [entry.is_zero for entry in w.reduced.X[2].shift] == [False, False, True]
     assert all(abs(value) < 2 for value in values_of(w.reduced.X[2].shift))
-    assert w.reduced.X[2].rise.is_zero
+    assert w.reduced.X[2].offset.is_zero
     assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 

@@ -216,7 +216,7 @@ def test_at_rest_there_is_no_loop() -> None:
         ("cart_pole", "friction"),
         ("four_bar", "close it"),
         ("two_link", "have no value"),
-        ("free_body", "balls"),
+        ("free_body", "spherical"),
         ("arm7", ""),
         ("puma560", ""),
     ],

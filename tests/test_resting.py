@@ -32,8 +32,8 @@ def test_an_origin_waits_where_its_axis_meets_those_below(aside, kind, rise):
     w = Workspace(shoulder(aside, kind))
     before = regroup(reframe(w.tree))
 
-    assert not before.X[3].rise.is_zero
-    assert resting(before).X[3].rise.is_zero == (rise == 0)
+    assert not before.X[3].offset.is_zero
+    assert resting(before).X[3].offset.is_zero == (rise == 0)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])

@@ -148,7 +148,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
     )  # fmt: skip
 
     assert read_text(write_text(one, "toml").text, "again.toml") == one
-    assert [FORCES[row.kind].closes(row) for row in one.contacts] == [True, False, False]
+    assert [FORCES[row.kind].holonomic(row) for row in one.contacts] == [True, False, False]
     assert one.rows[0].axis is None
 
 
@@ -170,7 +170,7 @@ def test_a_contact_that_holds_a_height_is_printed_as_a_position() -> None:
     text = HEAD.replace("GRAVITY", "[0, 0, -9.81]").replace("PARAMETER", "0.1").replace("axis = [0, 1, 0]\n", "")
     shown = equations_text(read_text(text, "ball.toml"), "text")
 
-    assert FORCES[one.kind].closes(one)
+    assert FORCES[one.kind].holonomic(one)
     assert "\nz - 0.3 = 0\n" in shown
     assert "normal force of contact touch, exerted by ground on disc" in shown
 

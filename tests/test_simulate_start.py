@@ -243,4 +243,4 @@ def test_a_row_without_a_real_value_is_named_with_what_helps(
     scene.write_text(ROW)
     assert main(["simulate", str(scene), "--until", "1"]) == 1
     err = capsys.readouterr().err
-    assert "the row slip has no real value at x = 0, y = 0; give the scene a start where it has one" in err
+    assert "the constraint slip has no real value at x = 0, y = 0; give the scene a start where it has one" in err

@@ -52,9 +52,9 @@ def test_driving_forces_are_the_same_whether_last_bodies_turn_with_their_joints_
     w = Workspace(arm(axis, last))
     wanted = derive_one(w, "inverse_dynamics", "lagrange").entries
     claims = [
-        Claim("tau", f"unrotated={tree is w.tips_unrotated}", "lagrange", rnea(tree, w.state.qd, w.state.qdd), wanted)
-        for tree in (w.reduced, w.tips_unrotated)
+        Claim("tau", f"unrotated={tree is w.recursion_tree}", "lagrange", rnea(tree, w.state.qd, w.state.qdd), wanted)
+        for tree in (w.reduced, w.recursion_tree)
     ]
 
-    assert (w.tips_unrotated.X[4] is not w.reduced.X[4]) == (last == "revolute")
+    assert (w.recursion_tree.X[4] is not w.reduced.X[4]) == (last == "revolute")
     assert {one.verdict for one in prove(claims, seed=1)[1]} == {"proved"}

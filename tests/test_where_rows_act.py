@@ -129,7 +129,9 @@ def test_a_row_that_exerts_nothing_or_says_where_it_acts_stands_in_no_ones_way()
 
 def test_every_row_that_does_not_say_it_is_named() -> None:
     text = FORMULA.replace("[rows.slip]", '[rows.other]\nformula = "x_dot*sin(phi)"\n[rows.slip]')
-    with pytest.raises(SymdynError, match=r"rows\.other, rows\.slip are formulas in rates, and where the constraint force acts"):
+    with pytest.raises(
+        SymdynError, match=r"rows\.other, rows\.slip are formulas in rates, and where the constraint force acts"
+    ):
         derive(read_text(text), ("reactions",))
 
 

@@ -238,7 +238,7 @@ def pose(
         if name not in scene.coordinates:
             raise DrawError(f'{scene.name}: "{name}" is not a coordinate; {suggestion(name, scene.coordinates)}')
     values = values_of(scene, parameters)
-    if scene.loops or any(FORCES[one.kind].closes(one) for one in scene.contacts):
+    if scene.loops or any(FORCES[one.kind].holonomic(one) for one in scene.contacts):
         return _closed(scene, given, values, parameters)
     declared = any(joint.start for joint in scene.joints)
     q = _start(scene, values)

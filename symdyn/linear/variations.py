@@ -278,7 +278,7 @@ def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[
     if w.scene.is_constrained:
         rows, kept = w.loops.recursive, w.loops.decisions.independent_rows
         bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
-        holding = [rows.labels[k].closes for k in kept]
+        holding = [rows.labels[k].holonomic for k in kept]
     for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
         bias.append(-acceleration)
         G.append([graph.one if i == k else graph.zero for i in range(n)])

@@ -164,7 +164,7 @@ class Needed:
 
 def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
     """Return what contacts that hold a height need over a motion, and what is to be said of it."""
-    contacts = [row for row in system.scene.contacts if FORCES[row.kind].closes(row)]
+    contacts = [row for row in system.scene.contacts if FORCES[row.kind].holonomic(row)]
     if not contacts:
         return [], []
     labels, decisions = opened(system.scene).numbers().constraints.labels, system.decisions

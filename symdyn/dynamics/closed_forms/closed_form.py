@@ -225,7 +225,7 @@ def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
 
 
 def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Transform]]]]:
-    """Return the rotors of balls as bodies that nothing but their joint moves, as `_add_body` takes them."""
+    """Return the rotors of spherical joints as bodies that nothing but their joint moves, as `_add_body` takes them."""
     number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
     found = []
     for joint in scene.joints:

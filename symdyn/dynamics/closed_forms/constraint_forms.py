@@ -140,7 +140,7 @@ class ClosedRow:
     Attributes:
         owner: name of the loop, or of the scene's row.
         loop: whether that is a loop.
-        closes: whether it holds a position, so that its residual vanishes too.
+        holonomic: whether it is a constraint on positions, so that its residual vanishes too.
         words: what it forbids, such as "force along x".
         uses: for each velocity whether its entry of G may differ from zero.
         residual: what vanishes where the loop is closed; None without a closed form.
@@ -150,7 +150,7 @@ class ClosedRow:
 
     owner: str
     loop: bool
-    closes: bool
+    holonomic: bool
     words: str
     uses: tuple[bool, ...]
     residual: Form | None = None
@@ -176,7 +176,7 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     for k in decisions.independent_rows:
         label, uses = found.labels[k], tuple(not entry.is_zero for entry in found.G[k])
         words = _words(label, state, decisions.names[k])
-        rows.append(ClosedRow(label.owner, label.loop, label.closes, words, uses))
+        rows.append(ClosedRow(label.owner, label.loop, label.holonomic, words, uses))
     try:
         return ClosedConstraints(_written(rows, found, decisions.independent_rows, state, graph, scene))
     except DerivationError as fault:
@@ -217,7 +217,7 @@ def _written(
             ClosedRow(
                 row.owner,
                 row.loop,
-                row.closes,
+                row.holonomic,
                 row.words,
                 tuple(bool(entry) for entry in G),
                 compact(value[constraints.residual[k]]),

@@ -89,7 +89,7 @@ def _steps(X: JointTransform, slides: bool, position: Expr, still: dict[Expr, Ex
         turns = turns[1:]
         x, y, z = gamma.out(X.shift)
         yield "Rz", (angle_of(gamma.cos, gamma.sin),)
-    rise = X.rise
+    rise = X.offset
     if not turns:  # the shift along z goes with the rise
         rise, z = rise + z, z.graph.zero
     along_x: Step = ("Tx", (x,))

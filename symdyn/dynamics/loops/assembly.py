@@ -209,7 +209,7 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
         for one, h in zip(numbers.contact_gaps, heights, strict=True)
         if one.row.plane.declared
-        and not FORCES[one.row.kind].closes(one.row)
+        and not FORCES[one.row.kind].holonomic(one.row)
         and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
     ]
 

@@ -356,7 +356,9 @@ def _index(scene: Scene, names: Sequence[str], name: str) -> int:
 
 def position_level(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[int, ...], Partition]:
     """Return the position-level rows, counted among all, and their partition, independent velocities first."""
-    closes = [k for k, label in enumerate(numbers.constraints.labels) if label.closes and k not in decisions.zero_rows]
+    closes = [
+        k for k, label in enumerate(numbers.constraints.labels) if label.holonomic and k not in decisions.zero_rows
+    ]
     partition, n = decisions.partition, numbers.state.n
     if set(decisions.independent_rows) <= set(closes):
         return decisions.independent_rows, partition

@@ -1,19 +1,19 @@
 """Constraint rows of loops and contacts, G u = 0, and what each of them forbids; by two formulations.
 
-A tree is cut at joints that close loops, and at contacts of blades, wheels and balls with a plane.
+A tree is cut at joints that close loops, and at contacts of knife edges, wheels and balls with a plane.
 
     J        frame of the cut joint on its parent; of a contact in a point of the plane, in axes of the body that has it
-    X        placement of the joint frame on the child, in J; P is its origin: a blade's point, the centre of a wheel
+    X        pose of the joint frame on the child, in J; P is its origin: the point of a knife edge, a wheel's centre
     u, ω     velocities of the mechanism, shape (nv,); angular velocity of the child relative to J
     F, N     wrench k of the joint: force and moment, axes of J, acting at P
     G        G_k u = F·Ṗ + N·ω, where Ṗ is the velocity of P relative to J; axes of J
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
-constraint manifold too, and Gᵀ λ its generalized force. Rows that a scene declares, linear in the velocities, follow.
+constraint manifold too, and Gᵀ λ its generalized force. Constraints that a scene declares by formulas come last.
 
 The *recursive* formulation walks from J to the child along the tree, through their lowest common ancestor: nothing
-beyond it enters, so that a planar loop on a flying base stays planar. The formulation *by differentiation*
+beyond it enters, so that a planar loop on a floating base stays planar. The formulation *by differentiation*
 differentiates X.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
@@ -45,15 +45,15 @@ class Cut:
     """One cut.
 
     Attributes:
-        owner: name of the loop or of the row.
+        owner: name of the loop or of the contact.
         parent, child: bodies; what carries the plane is the parent of a contact.
-        on_parent: placement of J in the parent: the joint frame of the predecessor.
-        on_child: placement of the frame at P in the child: that of the successor.
-        wrenches: what the parent can exert on the child without working, as functions of X.
-        residual: likewise what vanishes where the constraint holds; zero for a row that does not close.
-        closes: for each wrench whether it holds a position, so that its residual means something.
+        on_parent: pose of J in the parent: the joint frame of the predecessor.
+        on_child: pose of the frame at P in the child: that of the successor.
+        wrenches: constraint wrenches, which the parent exerts on the child without doing work, as functions of X.
+        residual: likewise what vanishes where the constraint holds; zero for a nonholonomic one.
+        holonomic: for each wrench whether its constraint is holonomic; the residual of another one has no meaning.
         joint: the joint that closes the loop; None for a contact.
-        names: of a contact's wrenches, in words; "" where a direction says it.
+        names: of a contact's wrenches, in words; "" where its direction is enough.
     """
 
     owner: str
@@ -63,7 +63,7 @@ class Cut:
     on_child: Transform
     wrenches: Callable[[Transform], tuple[Wrench, ...]]
     residual: Callable[[Transform], tuple[Expr, ...]]
-    closes: tuple[bool, ...]
+    holonomic: tuple[bool, ...]
     joint: Joint | None
     names: tuple[str, ...] = ()
 
@@ -91,9 +91,9 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
 
 
 def contact(row: Contact, graph: Graph) -> Cut:
-    """Return the cut that a contact makes."""
+    """Return the cut of a contact."""
     law = FORCES[row.kind].touch
-    closes = law.closes(row)
+    holonomic = law.holonomic(row)
     return Cut(
         row.name,
         row.plane.body,
@@ -101,15 +101,15 @@ def contact(row: Contact, graph: Graph) -> Cut:
         row.place.body,
         Transform(Mat.identity(graph), vector(row.place.at, graph)),
         lambda X: law.wrenches(row, X, sine(row, X)),
-        lambda X: tuple(law.height(row, X, sine(row, X)) if one else graph.zero for one in closes),
-        closes,
+        lambda X: tuple(law.height(row, X, sine(row, X)) if one else graph.zero for one in holonomic),
+        holonomic,
         None,
         law.words(row),
     )
 
 
 def sine(row: Contact, X: Transform) -> Expr:
-    """Return w of a contact; 1 where a wheel stands upright whatever it does, which the ring decides exactly."""
+    """Return the sine of the angle between axis and normal of a contact; 1 where it is 1 at every position."""
     graph, lean = X.p[0].graph, FORCES[row.kind].touch.lean(row, X)
     if lean is None:
         return graph.one
@@ -132,12 +132,12 @@ class ContactGap:
 
     @property
     def flat(self) -> str:
-        """What is said of a start where the wheel lies flat."""
+        """The message about a start where the wheel lies flat."""
         return f"contact {self.row.name}: {self._parallel}; give a start at which it leans"
 
     @property
     def fell_flat(self) -> str:
-        """What is said where a motion ends because the wheel lies flat."""
+        """The message where a motion ends because the wheel lies flat."""
         return f"contact {self.row.name}: the motion came to where {self._parallel}"
 
     def is_flat(self, sine: float) -> bool:
@@ -167,28 +167,28 @@ Twist = tuple[Vec, Vec]  # angular, linear
 
 @dataclass(frozen=True)
 class Label:
-    """What a constraint row, a row of G, is.
+    """Description of a constraint row, a row of G.
 
     Attributes:
-        owner: name of the loop, or of the scene's row.
+        owner: name of the loop, or of the scene's constraint.
         number: of the wrench among the owner's.
         wrench: (force, moment) that the parent can exert, axes of J; None for a formula of the user.
-        closes: whether it holds a position, so that its residual vanishes too.
-        loop: whether it belongs to a joint that closes a loop; else to a row of the scene.
-        name: of a contact's wrench in words, "" where its direction says it.
+        holonomic: whether it is a constraint on positions, so that its residual vanishes too.
+        loop: whether it belongs to a joint that closes a loop; else to a constraint of the scene.
+        name: of a contact's wrench in words, "" where its direction is enough.
     """
 
     owner: str
     number: int = 0
     wrench: tuple[Vec, Vec] | None = None
-    closes: bool = False
+    holonomic: bool = False
     loop: bool = False
     name: str = ""
 
     @property
     def words(self) -> str:
-        """Its owner in words: "the loop cut", "the contact wheel", "the row slip"."""
-        kind = "loop" if self.loop else "contact" if self.wrench else "row"
+        """Its owner in words: "the loop cut", "the contact wheel", "the constraint slip"."""
+        kind = "loop" if self.loop else "contact" if self.wrench else "constraint"
         return f"the {kind} {self.owner}"
 
 
@@ -197,8 +197,8 @@ class Constraints:
     """All constraint rows, before any is left out as redundant.
 
     Attributes:
-        labels: what each row is, shape (m,).
-        residual: what vanishes where the constraint holds, shape (m,); 0 for one that says nothing about q.
+        labels: description of each, shape (m,).
+        residual: what vanishes where the constraint holds, shape (m,); 0 for a nonholonomic one.
         G: shape (m, nv).
         bias: Ġ u, shape (m,).
         cuts: of the loops and contacts.
@@ -255,7 +255,7 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
-    """Return the entries in the order of the scene: loops, then rows that it declares."""
+    """Return the entries in the order of the scene: loops, then constraints that it declares."""
     owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
     place = {owner: k for k, owner in enumerate(owners)}
     return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
@@ -272,33 +272,33 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
     last = at_child @ cut.on_child
     inner, outer = tree.paths(i, j)
     rate, accelerated = speeds()
-    T = (at_parent @ cut.on_parent).inverse()  # of the frame walked on, in J
+    T = (at_parent @ cut.on_parent).inverse()  # pose of the current frame in J
     still = zero_vector(graph)
-    omega, alpha = still, still  # of the body walked on
+    omega, alpha = still, still  # of the current body
     a = still  # acceleration of its origin
     axes: list[tuple[int, Vec, Vec]] = []  # elementary joint, its axis z, s
-    ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
+    steps = [T.p]  # from J to the first origin, from there to the next, ..., to P
     for b in inner:  # to the common ancestor: the joint backwards
         z, s = (neg(T.R @ part) for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
         step = tree.T[b].inverse()
-        ways.append(T.R @ step.p)
-        a = add(a, _swing(omega, alpha, ways[-1]))
+        steps.append(T.R @ step.p)
+        a = add(a, _swing(omega, alpha, steps[-1]))
         T = T @ step
     for b in outer:
-        ways.append(T.R @ tree.T[b].p)
-        a = add(a, _swing(omega, alpha, ways[-1]))
+        steps.append(T.R @ tree.T[b].p)
+        a = add(a, _swing(omega, alpha, steps[-1]))
         T = T @ tree.T[b]
         z, s = (T.R @ part for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
-    ways.append(T.R @ last.p)
-    a = add(a, _swing(omega, alpha, ways[-1]))
-    # a joint inwards is about the origin at which its way begins, one outwards about that at which it ends
+    steps.append(T.R @ last.p)
+    a = add(a, _swing(omega, alpha, steps[-1]))
+    # a joint inwards is about the origin at which its step begins, one outwards about that at which it ends
     levers = [still]
-    for way in reversed(ways[1:]):
-        levers.append(add(levers[-1], way))
+    for d in reversed(steps[1:]):
+        levers.append(add(levers[-1], d))
     levers.reverse()  # from the k-th origin to P
     columns: dict[int, Twist] = {}
     for place_of, (b, z, s) in enumerate(axes):
@@ -307,12 +307,12 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
         for k, x in tree.A[b]:
             so_far = columns.get(k, (still, still))
             columns[k] = (add(so_far[0], scale(x, z)), add(so_far[1], scale(x, linear)))
-    X = Transform(T.R @ last.R, add(ways[0], levers[0]))
+    X = Transform(T.R @ last.R, add(steps[0], levers[0]))
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
 
 
 def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
-    """Return α × d + ω × (ω × d), the last as (ω·d) ω - ω² d, which for plane motion is one product less."""
+    """Return α × d + ω × (ω × d), the last as (ω·d) ω - ω² d: one product less for planar motion."""
     turned = sub(scale(dot(omega, d), omega), scale(dot(omega, omega), d))
     return add(cross(alpha, d), turned)
 
@@ -343,7 +343,7 @@ def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
 
 
 def _label(cut: Cut, k: int, wrench: tuple[Vec, Vec]) -> Label:
-    return Label(cut.owner, k, wrench, cut.closes[k], cut.joint is not None, cut.names[k] if cut.names else "")
+    return Label(cut.owner, k, wrench, cut.holonomic[k], cut.joint is not None, cut.names[k] if cut.names else "")
 
 
 def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:
@@ -380,12 +380,12 @@ def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
 
 
 def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
-    """Return the names and the left sides of the rows that are formulas."""
+    """Return the names and the left-hand sides of the constraints that are formulas."""
     return [(row.name, formula) for row in scene.rows if (formula := FORCES[row.kind].formula(row)) is not None]
 
 
 def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
-    """Return a row of a formula, whose entries are the formula at unit velocities; it must be linear in them."""
+    """Return the constraint row of a formula: its values at unit velocities; it must be linear in them."""
     formula = left.express(graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)
@@ -394,7 +394,7 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
     if not rest.is_zero or set(state.qd).intersection(reachable(slopes)):
         raise DerivationError(
             f"{scene.name}: rows.{name}: the formula is not linear in the velocities; "
-            "write a sum of terms coefficient * velocity, without a term of its own"
+            "write a sum of terms coefficient * velocity, without a constant term"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
     return Label(name), graph.zero, entries, bias
@@ -404,7 +404,7 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
 
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
-    """Return the constraint rows of a scene by differentiating placements in the ground frame."""
+    """Return the constraint rows of a scene by differentiating poses in the ground frame."""
     placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
     for cut in there:
         X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child

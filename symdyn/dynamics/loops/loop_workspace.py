@@ -1,4 +1,4 @@
-"""What the outputs of a closed scene share, computed when first asked for: the part of the workspace about loops."""
+"""Shared intermediate results of a closed scene, computed when first asked for: the part of the workspace on loops."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from symdyn.dynamics.loops.constraint_rows import FLAT, Constraints, contact_gap
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduction import (
-    AllRows,
+    AllConstraints,
     Partitioned,
     Reduction,
-    all_rows,
+    all_constraints,
     nonzero,
     reduction,
     with_multipliers,
@@ -35,7 +35,7 @@ SINGULAR = 1e-13
 
 
 class LoopWorkspace:
-    """Constraint rows of one scene on the workspace's graph, independent ones only, and what is decided about them."""
+    """Independent constraint rows of one scene on the workspace's graph, and decisions about them."""
 
     def __init__(self, workspace: Workspace) -> None:
         """Begin with nothing decided."""
@@ -55,27 +55,27 @@ class LoopWorkspace:
 
         try:
             return Numbers(self.w.scene).decided(self.w.closing)
-        except DerivationError as fault:  # every output would try again, and all in vain
+        except DerivationError as fault:  # kept, since every output would try again
             return fault
 
     @property
     def decisions(self) -> LoopDecisions:
-        """Independent rows and partitions; DerivationError where loops do not assemble, or a choice does not fit."""
+        """Independent constraints and partitions; DerivationError where loops do not close, or choices do not fit."""
         return self._decided[0]
 
     @property
     def numbers(self) -> Numbers:
-        """The mechanism in numbers, on a graph of its own, with values of all parameters."""
+        """The mechanism with numerical values of all parameters, on a graph of its own."""
         return self._decided[1]
 
     def values(self, q: Iterable[float]) -> dict[Expr, float]:
-        """Return values of all parameters, those that the numbers have, and of the coordinates at q."""
+        """Return values of all parameters, and of the coordinates at q."""
         values = {self.w.graph.symbol(str(node.value)): x for node, x in self.numbers.parameters.items()}
         return values | dict(zip(self.w.state.q, q, strict=True))
 
     @property
     def actuated(self) -> Partition:
-        """The partition of inverse dynamics; DerivationError where the drives do not fit."""
+        """The partition of inverse dynamics; DerivationError where the drives do not determine the motion."""
         partition = self.decisions.actuated
         if partition is None:
             raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.decisions.fault}")
@@ -89,10 +89,10 @@ class LoopWorkspace:
 
     @cached_property
     def ends(self) -> list[tuple[Expr, str]]:
-        """What crosses zero where equations of motion end, and what is said there, in trees too.
+        """Functions whose zero ends the validity of the equations of motion, and messages; of trees too.
 
-        It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of
-        a wheel, since w itself is a size and has no other sign behind its zero.
+        They are the determinant of the three axes of Euler angles, zero where the angles are singular; and
+        w² - FLAT² of a wheel, w being the sine of its lean.
         """
         from symdyn.dynamics.mechanism.angles import angles_of  # with NumPy
 
@@ -137,33 +137,33 @@ class LoopWorkspace:
         return differentiated(self.w.scene, self.w.graph, self.w.state)
 
     def residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the independent rows, shape (m,)."""
+        """Return residuals of the independent constraints, shape (m,)."""
         return [rows.residual[k] for k in self.decisions.independent_rows]
 
     def position_residual(self, rows: Constraints) -> list[Expr]:
-        """Return residuals of the position-level rows."""
+        """Return residuals of the independent holonomic constraints."""
         return [rows.residual[k] for k in self.position_level[0]]
 
     def G(self, rows: Constraints) -> Matrix:
-        """Return the independent rows, shape (m, nv)."""
+        """Return the rows of the independent constraints, shape (m, nv)."""
         return [list(rows.G[k]) for k in self.decisions.independent_rows]
 
     def constraint_forces(self, multipliers: Sequence[Expr], rows: Constraints | None = None) -> list[Expr]:
-        """Return Gᵀ λ, shape (nv,), for λ of the independent rows."""
+        """Return Gᵀ λ, shape (nv,), for λ of the independent constraints."""
         pairs = list(zip(self.G(rows or self.recursive), multipliers, strict=True))
         return [self.w.graph.total(row[k] * x for row, x in pairs) for k in range(self.w.state.n)]
 
     def bias(self, rows: Constraints) -> list[Expr]:
-        """Return Ġ u of the independent rows, shape (m,)."""
+        """Return Ġ u of the independent constraints, shape (m,)."""
         return [rows.bias[k] for k in self.decisions.independent_rows]
 
     def acceleration_residual(self, rows: Constraints, rest: Sequence[Expr]) -> list[Expr]:
-        """Return G u̇ and the rest, Ġ u or what stands for it, of the independent rows, shape (m,)."""
+        """Return G u̇ + Ġ u, or G u̇ with another `rest`, of the independent constraints, shape (m,)."""
         pairs = zip(self.G(rows), rest, strict=True)
         return [self.w.graph.total([*(x * self.w.state.qdd[k] for k, x in nonzero(row)), one]) for row, one in pairs]
 
     def gamma(self, rows: Constraints) -> list[Expr]:
-        """Return Ġ u + 2 α G u + β² residual of the independent rows, shape (m,)."""
+        """Return Ġ u + 2 α G u + β² residual of the independent constraints, shape (m,)."""
         closing, u, graph = self.w.closing, self.w.state.qd, self.w.graph
         alpha, beta = graph.constant(closing.alpha), graph.constant(closing.beta)
         rates = [graph.total(entry * u[k] for k, entry in nonzero(row)) for row in self.G(rows)]
@@ -174,19 +174,19 @@ class LoopWorkspace:
 
     @cached_property
     def position_level(self) -> tuple[tuple[int, ...], Partition]:
-        """Position-level rows, counted among all constraint rows, and the partition of positions."""
+        """Indices of independent holonomic constraints among all rows, and the partition of positions."""
         from symdyn.dynamics.loops.closed_positions import position_level  # with NumPy
 
         return position_level(self.numbers, self.decisions)
 
     @cached_property
     def recursive_manifold(self) -> Manifold:
-        """Directions by recursion, dependent ones by blocks."""
+        """Tangents by recursion, dependent ones by blocks."""
         return self._manifold(self.recursive, Partition.solve_dependent)
 
     @cached_property
     def differentiated_manifold(self) -> Manifold:
-        """Directions by differentiation, dependent ones by normal equations of all rows."""
+        """Tangents by differentiation, dependent ones by normal equations of all constraints."""
         return self._manifold(self.differentiated, Partition.solve_normal)
 
     def _manifold(self, rows: Constraints, solve: Solve) -> Manifold:
@@ -207,12 +207,12 @@ class LoopWorkspace:
 
     @cached_property
     def motion(self) -> Reduction:
-        """The same with prescribed accelerations put in: only what forces decide is left."""
+        """The same with prescribed accelerations substituted: only those that forces determine are left."""
         given = self.w.prescribed
         return self.reduction.prescribed(given.place, given.acceleration)
 
     def drives_of(self, forces: Sequence[Expr]) -> list[Expr]:
-        """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
+        """Return the driving forces for forces of the tree, with constraints by recursion; linear in the forces."""
         G = self.G(self.recursive)
         return self.at_drives(forces, G, self.actuated.solve_transposed(G, forces))
 
@@ -233,19 +233,19 @@ class LoopWorkspace:
 
     @cached_property
     def lagrange_solution(self) -> tuple[list[Expr], list[Expr]]:
-        """u̇, and λ with what prescribed motions take beside τ behind it: each is a row u̇_p = p̈ of its own."""
+        """u̇, and λ followed by the forces of prescribed motions, each a constraint u̇_p = p̈ of its own."""
         bias = substitute(self.lagrange_forces, dict.fromkeys(self.w.state.qdd, self.w.graph.zero))
-        return self._by_all_rows(self.w.lagrange_mass, self.differentiated, bias)
+        return self._by_all_constraints(self.w.lagrange_mass, self.differentiated, bias)
 
-    # Recursive formulation where every partition fails somewhere: all rows at once
+    # Recursive formulation where every partition fails somewhere: all constraints at once
 
     @cached_property
-    def together(self) -> tuple[list[Expr], list[Expr]]:
+    def all_constraints_solution(self) -> tuple[list[Expr], list[Expr]]:
         """The same by recursion: regular wherever G has full rank, whatever velocities are independent."""
         w = self.w
-        return self._by_all_rows(w.composite_mass, self.recursive, w.forces([w.graph.zero] * w.state.n))
+        return self._by_all_constraints(w.composite_mass, self.recursive, w.forces([w.graph.zero] * w.state.n))
 
-    def _by_all_rows(self, M: Matrix, rows: Constraints, bias: list[Expr]) -> tuple[list[Expr], list[Expr]]:
+    def _by_all_constraints(self, M: Matrix, rows: Constraints, bias: list[Expr]) -> tuple[list[Expr], list[Expr]]:
         w, given = self.w, self.w.prescribed
         rest = [tau - h for tau, h in zip(w.state.tau, bias, strict=True)]
         one, zero = w.graph.one, w.graph.zero
@@ -253,40 +253,40 @@ class LoopWorkspace:
         gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
         return with_multipliers(M, [*self.G(rows), *units], gamma, rest, self.singular_somewhere)
 
-    # What follows from M x = rest + Gᵀ λ and G x = -gamma, as accelerations do and all that they change by
+    # Solutions of M x = rest + Gᵀ λ and G x = -gamma: accelerations and their derivatives
 
     @cached_property
     def _factored(self) -> Factored:
-        """Tᵀ M T of what forces decide, factored once."""
+        """Tᵀ M T of the velocities whose motion is not prescribed, factored once."""
         size = len(self.motion.independent)
         return factored(self.w.graph, range(-1, size), self.motion.mass(self.w.composite_mass) if size else [])
 
     @cached_property
-    def _all_rows(self) -> AllRows:
-        """M, the independent rows and those of prescribed motions, factored once."""
+    def _all_constraints(self) -> AllConstraints:
+        """M, the independent constraints and those of prescribed motions, factored once."""
         w = self.w
         units = [[w.graph.one if i == k else w.graph.zero for i in range(w.state.n)] for k in w.prescribed.place]
-        return all_rows(w.composite_mass, [*self.G(self.recursive), *units], self.singular_somewhere)
+        return all_constraints(w.composite_mass, [*self.G(self.recursive), *units], self.singular_somewhere)
 
     @cached_property
     def partitioned(self) -> Partitioned:
-        """What right sides that are solved by the partition have in common."""
+        """What right-hand sides that are solved by the partition have in common."""
         G = self.G(self.recursive)
         return Partitioned(self.w.composite_mass, G, self.decisions.partition, self.motion, self._factored)
 
     def solved(
-        self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = (), together: bool = False
+        self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = (), at_once: bool = False
     ) -> tuple[list[Expr], list[Expr]]:
         """Return x, shape (nv,), as `given` (zero) where a motion is prescribed, and λ, shape (m,), by recursion.
 
-        What is solved often shares its factors: of a partition, or of all rows `together`, where every partition fails
-        somewhere. `rest` is of shape (nv,), `gamma` of shape (independent rows,).
+        Factors are shared: those of a partition, or of all constraints `at_once`, where every partition fails
+        somewhere. `rest` is of shape (nv,), `gamma` of shape (independent constraints,).
         """
         w, partition, G, zero = self.w, self.decisions.partition, self.G(self.recursive), self.w.graph.zero
         M, n, place = w.composite_mass, range(w.state.n), w.prescribed.place
         accelerations = given or [zero] * len(place)
-        if together:
-            x, found = self._all_rows.solve(rest, [*gamma, *(-one for one in accelerations)])
+        if at_once:
+            x, found = self._all_constraints.solve(rest, [*gamma, *(-one for one in accelerations)])
             return x, found[: len(G)]
         fixed = partition.solve_dependent(G, [-one for one in gamma])
         whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))

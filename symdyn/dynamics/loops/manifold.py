@@ -1,13 +1,13 @@
-"""Directions along the manifold of a closed mechanism's states, on which r(q) = 0, G u = 0 and G u̇ + Ġ u = 0.
+"""Tangents of the constraint manifold of a closed mechanism: r(q) = 0, G u = 0 and G u̇ + Ġ u = 0.
 
-    r, G      residual of loops at position level; constraint rows of the velocities u, G u = 0
-    ξ, v      independent positions, of the position-level rows; independent velocities, of all constraint rows
+    r, G      residual of holonomic constraints; constraint rows of the velocities u, G u = 0
+    ξ, v      independent positions, of the holonomic constraints; independent velocities, of all constraints
     i, d      independent and dependent, of either partition
-    X_k       derivative along velocity k, all else held
-    T_h, T    how positions follow ξ, velocities follow v: T_i = 1, T_d = -G_d⁻¹ G_i
-    S         how velocities follow ξ at fixed v: S_i = 0, S_d = -G_d⁻¹ (Σ_k T_h,k X_k G) u
+    X_k       derivative along velocity k, all else fixed
+    T_h, T    derivatives of positions by ξ, of velocities by v: T_i = 1, T_d = -G_d⁻¹ G_i
+    S         derivatives of velocities by ξ at fixed v: S_i = 0, S_d = -G_d⁻¹ (Σ_k T_h,k X_k G) u
 
-Accelerations follow likewise: those of independent velocities are held or move alone, the others keep G u̇ + Ġ u = 0.
+Accelerations likewise: those of independent velocities are fixed or vary alone, the others keep G u̇ + Ġ u = 0.
 The formulas hold wherever u and u̇ are, so that two derivations of them agree off the manifold too; on it they are
 T u_i differentiated.
 
@@ -36,7 +36,7 @@ class Manifold:
         graph: the graph of the scene.
         state: symbols of the state.
         along: directions of the velocities, as of `Directions`.
-        position_rows, position_partition: position-level rows, shape (rows, nv), and their partition.
+        position_rows, position_partition: rows of holonomic constraints, shape (rows, nv), and their partition.
         G, bias, partition: independent constraint rows, Ġ u, and the partition of velocities.
         solve: returns x with G_d x = b, by velocity.
     """
@@ -89,17 +89,17 @@ class Manifold:
 
     @cached_property
     def by_position(self) -> list[Seeds]:
-        """How coordinates and velocities move with each independent position."""
+        """Derivatives of coordinates and velocities by each independent position."""
         return [self._moved(column, {}, {}) for column in self.position_tangents]
 
     def by_parameter(self, symbol: Expr, residual: Sequence[Expr]) -> Seeds:
-        """Return how all moves with a parameter, what is independent held: position-level residuals stay zero."""
+        """Return the derivatives of all by a parameter at fixed independent ones: holonomic residuals stay zero."""
         seeds = {symbol: self.graph.one}
         step = self._solved(self.position_rows, self.position_partition, [-x for x in tangents(residual, seeds)])
         return self._moved(step, {}, seeds)
 
     def _moved(self, step: dict[int, Expr], speeds: dict[int, Expr], more: Seeds) -> Seeds:
-        """Return how coordinates move along a step of all directions, beside more, and velocities with them."""
+        """Return the derivatives of coordinates along a step of all directions, beside more, and of velocities."""
         seeds = dict(more)
         for k, x in step.items():
             for q, h in self.along[k].items():
@@ -108,7 +108,7 @@ class Manifold:
 
     @cached_property
     def by_velocity(self) -> list[Seeds]:
-        """How velocities move with each independent velocity."""
+        """Derivatives of velocities by each independent velocity."""
         return [{self.state.qd[k]: x for k, x in column.items()} for column in self.velocity_tangents]
 
     @cached_property
@@ -117,18 +117,18 @@ class Manifold:
         return [{one: one.graph.one} for one in self.state.tau]
 
     def accelerating(self, seeds: Seeds) -> Seeds:
-        """Return how accelerations move too, those of the independent velocities held."""
+        """Return the derivatives of accelerations too, those of independent velocities being fixed."""
         return seeds | self._following(self.acceleration_residual, seeds, self.state.qdd, {})
 
     @cached_property
     def by_acceleration(self) -> list[Seeds]:
-        """How accelerations move with each independent acceleration."""
+        """Derivatives of accelerations by each independent acceleration."""
         return [{self.state.qdd[k]: x for k, x in column.items()} for column in self.velocity_tangents]
 
     def _following(
         self, vanishing: Sequence[Expr], seeds: Seeds, symbols: Sequence[Expr], free: dict[int, Expr]
     ) -> Seeds:
-        """Return how symbols move, multiplied by G in what vanishes: the independent ones freely, others with them."""
+        """Return the derivatives of symbols that G multiplies in `vanishing`: `free` ones given, others solved for."""
         rates = tangents(vanishing, seeds)
         moving = [self.graph.total(row[k] * x for k, x in free.items()) for row in self.G]
         moved = self._solved(self.G, self.partition, [-x - y for x, y in zip(rates, moving, strict=True)])
@@ -137,7 +137,7 @@ class Manifold:
     # One direction, and one weighted sum
 
     def direction(self, amounts: Mapping[str, Sequence[Expr]]) -> Seeds:
-        """Return how all symbols move with amounts of what is independent, by argument: "q", "qd", "qdd", "tau"."""
+        """Return the directional derivative of all symbols, by independent ones' "q", "qd", "qdd" or "tau"."""
         positions = dict(zip(self.position_partition.independent, amounts["q"], strict=True))
         speeds = dict(zip(self.partition.independent, amounts["qd"], strict=True))
         moving = [-self.graph.total(row[k] * x for k, x in positions.items()) for row in self.position_rows]
@@ -150,10 +150,10 @@ class Manifold:
     def pullback(
         self, phi: Expr, arguments: Sequence[str], partials: LocalPartials = operands
     ) -> dict[str, list[Expr]]:
-        """Return the slopes of one number along what is independent, by argument, by sweeps backwards.
+        """Return the gradient of one number by independent variables, by argument, in reverse mode.
 
-        What follows is taken out of the sum by multipliers: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is taken off
-        φ, and so on with u and with q. One sweep for each, last that of all that is left.
+        Dependent variables are eliminated by adjoints: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is subtracted
+        from φ, and so on with u and with q. One reverse sweep for each.
         """
         known, state = dict[Expr, Expr](), self.state
         found = {"tau": gradient(phi, state.tau, partials)}
@@ -174,6 +174,6 @@ class Manifold:
         return {name: found[name] for name in arguments}
 
     def _left(self, rows: Matrix, partition: Partition, slopes: Sequence[Expr], y: Sequence[Expr]) -> list[Expr]:
-        """Return slopes along independent ones, others following: ∂φ/∂u_i - G_iᵀ y."""
+        """Return the reduced gradient ∂φ/∂u_i - G_iᵀ y."""
         pairs = list(zip(rows, y, strict=True))
         return [slopes[i] - self.graph.total(row[i] * x for row, x in pairs) for i in partition.independent]

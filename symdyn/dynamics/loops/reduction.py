@@ -10,26 +10,26 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other formulation: 
 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
-where A = M and no Gᵀ γ will do if M is regular, also at special positions. Both agree identically off the
-constraint manifold too. Where contacts and nonholonomic rows alone have no partition that will do at every position,
-the first formulation takes all rows at once as well.
+where A = M without the terms Gᵀ γ suffices if M is regular at all positions, singular ones included. Both agree
+identically off the constraint manifold too. Where contacts and nonholonomic constraints alone have no partition that
+is valid at every position, the first formulation solves for all multipliers at once as well.
 
 G_d is solved by its blocks (`partition.py`). Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
 Stabilization of constraints and integrals of motion in dynamical systems (1972).
 
-Many right sides r, c are solved by steps of one column each, by the same partition:
+Many right-hand sides r, c are solved column by column, by the same partition:
 
     M x = r + Gᵀ λ    G x = -c
 
-    x_d := -G_d⁻¹ c                            block by block, the share of the rows
+    x_d := -G_d⁻¹ c                            block by block, from the constraints
     x_i := r_i + T_dᵀ r_d - (M T)_dᵀ x_d       = Tᵀ (r - M s)
     x_i := (Tᵀ M T)⁻¹ x_i
     x_d := x_d + T_d x_i
     r_d := r_d - M_d x, then λ = -G_d⁻ᵀ r_d    where multipliers are asked for
 
-Velocities whose motion is prescribed have x = 0, and no share in T.
+Velocities whose motion is prescribed have x = 0, and no column in T.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Reduction:
     """Accelerations in terms of the independent ones.
 
     Attributes:
-        T: T[k] maps an independent velocity to its share in u̇_k; what is missing is zero.
+        T: T[k] maps an independent velocity to its coefficient in u̇_k; what is missing is zero.
         s: the rest of u̇, shape (nv,).
     """
 
@@ -96,11 +96,11 @@ class Reduction:
             for i in self.independent
         ]
         size = range(len(self.independent))
-        return [[entries[max(i, j)][min(i, j)] for j in size] for i in size]  # symmetric in fact: one of each pair
+        return [[entries[max(i, j)][min(i, j)] for j in size] for i in size]  # symmetric: the lower triangle
 
 
 def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, graph: Graph) -> Reduction:
-    """Return T and s for the independent rows."""
+    """Return T and s for the independent constraint rows."""
     T: list[dict[int, Expr]] = [{} for _ in range(n)]
     for i in partition.independent:
         T[i][i] = graph.one
@@ -114,7 +114,7 @@ def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, gr
 
 
 def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[Expr]:
-    """Return u̇, shape (nv,), for `rest` = τ - h - M s; DerivationError where what moves has no inertia."""
+    """Return u̇, shape (nv,), for `rest` = τ - h - M s; DerivationError where Tᵀ M T is singular."""
     if not reduced.independent:
         return list(reduced.s)
     chain = range(-1, len(reduced.independent))
@@ -122,7 +122,7 @@ def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[E
 
 
 def nonzero(row: Sequence[Expr]) -> list[tuple[int, Expr]]:
-    """Return what of a row is not zero, with its index: large mechanisms have long rows of few entries."""
+    """Return the nonzero entries of a matrix row with their indices: rows of large mechanisms are sparse."""
     zero = row[0].graph.zero if row else None
     return [(k, x) for k, x in enumerate(row) if x is not zero]
 
@@ -154,20 +154,20 @@ def _schur(A: list[list[Expr]], G: Matrix, gamma: Sequence[Expr], rest: list[Exp
     free = solve(chain, A, rest)
     if not G:
         return free, []
-    pulled = [solve(chain, A, row) for row in G]  # A⁻¹ Gᵀ, a column each
-    S = [[_product(G[i], pulled[j]) for j in m] for i in m]
+    A_inverse_GT = [solve(chain, A, row) for row in G]  # A⁻¹ Gᵀ, a column each
+    S = [[_product(G[i], A_inverse_GT[j]) for j in m] for i in m]
     right = [-gamma[i] - _product(G[i], free) for i in m]
     found = solve(range(-1, len(G)), S, right)
-    return [x + graph.total(found[i] * pulled[i][k] for i in m) for k, x in enumerate(free)], found
+    return [x + graph.total(found[i] * A_inverse_GT[i][k] for i in m) for k, x in enumerate(free)], found
 
 
 @dataclass(frozen=True)
-class AllRows:
-    """The same for many right sides: A = M, or M + Gᵀ G where that is singular, and G A⁻¹ Gᵀ, both factored."""
+class AllConstraints:
+    """The same for many right-hand sides: A = M, or M + Gᵀ G where that is singular, and G A⁻¹ Gᵀ, both factored."""
 
     A: Factored
     G: Matrix
-    pulled: list[list[Expr]]
+    A_inverse_GT: list[list[Expr]]
     S: Factored
     shifts: bool
 
@@ -178,24 +178,24 @@ class AllRows:
             rest = [one - graph.total(row[i] * c for row, c in pairs) for i, one in enumerate(rest)]
         free = [row[0] for row in self.A.solve([[one] for one in rest])]
         found = [row[0] for row in self.S.solve([[-c - _product(row, free)] for row, c in pairs])]
-        shares = list(zip(found, self.pulled, strict=True))
+        shares = list(zip(found, self.A_inverse_GT, strict=True))
         x = [one + graph.total(y * column[k] for y, column in shares) for k, one in enumerate(free)]
         return x, found
 
 
-def all_rows(M: Matrix, G: Matrix, singular: bool) -> AllRows:
-    """Return M and G factored; Singular where even all rows leave something undetermined.
+def all_constraints(M: Matrix, G: Matrix, singular: bool) -> AllConstraints:
+    """Return M and G factored; Singular where the constraints leave something undetermined.
 
     `singular` tells whether M is so at some position.
     """
     n, graph = range(len(M)), M[0][0].graph
 
-    def tried(A: list[list[Expr]], shifts: bool) -> AllRows:
+    def tried(A: list[list[Expr]], shifts: bool) -> AllConstraints:
         of_A = factored(graph, range(-1, len(A)), A)
         columns = of_A.solve([[row[i] for row in G] for i in n]) if G else []
-        pulled = [[row[k] for row in columns] for k in range(len(G))]
-        S = factored(graph, range(-1, len(G)), [[_product(row, one) for one in pulled] for row in G])
-        return AllRows(of_A, G, pulled, S, shifts)
+        A_inverse_GT = [[row[k] for row in columns] for k in range(len(G))]
+        S = factored(graph, range(-1, len(G)), [[_product(row, one) for one in A_inverse_GT] for row in G])
+        return AllConstraints(of_A, G, A_inverse_GT, S, shifts)
 
     if not singular:
         with suppress(Singular):  # everywhere
@@ -212,11 +212,11 @@ Side = tuple[Expr, ...]
 
 @dataclass(frozen=True)
 class Partitioned:
-    """What all right sides have in common.
+    """What all right-hand sides have in common.
 
     Attributes:
         M: of the spanning tree, shape (nv, nv).
-        G: independent rows, shape (m, nv).
+        G: independent constraint rows, shape (m, nv).
         partition: of the velocities, all its blocks square.
         motion: T, without velocities whose motion is prescribed.
         mass: Tᵀ M T factored.
@@ -231,12 +231,12 @@ class Partitioned:
 
 @dataclass
 class SolveSteps:
-    """Rows of a solve: λ or x first, the result, then what else there is; steps are added to it.
+    """A solve as steps on rows of a table of right-hand sides: the result, λ or x, first, then intermediate rows.
 
     Attributes:
-        given: what is common.
+        given: what is common to all right-hand sides.
         multipliers: whether λ is the result.
-        sides: right sides by row; a row that has none, and no step yet, is zero and is not subtracted.
+        sides: right-hand sides by row of the table; a row without one, and without a step yet, is zero.
         steps: so far.
         stepped: their rows.
     """
@@ -254,7 +254,7 @@ class SolveSteps:
 
     @property
     def count(self) -> int:
-        """How many rows there are."""
+        """Number of rows of the table."""
         return len(self.given.M) + len(self.given.G) + self._size
 
     @property
@@ -281,7 +281,7 @@ class SolveSteps:
             self.steps.append(RowStep(row, self.given.M[0][0].graph.one if scale is None else scale, left))
 
     def factored(self, factors: Factored, at: Sequence[int]) -> None:
-        """Add the steps of a symmetric matrix with its factors, to right sides at some rows."""
+        """Add the steps of a symmetric matrix with its factors, to right-hand sides at some rows."""
         for step in factors.steps():
             self.take(at[step.row], [(factor, at[k]) for factor, k in step.terms], step.scale)
 
@@ -295,7 +295,7 @@ class SolveSteps:
 
 
 def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], multipliers: bool) -> SolveSteps:
-    """Return the rows of x, or of λ, for right sides r and c, shapes (nv, columns) and (m, columns)."""
+    """Return the steps that solve for x, or λ, with right-hand sides r, c, shapes (nv, columns) and (m, columns)."""
     rows = SolveSteps(given, multipliers, {})
     partition, T, M = given.partition, given.motion.T, given.M
     for k in (*given.motion.independent, *partition.dependent):
@@ -304,8 +304,8 @@ def rows_of(given: Partitioned, rest: Sequence[Side], gamma: Sequence[Side], mul
     _dependent_alone(rows)
     moved = given.motion.mass_times_T(M)
     for i in given.motion.independent:
-        pulled = [(-T[k][i], rows.r(k)) for k in partition.dependent if i in T[k]]
-        rows.take(rows.x(i), [*pulled, *((moved[i][k], rows.x(k)) for k in partition.dependent)])
+        projected = [(-T[k][i], rows.r(k)) for k in partition.dependent if i in T[k]]
+        rows.take(rows.x(i), [*projected, *((moved[i][k], rows.x(k)) for k in partition.dependent)])
     rows.factored(given.mass, [rows.x(i) for i in given.motion.independent])
     for k in partition.dependent:
         rows.take(rows.x(k), [(-T[k][i], rows.x(i)) for i in given.motion.independent if i in T[k]])
@@ -321,7 +321,7 @@ def _dependent_alone(rows: SolveSteps) -> None:
     G, known = rows.given.G, list[int]()
     for block in rows.given.partition.blocks:
         for row in block.rows:
-            # c + G x of what is known: less its negative
+            # c + G x of known velocities: less its negative
             rows.take(rows.c(row), [(-G[row][k], rows.x(k)) for k in known])
         matrix = [[G[row][k] for k in block.velocities] for row in block.rows]
         rows.solve(matrix, [rows.x(k) for k in block.velocities], [rows.c(row) for row in block.rows])

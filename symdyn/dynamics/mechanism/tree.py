@@ -65,8 +65,8 @@ class Topology:
         b: b[i] are triples (j, k, coefficient), as in the module's legend.
         block: block[i] are the elementary joints that end with i and belong together, () where i is not the last: (i,)
             but for velocities that are no rates of coordinates, those of one ball or one free flight being one block.
-        armature: inertia of the rotor of elementary joint i, seen at the joint, kg m^2 or kg; zero at balls.
-        balls: rotors of balls, which belong to no elementary joint alone.
+        armature: inertia of the rotor of elementary joint i, seen at the joint, kg m^2 or kg; zero at spherical joints.
+        spherical_rotors: rotors of spherical joints, which belong to no elementary joint alone.
         n: number of velocities.
     """
 
@@ -77,7 +77,7 @@ class Topology:
     b: tuple[tuple[tuple[int, int, Expr], ...], ...]
     block: tuple[tuple[int, ...], ...]
     armature: tuple[Expr, ...]
-    balls: tuple[BallRotor, ...]
+    spherical_rotors: tuple[SphericalRotor, ...]
     n: int
 
     @property
@@ -117,7 +117,7 @@ class Topology:
         """Return the acceleration of every elementary joint, entry 0 the ground's, for velocities and their rates."""
         return [a + b for a, b in zip(self.rates(qdd), self.bias(qd), strict=True)]
 
-    def gather(self, forces: Sequence[Expr]) -> list[Expr]:
+    def generalized_forces(self, forces: Sequence[Expr]) -> list[Expr]:
         """Return the forces on the velocities, shape (n,), for the forces of elementary joints, entry 0 unused."""
         total = [self.graph.zero] * self.n
         for i in self.outward():
@@ -125,7 +125,7 @@ class Topology:
                 total[k] = total[k] + x * forces[i]
         return total
 
-    def gather_matrix(self, entries: Mapping[tuple[int, int], Expr]) -> list[list[Expr]]:
+    def generalized_matrix(self, entries: Mapping[tuple[int, int], Expr]) -> list[list[Expr]]:
         """Return Σ_ij A_ik x_ij A_jl, shape (n, n), for x_ij of pairs of elementary joints."""
         matrix = [[self.graph.zero] * self.n for _ in range(self.n)]
         for (i, j), value in entries.items():
@@ -134,10 +134,10 @@ class Topology:
                     matrix[k][m] = matrix[k][m] + x * y * value
         return matrix
 
-    def ball_forces(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
-        """Return what the rotors of balls need, shape (n,); N m."""
+    def spherical_rotor_forces(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+        """Return what the rotors of spherical joints need, shape (n,); N m."""
         forces = [self.graph.zero] * self.n
-        for ball in self.balls:
+        for ball in self.spherical_rotors:
             for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
                 forces[k] = forces[k] + moment
         return forces
@@ -223,7 +223,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     identity, zeros = Transform.unit(graph), zero_vector(graph)
     rows: list[tuple[object, ...]] = [(-1, identity, identity, Wrench.none(graph), graph.zero, (), (), graph.zero)]
     block: list[tuple[int, ...]] = [()]
-    inertia, balls = [Inertia.none(graph)], list[BallRotor]()
+    inertia, rotors = [Inertia.none(graph)], list[SphericalRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     home: dict[str, tuple[int, Transform]] = {Scene.GROUND: (0, identity)}
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
@@ -235,8 +235,8 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         follows = joint.coupling
         names = (velocity_name(follows.coordinate),) if follows else joint.rates
         factor = follows.ratio.express(graph) if follows else graph.one
-        ball = ball_rotor(joint, [velocities[name] for name in names], graph)
-        balls += [] if ball is None else [ball]
+        ball = spherical_rotor(joint, [velocities[name] for name in names], graph)
+        rotors += [] if ball is None else [ball]
         rotor = joint.armature.express(graph) if ball is None else graph.zero
         block += motion.blocks(len(block))
         for part in motion.joints:
@@ -257,7 +257,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     return Tree(
         graph=graph,
         gravity=vector(scene.gravity, graph),
-        balls=tuple(balls),
+        spherical_rotors=tuple(rotors),
         block=tuple(block),
         n=len(velocities),
         inertia=tuple(inertia),
@@ -282,7 +282,7 @@ def body_inertia(body: Body, graph: Graph) -> Inertia:
 
 
 @dataclass(frozen=True)
-class BallRotor:
+class SphericalRotor:
     """The rotor of one ball; see the module's legend.
 
     Attributes:
@@ -314,7 +314,7 @@ class BallRotor:
                 yield i, j, self.inertia * dot(first, second)
 
 
-def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRotor | None:
+def spherical_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> SphericalRotor | None:
     """Return the rotor of a ball whose velocities have these numbers; None where there is none, or it is no ball."""
     inertia = joint.armature.express(graph)
     if inertia.is_zero or not JOINTS[joint.type].ball(joint):
@@ -327,7 +327,7 @@ def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRot
         if k:
             place = place @ part.placement
     pairs = [] if joint.velocities else [(0, 1), (0, 2), (1, 2)]
-    return BallRotor(inertia, tuple(velocities), tuple(S), tuple((m, k, cross(S[m], S[k])) for m, k in pairs))
+    return SphericalRotor(inertia, tuple(velocities), tuple(S), tuple((m, k, cross(S[m], S[k])) for m, k in pairs))
 
 
 DIGITS = 100

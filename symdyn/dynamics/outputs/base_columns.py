@@ -177,7 +177,7 @@ def base(w: Workspace) -> Base:
         m, x, y, z, xx, yy, zz, xy, xz, yz = (here.get(word, zero) for word in ALL)
         bodies.append(Moments(m, (x, y, z), Mat.symmetric(xx, yy, zz, xy, xz, yz)))
     still = (zero,) * len(reduced.parent)
-    tree = replace(reduced, body=tuple(bodies), armature=still, balls=())
+    tree = replace(reduced, body=tuple(bodies), armature=still, spherical_rotors=())
     return Base(tuple(names), tuple(symbols), tuple(values), tree)
 
 

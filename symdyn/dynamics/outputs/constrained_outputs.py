@@ -34,7 +34,7 @@ def forward(w: Workspace) -> list[Expr]:
     """Return u̇ by recursion."""
     _massive(w)
     if w.loops.decisions.fails:
-        return w.loops.together[0]
+        return w.loops.all_constraints_solution[0]
     reduced = w.loops.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
     return accelerations(reduced, w.composite_mass, rest)
@@ -63,7 +63,7 @@ def _massive(w: Workspace) -> None:
 def multipliers(w: Workspace) -> list[Expr]:
     """Return λ of the independent rows by recursion."""
     if w.loops.decisions.fails:
-        return w.loops.together[1][: len(w.loops.decisions.independent_rows)]
+        return w.loops.all_constraints_solution[1][: len(w.loops.decisions.independent_rows)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
     return w.loops.decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)

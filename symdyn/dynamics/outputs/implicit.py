@@ -1,26 +1,26 @@
-"""Derivatives of what equations decide: one rule for trees and closed scenes, and for every way of asking.
+"""Derivatives by the implicit function theorem: one rule for trees and closed scenes, for Jacobians and products.
 
-    x        arguments: q, u and driving forces τ, or what of them is independent
-    y        what R(x, y) = 0 decides: u̇, and multipliers λ where loops, contacts or other rows constrain it
+    x        arguments: q, u and driving forces τ, or independent ones of them
+    y        solution of R(x, y) = 0: u̇, and multipliers λ where loops, contacts or other constraints are
     M, h     mass matrix, and forces of velocities, gravity and loads; G, γ constraint rows: G u̇ + γ = 0
     R        M u̇ + h - Gᵀ λ - τ (`loops.reduction`), then -(G u̇ + γ); a tree's without λ
-    K        ∂R/∂y, symmetric: what forward dynamics solves once already
+    K        ∂R/∂y, symmetric, factored by forward dynamics already
 
-    J        = -K⁻¹ ∂R/∂x       a right side for each column
-    J d      = -K⁻¹ δR          δR is how R moves along d at fixed y
-    wᵀ J     = -μᵀ ∂R/∂x        K μ = w, weights of the entries of y; one sweep backwards at fixed y and μ
+    J        = -K⁻¹ ∂R/∂x       a right-hand side for each column
+    J d      = -K⁻¹ δR          δR is the derivative of R along d at fixed y
+    wᵀ J     = -μᵀ ∂R/∂x        K μ = w, weights of the entries of y; one reverse sweep at fixed y and μ
 
 d is a direction of x; as an index it means dependent velocities of a partition, i independent ones.
 
-x moves along a `TangentSpace`. Where a motion is prescribed its equation decides the driving force, and K⁻¹ is zero
-there. Drives of closed scenes follow by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ decides at passive
-velocities, and then τ at the others, of which alone something is returned.
+x varies in a `TangentSpace`. Where a motion is prescribed its equation determines the driving force, and K⁻¹ is zero
+there. Driving forces of closed scenes by the same rule: R is f - Gᵀ λ - τ, y are λ, which G_dᵀ determines at passive
+velocities, and then τ at the others, which alone are returned.
 
-All other formulations differentiate what is solved, each its own. All of it is proved off the manifold too, where
+All other formulations differentiate their own solutions. All of it is proved off the constraint manifold too, where
 M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold as well.
 
 Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of constrained dynamic equations (2021),
-section IV, for the derivatives of what is solved by those of what is not.
+section IV, on derivatives of solutions by those of the equations.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from symdyn.graph import Expr, LocalPartials, substitute, tangents
 
 @dataclass(frozen=True)
 class Implicit:
-    """Equations and what they decide.
+    """Equations R(x, y) = 0 and their solution y.
 
     Attributes:
-        symbols: y as R has it.
+        symbols: those of y in R.
         residual: returns R.
         values: returns y in terms of x.
-        solve: returns K⁻¹ r for r of the shape of R.
+        solve: returns K⁻¹ r for r of R's shape.
     """
 
     symbols: tuple[Expr, ...]
@@ -67,19 +67,19 @@ Equations = Callable[[Workspace, TangentSpace], Implicit]
 
 
 def motion(w: Workspace, space: TangentSpace) -> Implicit:
-    """Return the equations of motion, and accelerations, then multipliers."""
+    """Return the equations of motion, solved for accelerations, then multipliers."""
     if not w.scene.is_constrained:
         return Implicit(
             w.state.qdd, partial(_unbalanced, w), lambda: tree_formulations.forward(w), partial(_accelerated, w)
         )
-    n, together = w.state.n, _together(w, space)
+    n, at_once = w.state.n, _all_at_once(w, space)
 
     def residual() -> list[Expr]:
         found = w.once(equations)
         return [*found[:n], *(-x for x in found[n:])]
 
     def solved(sides: Sequence[Expr]) -> list[Expr]:
-        x, found = w.loops.solved(sides[:n], sides[n:], together=together)
+        x, found = w.loops.solved(sides[:n], sides[n:], at_once=at_once)
         return [*x, *found]
 
     return Implicit((*w.state.qdd, *multiplier_symbols(w)), residual, partial(w.once, _solution, space), solved)
@@ -91,18 +91,18 @@ def _unbalanced(w: Workspace) -> list[Expr]:
 
 
 def _solution(w: Workspace, space: TangentSpace) -> list[Expr]:
-    """Return u̇ and λ of a closed scene, of factors that their derivatives share."""
-    _ = w.once(closed.forward)  # tells what moves no mass
-    rest = [tau - h for tau, h in zip(w.state.tau, w.forces(w.still), strict=True)]
+    """Return u̇ and λ of a closed scene, by factors that their derivatives share."""
+    _ = w.once(closed.forward)  # raises where a motion moves no mass
+    rest = [tau - h for tau, h in zip(w.state.tau, w.forces(w.zeros), strict=True)]
     gamma = w.loops.gamma(w.loops.recursive)
-    accelerations, multipliers = w.loops.solved(rest, gamma, w.prescribed.acceleration, _together(w, space))
+    accelerations, multipliers = w.loops.solved(rest, gamma, w.prescribed.acceleration, _all_at_once(w, space))
     return [*accelerations, *multipliers]
 
 
 def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
     """Return M⁻¹ f as forward dynamics of a tree finds it; 0 where a motion is prescribed."""
     if w.once(tree_formulations.cheaper_forward) == "aba":
-        return aba(w.tips_unrotated.weightless, w.still, forces)
+        return aba(w.recursion_tree.without_gravity, w.zeros, forces)
     free, found = w.prescribed.free, [w.graph.zero] * w.state.n
     M = [[w.composite_mass[i][j] for j in free] for i in free]
     for k, x in zip(free, solve(w.tree.velocity_parents(free), M, [forces[k] for k in free]), strict=True):
@@ -110,8 +110,8 @@ def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
     return found
 
 
-def _together(w: Workspace, space: TangentSpace) -> bool:
-    """Whether all rows are taken at once: where a partition fails, which directions along the manifold need anyway."""
+def _all_at_once(w: Workspace, space: TangentSpace) -> bool:
+    """Whether all constraints are solved at once: where a partition fails, but along the constraint manifold."""
     return w.loops.decisions.fails and space is FREE
 
 
@@ -133,7 +133,7 @@ def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[
 
 
 def drives(w: Workspace, _: TangentSpace) -> Implicit:
-    """Return the equations of inverse dynamics of a closed scene, and the multipliers that it finds."""
+    """Return the equations of inverse dynamics of a closed scene, solved for multipliers."""
     symbols, loops = multiplier_symbols(w), w.loops
 
     def residual() -> list[Expr]:
@@ -146,16 +146,16 @@ def drives(w: Workspace, _: TangentSpace) -> Implicit:
     return Implicit(symbols, residual, partial(w.once, closed.inverse_multipliers), solved)
 
 
-# Rows of y
+# Parts of y
 
 
 def accelerations(w: Workspace) -> slice:
-    """Return where accelerations stand, and drives."""
+    """Return the indices of accelerations, or of driving forces, in y."""
     return slice(w.state.n)
 
 
 def multipliers(w: Workspace) -> slice:
-    """Return where multipliers stand."""
+    """Return the indices of multipliers in y."""
     return slice(w.state.n, None)
 
 
@@ -187,19 +187,19 @@ def vjp(of: Equations, part: Part, space: TangentSpace, along: Sequence[str], w:
     return cheaper(w, [phi], lambda slopes: substitute(space.pullback(w, "", along, phi, slopes), values))
 
 
-# J, column by column, of closed scenes: that of a tree has the factors of M that its own recursion finds
+# J, column by column, of closed scenes; that of a tree is solved by the factors of M of its own recursion
 
 Columns = list[list[Expr]]
 
 
 def _by_sweeps(w: Workspace, of: Equations, space: TangentSpace, along: Sequence[str]) -> Columns:
-    """Return δR, a column each, by sweeps forward."""
+    """Return δR, a column each, by forward-mode differentiation."""
     residual = w.once(of, space).residual()
     return [tangents(residual, one) for one in space.seeds(w, "", along)]
 
 
 def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Sequence[str]) -> Columns:
-    """Return the same, forces of the tree differentiated along all directions by its recursion first."""
+    """Return the same, with derivatives of the tree's forces by its recursion."""
     n, tau = w.state.n, w.state.tau
     by_tree = recursive_derivatives.inverse_derivatives(w, ("q", "qd"))
     known: Implicit = w.once(of, space)
@@ -215,7 +215,7 @@ def _by_recursion(w: Workspace, of: Equations, space: TangentSpace, along: Seque
 
 
 def _steps(w: Workspace, space: TangentSpace, along: Sequence[str]) -> list[dict[int, Expr]]:
-    """Return how directions (from 0) and velocities (from nv) move, a column each."""
+    """Return derivatives of directions (from 0) and velocities (from nv), a column each."""
     n, every = w.state.n, w.loops.recursive_manifold.position_tangents
     slopes = [{k: w.graph.one} for k in range(n)] if space is FREE else every
     slopes = slopes if "q" in along else []
@@ -226,7 +226,7 @@ def _steps(w: Workspace, space: TangentSpace, along: Sequence[str]) -> list[dict
 
 
 SIDES = {"implicit": _by_sweeps, "recursive": _by_recursion}
-"""How δR is found, by the name of the formulation."""
+"""How δR is computed, by the name of the formulation."""
 
 
 def _sides(w: Workspace, of: Equations, formulation: str, space: TangentSpace, *along: str) -> Columns:
@@ -239,7 +239,7 @@ def _changes(w: Workspace, of: Equations, formulation: str, space: TangentSpace,
     """Return δy, a column each."""
     n, known = w.state.n, w.once(of, space)
     found: Columns = [known.solve(one) for one in w.once(_sides, of, formulation, space, *along)]
-    for k, column in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric in fact: one of each pair
+    for k, column in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric: one triangle
         for j in range(k):
             column[j] = found[j - n][k]
     return found
@@ -256,9 +256,9 @@ def jacobian(
 def row_solve(
     part: Part, formulation: str, space: TangentSpace, along: tuple[str, ...], w: Workspace
 ) -> RowSolve | None:
-    """Return what J of the equations of motion is solved from; None where that is not by blocks of a partition."""
+    """Return the steps that solve for J of the equations of motion; None where no partition is used."""
     n, given, m = w.state.n, w.loops.partitioned, len(w.loops.decisions.independent_rows)
-    if _together(w, space) or not given.motion.independent:
+    if _all_at_once(w, space) or not given.motion.independent:
         return None
     columns = w.once(_sides, motion, formulation, space, *along)
     sides = list(zip(*columns, strict=True))

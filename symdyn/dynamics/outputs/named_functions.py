@@ -218,7 +218,7 @@ def direction(graph: Graph, name: str, n: int) -> tuple[Expr, ...]:
     return tuple(graph.symbol(f"{name}[{k}]") for k in range(n))
 
 
-BODY_AXES = "velocities v and w of free joints and w of balls are along the axes of the moved frame"
+BODY_AXES = "velocities v and w of free joints and w of spherical joints are along the axes of the moved frame"
 
 
 def conventions(scene: Scene, name: str) -> str:

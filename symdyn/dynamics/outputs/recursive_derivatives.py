@@ -89,8 +89,8 @@ def coriolis_matrix(w: Workspace) -> list[Expr]:
     of_joints = halves_by_rate(tree, u)
     half = w.graph.one / 2
     varying, _ = _of_varying_coefficients(w, of_joints)
-    rotors = _rotors(w, w.still)
-    C = tree.gather_matrix(of_joints.by_rate)
+    rotors = _rotors(w, w.zeros)
+    C = tree.generalized_matrix(of_joints.by_rate)
     for j in n:
         own = tangents(rotors, {u[j]: w.graph.one})
         for i in n:
@@ -113,7 +113,7 @@ def _inverse(w: Workspace) -> Jacobians:
     tree, state = w.whole, w.state
     of_joints = rnea_derivatives(tree, state.qd, state.qdd)
     kinds = {"q": of_joints.by_position, "qd": of_joints.by_rate, "qdd": of_joints.by_acceleration}
-    found = {name: tree.gather_matrix(by_joint) for name, by_joint in kinds.items()}
+    found = {name: tree.generalized_matrix(by_joint) for name, by_joint in kinds.items()}
     by_rate, by_position = _of_varying_coefficients(w, of_joints)
     rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
     for k in range(state.n):
@@ -162,7 +162,7 @@ def _of_varying_coefficients(w: Workspace, of_joints: JointForceDerivatives) -> 
 
 def _beside_bodies(w: Workspace) -> list[list[Expr]]:
     """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
-    loads = rnea(w.whole.weightless, w.still, w.still, w.loads)
+    loads = rnea(w.whole.without_gravity, w.zeros, w.zeros, w.loads)
     return [w.elastic.forces, loads, [-push for push in w.pushes], _rotors(w, w.state.qdd)]
 
 
@@ -170,8 +170,8 @@ def _rotors(w: Workspace, qdd: Sequence[Expr]) -> list[Expr]:
     """Return what rotors at the joints need, shape (nv,)."""
     tree, u = w.whole, w.state.qd
     accelerations = tree.accelerations(u, qdd)
-    forces = tree.gather([a * inertia for a, inertia in zip(accelerations, tree.armature, strict=True)])
-    return [own + ball for own, ball in zip(forces, tree.ball_forces(u, qdd), strict=True)]
+    forces = tree.generalized_forces([a * inertia for a, inertia in zip(accelerations, tree.armature, strict=True)])
+    return [own + ball for own, ball in zip(forces, tree.spherical_rotor_forces(u, qdd), strict=True)]
 
 
 # Forward dynamics
@@ -206,8 +206,8 @@ def _forward(w: Workspace) -> Forward:
     free = given.free
     _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
     factors = _factored(w, slopes)
-    bias = w.forces(given.entered(w.still))
-    accelerations = given.entered(w.still)
+    bias = w.forces(given.entered(w.zeros))
+    accelerations = given.entered(w.zeros)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
         accelerations[i] = value
     moving = dict(zip(w.state.qdd, accelerations, strict=True))

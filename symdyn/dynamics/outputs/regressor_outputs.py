@@ -197,7 +197,7 @@ def _reference(w: Workspace) -> tuple[Expr, ...]:
 
 def _turned(w: Workspace) -> list[Expr]:
     """Return w_l = ½ Σ γ^l_kj q̇_k v_j, zero for rates of coordinates."""
-    found, v = list(w.still), _reference(w)
+    found, v = list(w.zeros), _reference(w)
     for (k, j), terms in w.directions.brackets.items():
         for m, value in terms:
             found[m] = found[m] + w.state.qd[k] * v[j] * value / 2
@@ -215,7 +215,7 @@ def _sum(*lists: Sequence[Expr]) -> list[Expr]:
 
 def coriolis_times(w: Workspace) -> list[Expr]:
     """Return C(q, q̇) v, shape (n,), by recursion."""
-    return polarised(w.reduced.weightless, w.state.qd, _reference(w), _turned(w))
+    return polarised(w.reduced.without_gravity, w.state.qd, _reference(w), _turned(w))
 
 
 def _by_matrix(w: Workspace) -> list[Expr]:
@@ -226,7 +226,7 @@ def _by_matrix(w: Workspace) -> list[Expr]:
 
 def _rest(w: Workspace) -> list[Expr]:
     """Return k_E - Q, what does not come from inertia or weight."""
-    loads = rnea(w.reduced.weightless, w.still, w.still, w.loads)
+    loads = rnea(w.reduced.without_gravity, w.zeros, w.zeros, w.loads)
     return [pull - push + load for pull, push, load in zip(w.elastic.forces, w.pushes, loads, strict=True)]
 
 

@@ -293,7 +293,7 @@ def formulations_of(request: str, scene: Scene | None = None) -> tuple[str, ...]
     if scene is None or not any(formulation.trees_only or formulation.loop for formulation in found.values()):
         return tuple(found)
     tree = build_tree(scene, Graph())
-    plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls
+    plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.spherical_rotors
     held = not lacking(scene)
     return tuple(
         n

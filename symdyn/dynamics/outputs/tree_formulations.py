@@ -42,7 +42,7 @@ def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
 def forward_aba(w: Workspace) -> list[Expr]:
     """Return q̈ by the articulated-body algorithm."""
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
-    return aba(w.tips_unrotated, w.state.qd, [tau + force - pull for tau, force, pull in given], w.unrotated_loads)
+    return aba(w.recursion_tree, w.state.qd, [tau + force - pull for tau, force, pull in given], w.unrotated_loads)
 
 
 def forward_loop(w: Workspace) -> list[Expr]:
@@ -59,8 +59,8 @@ def forward_crba(w: Workspace) -> list[Expr]:
     given = w.prescribed
     if given.place:
         parents = w.tree.velocity_parents(given.free)
-        return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.still)))
-    bias = rnea(w.tips_unrotated, w.state.qd, w.still, w.unrotated_loads)
+        return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.zeros)))
+    bias = rnea(w.recursion_tree, w.state.qd, w.zeros, w.unrotated_loads)
     known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
     rest = [tau + force - load - pull for tau, force, load, pull in known]
     return solve(w.tree.velocity_parents(), w.composite_mass, rest)
@@ -83,7 +83,7 @@ def cheaper_forward(w: Workspace) -> str:
 
     The counts cross before 2 pairs a joint for parallel axes, before 4.5 for crossed ones; in between both are counted.
     """
-    if w.reduced.coupled or w.reduced.balls or w.prescribed.place:
+    if w.reduced.coupled or w.reduced.spherical_rotors or w.prescribed.place:
         return "crba"
     depth = [0]
     for i in w.reduced.outward():
@@ -188,7 +188,7 @@ def polarised_matrix(w: Workspace) -> list[Expr]:
 def lagrange_forward(w: Workspace) -> list[Expr]:
     """Return q̈ that solves Lagrange's equations."""
     given = w.prescribed
-    alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
+    alone = dict(zip(w.state.qdd, given.entered(w.zeros), strict=True))
     bias = substitute(w.energy.driving_forces(), alone)
     chain = range(-1, len(given.free))
     if given.place:

@@ -54,7 +54,7 @@ class Workspace:
         self.closing = closing
         self.graph = Graph()
         self.state: State = State.of(scene, self.graph)
-        self.still: list[Expr] = [self.graph.zero] * self.state.n
+        self.zeros: list[Expr] = [self.graph.zero] * self.state.n
         self.derived: dict[tuple[str, str], Function] = {}  # by request and formulation, as `derive_one` finds them
         self._found: dict[tuple[Any, ...], Any] = {}
 
@@ -133,8 +133,8 @@ class Workspace:
         return resting(regroup(framed) if self.regrouped else framed)
 
     @cached_property
-    def tips_unrotated(self) -> ReducedTree:
-        """The reduced tree with last bodies in unrotated axes: forces and accelerations are found along it."""
+    def recursion_tree(self) -> ReducedTree:
+        """The reduced tree that RNEA and ABA run over: its leaf bodies in axes that do not turn with their joints."""
         return unrotated_tips(self.reduced)
 
     @cached_property
@@ -148,7 +148,7 @@ class Workspace:
 
     @cached_property
     def whole(self) -> ReducedTree:
-        """The reduced tree, inertia of balls and free bodies left in place, as derivatives of recursions need it."""
+        """The reduced tree, but for the inertia of spherical and free joints, as derivatives of recursions need it."""
         blocks = any(len(block) > 1 for block in self.tree.block)
         return resting(regroup(reframe(self.tree), blocks=False)) if blocks else self.reduced
 
@@ -195,12 +195,12 @@ class Workspace:
     @cached_property
     def gravity_forces(self) -> list[Expr]:
         """Return g(q), shape (n,), by recursion."""
-        return rnea(self.tips_unrotated, self.still, self.still)
+        return rnea(self.recursion_tree, self.zeros, self.zeros)
 
     @cached_property
     def momentum(self) -> list[Expr]:
         """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
-        return rnea(self.tips_unrotated.weightless, self.still, self.state.qd)
+        return rnea(self.recursion_tree.without_gravity, self.zeros, self.state.qd)
 
     def energies_by_momentum(self) -> tuple[Expr, Expr]:
         """Return K and P by recursion, J."""
@@ -209,10 +209,10 @@ class Workspace:
 
     def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,); M q̈ + c where accelerations are given too."""
-        return rnea(self.tips_unrotated.weightless, qd, self.still if qdd is None else qdd)
+        return rnea(self.recursion_tree.without_gravity, qd, self.zeros if qdd is None else qdd)
 
     def forces(self, qdd: list[Expr]) -> list[Expr]:
         """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion; see `rnea`."""
-        motion = rnea(self.tips_unrotated, self.state.qd, qdd, self.unrotated_loads)
+        motion = rnea(self.recursion_tree, self.state.qd, qdd, self.unrotated_loads)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]

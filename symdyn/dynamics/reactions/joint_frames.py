@@ -37,7 +37,7 @@ from symdyn.dynamics.loops.constraint_rows import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.linear_solve import solve, vanishes
 from symdyn.dynamics.mechanism.state import State, joint_resistance, load_vectors, pull, vector
-from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, ball_rotor, body_inertia
+from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, body_inertia, spherical_rotor
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
@@ -325,7 +325,7 @@ def own_forces(scene: Scene, hinge: JointFrames, state: State) -> list[Expr]:
             law = FORCES[strut.kind].pull
             forces[0] = forces[0] - law.force(strut, joint.position(graph), hinge.rates[0])
     armature = joint.armature.express(graph)
-    ball = ball_rotor(joint, hinge.velocities, graph)
+    ball = spherical_rotor(joint, hinge.velocities, graph)
     if ball is not None:
         turning = ball.forces(state.qd, state.qdd)
         forces = [force - moment for force, moment in zip(forces, turning, strict=True)]

@@ -77,9 +77,9 @@ def momentum(body: Moments, slides: bool, polar: Expr | None = None) -> tuple[Ve
 
 
 def with_balls(tree: ReducedTree, H: dict[tuple[int, int], Expr]) -> list[list[Expr]]:
-    """Return the mass matrix of the velocities for that of the elementary joints, rotors of balls included."""
-    M = tree.gather_matrix(H)
-    for ball in tree.balls:
+    """Return the mass matrix of the velocities for that of the elementary joints, spherical rotors included."""
+    M = tree.generalized_matrix(H)
+    for ball in tree.spherical_rotors:
         for k, m, value in ball.entries():
             M[k][m] = M[k][m] + value
     return M
@@ -90,7 +90,7 @@ class UnrotatedRun:
     """A joint of a run across a joint of the ground, and the run's unrotated axes; see the module's legend.
 
     Attributes:
-        first: the transform across the run's first joint, without its turn and its rise.
+        first: the transform across the run's first joint, without its rotation and its offset.
         turn: from the frame of the joint to the unrotated axes at the end of `first`.
         offset: from there to the origin of the joint's frame, in unrotated axes, m.
     """
@@ -133,11 +133,11 @@ def _joints_of_runs(tree: ReducedTree) -> dict[int, UnrotatedRun]:
             continue
         if p in runs and not X.fixed:
             x, y, z = runs[p].turn.back(X.shift)
-            offset = add(runs[p].offset, (x, y, z + X.rise))
+            offset = add(runs[p].offset, (x, y, z + X.offset))
             runs[i] = UnrotatedRun(runs[p].first, runs[p].turn.after(X.turn), offset)
         elif not tree.parent[p] and not tree.slides[p] and X.is_right and X.axis[2].is_zero:  # not turned by π
             first = JointTransform(X.shift, X.fixed, PlanarTurn(2, one, zero), zero)
-            runs[i] = UnrotatedRun(first, X.turn, (zero, zero, X.rise))
+            runs[i] = UnrotatedRun(first, X.turn, (zero, zero, X.offset))
     return runs
 
 
@@ -149,12 +149,12 @@ def moments_across(X: JointTransform, body: Moments, unrotated: Moments) -> tupl
         body: what lies beyond, in the joint's frame.
         unrotated: the same in unrotated axes.
     """
-    zero = X.rise.graph.zero
-    lifted = unrotated.shifted((zero, zero, X.rise + X.shift[2]))
+    zero = X.offset.graph.zero
+    lifted = unrotated.shifted((zero, zero, X.offset + X.shift[2]))
     (x, y, _), (a, b, _), m = X.shift, X.back(body.h), body.m
     u = (a + m / 2 * x, b + m / 2 * y, lifted.h[2])
     J = Mat.symmetric(x * u[0] * 2, y * u[1] * 2, zero, x * u[1] + y * u[0], x * u[2], y * u[2])
-    zeros = zero_vector(X.rise.graph)
+    zeros = zero_vector(X.offset.graph)
     return Moments(zero, zeros, lifted.J), Moments(m, (a + m * x, b + m * y, u[2]), J)
 
 
@@ -207,12 +207,12 @@ def _polar_sum(polar: Expr | None, beyond: Expr | None, X: JointTransform, body:
 
 @dataclass(frozen=True)
 class _Run:
-    """A run of parallel axes from frame k down to joint j; see the module's legend. `rise` is along z in all."""
+    """A run of parallel axes from frame k down to joint j; see the module's legend. `offset` is along z in all."""
 
     P: Vec
     Q: Vec
     turn: PlanarTurn
-    rise: Expr
+    offset: Expr
 
 
 def _forces(tree: ReducedTree, j: int, n: Vec, f: Vec, runs: Mapping[int, UnrotatedRun]) -> Iterator[tuple[int, Expr]]:
@@ -243,23 +243,23 @@ def _forces(tree: ReducedTree, j: int, n: Vec, f: Vec, runs: Mapping[int, Unrota
 
 def _run_from(tree: ReducedTree, k: int) -> _Run:
     zeros = zero_vector(tree.graph)
-    return _Run(zeros, zeros, tree.X[k].turn, tree.X[k].rise)
+    return _Run(zeros, zeros, tree.X[k].turn, tree.X[k].offset)
 
 
 def _extended(run: _Run, X: JointTransform, parent: JointTransform) -> _Run:
     """Return the run with its parent joint, which turns before it; a branch may have lifted the parent's frame."""
-    graph = X.rise.graph
+    graph = X.offset.graph
     shift = (X.shift[0], X.shift[1], graph.zero)
     both = parent.turn.after(run.turn)  # before the rest: programs are written in the order of birth
-    rise = run.rise + X.shift[2] + parent.rise
-    return _Run(add(run.P, run.turn.out(shift)), parent.turn.back(add(run.Q, shift)), both, rise)
+    offset = run.offset + X.shift[2] + parent.offset
+    return _Run(add(run.P, run.turn.out(shift)), parent.turn.back(add(run.Q, shift)), both, offset)
 
 
 def _wrench_across(run: _Run, X: JointTransform, n: Vec, f: Vec) -> tuple[Vec, Vec]:
     """Return the wrench in the frame that carries the run, whose first transform this is."""
-    n = run.turn.back((n[0] - run.rise * f[1], n[1] + run.rise * f[0], n[2]))
+    n = run.turn.back((n[0] - run.offset * f[1], n[1] + run.offset * f[0], n[2]))
     f = run.turn.back(f)
     x, y, _ = run.Q
     n = (n[0] + y * f[2], n[1] - x * f[2], n[2] + x * f[1] - y * f[0])
-    zero = run.rise.graph.zero
-    return JointTransform(X.shift, X.fixed, PlanarTurn(2, run.rise.graph.one, zero), zero).wrench_back(n, f)
+    zero = run.offset.graph.zero
+    return JointTransform(X.shift, X.fixed, PlanarTurn(2, run.offset.graph.one, zero), zero).wrench_back(n, f)

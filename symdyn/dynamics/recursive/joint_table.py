@@ -2,7 +2,7 @@
 
 A row holds the placement of frame i in frame p and the base parameters of body i, in the frames of the reduced tree:
 
-    T_pi = T(shift) · fixed · Rz(θ0 + q) Tz(rise)      a turn;   a slide has Rz(θ0) Tz(rise + q)
+    T_pi = T(shift) · fixed · Rz(θ0 + q) Tz(offset)      a turn;   a slide has Rz(θ0) Tz(offset + q)
 
 No row holds what exerts no force on a turn (m, h_z and J_zz) or on a slide (J), see `reduced_tree`.
 
@@ -11,7 +11,7 @@ the loop nothing; what differs is a symbol:
 
     cosine, sine                    of the turn of the joint, which c0, s0 have at zero
     c, s, matrix0 ..                a fixed turn about x, or any
-    x, y, z, rise, rotor, b0 ..     as in a row of the table
+    x, y, z, offset, rotor, b0 ..     as in a row of the table
     q, qd, qdd, tau                 of the joint
 """
 
@@ -42,7 +42,7 @@ class JointRow:
         fixed: cosine and sine of a turn about x, or nine entries of a matrix that takes frame i to frame p.
         shift: origin of the joint in frame p.
         zero: cosine and sine of θ0.
-        rise: along z afterwards.
+        offset: along z afterwards.
         rotor: inertia of its rotor, seen at the joint, kg m^2 or kg.
         moments: h_x, h_y, J_xx, J_yy, J_xy, J_xz, J_yz of a turn; m, h_x, h_y, h_z of a slide.
     """
@@ -52,7 +52,7 @@ class JointRow:
     fixed: tuple[Expr, ...]
     shift: Vec
     zero: tuple[Expr, Expr]
-    rise: Expr
+    offset: Expr
     rotor: Expr
     moments: tuple[Expr, ...]
 
@@ -64,7 +64,7 @@ class JointRow:
     @property
     def entries(self) -> tuple[Expr, ...]:
         """Every number of the row."""
-        return (*self.fixed, *self.shift, *self.zero, self.rise, self.rotor, *self.moments)
+        return (*self.fixed, *self.shift, *self.zero, self.offset, self.rotor, *self.moments)
 
 
 @dataclass(frozen=True)
@@ -114,14 +114,14 @@ class JointTable:
 def lacking(scene: Scene) -> str:
     """Return what a scene has that no row holds, in words; "" where a table holds all of it."""
     tree = build_tree(scene, Graph())
-    shared = tree.coupled or tree.balls or any(tree.b) or any(len(block) > 1 for block in tree.block)
+    shared = tree.coupled or tree.spherical_rotors or any(tree.b) or any(len(block) > 1 for block in tree.block)
     reasons = {
         "loops or rows close it": scene.is_constrained,
         "parameters have no value": scene.free_parameters,
         "springs, dampers or loads act on it": scene.struts or scene.loads,
         "friction, damping or declared forces act at its joints": any(map(_resists, scene.joints)),
         "motions are prescribed": any(joint.motion is not None for joint in scene.joints),
-        "balls, screws or joints that follow others are no turns and slides": shared,
+        "spherical, helical or coupled joints are neither revolute nor prismatic": shared,
         "nothing moves": len(tree.parent) < 2,
     }
     return next((words for words, found in reasons.items() if found), "")
@@ -135,21 +135,21 @@ def joint_table(tree: ReducedTree, position: Sequence[Expr]) -> JointTable:
     """Return the table of a reduced tree that lacks nothing; `position` are the coordinates, shape (n,)."""
     graph = tree.graph
     zero_position = dict.fromkeys(position, graph.zero)
-    moving = [(X.turn.cos, X.turn.sin, X.rise) for X in tree.X]
+    moving = [(X.turn.cos, X.turn.sin, X.offset) for X in tree.X]
     at_zero = substitute([x for one in moving for x in one], zero_position)
     rows = []
     for i in tree.outward():
         body, (xx, xy, xz), (_, yy, yz) = tree.body[i], *tree.body[i].J[:2]
-        c, s, rise = at_zero[3 * i : 3 * i + 3]
+        c, s, offset = at_zero[3 * i : 3 * i + 3]
         kept = (body.m, *body.h) if tree.slides[i] else (*body.h[:2], xx, yy, xy, xz, yz)
         X, slides = tree.X[i], tree.slides[i]
-        rows.append(JointRow(tree.parent[i], slides, _fixed(X), X.shift, (c, s), rise, tree.armature[i], tuple(kept)))
+        rows.append(JointRow(tree.parent[i], slides, _fixed(X), X.shift, (c, s), offset, tree.armature[i], tuple(kept)))
     return JointTable(neg(tree.gravity), tuple(rows))
 
 
 def _fixed(X: JointTransform) -> tuple[Expr, ...]:
     """Return the fixed turns of a transform as one, about x where that is all there is."""
-    graph = X.rise.graph
+    graph = X.offset.graph
     if not X.fixed:
         return graph.one, graph.zero
     (first, *more) = X.fixed
@@ -177,14 +177,14 @@ class RowKind:
         slides: whether it is prismatic.
         fixed: of the fixed turns above.
         shift: how many numbers the shift has, from the first on.
-        rises: whether there is a rise along z, which slides have.
+        has_offset: whether there is an offset along z, which prismatic joints have.
         rotor: whether there is a rotor.
     """
 
     slides: bool
     fixed: str
     shift: int
-    rises: bool
+    has_offset: bool
     rotor: bool
 
 
@@ -205,14 +205,14 @@ def _kind(row: JointRow) -> RowKind:
     else:
         fixed = NO_TURN if turn[1].is_zero and turn[0] is turn[0].graph.one else ABOUT_X
     along_x = shift == 0 or (shift == 1 and not row.shift[0].is_zero)
-    rises = row.slides or not row.rise.is_zero
-    return RowKind(row.slides, fixed, shift if along_x else 3, rises, not row.rotor.is_zero)
+    has_offset = row.slides or not row.offset.is_zero
+    return RowKind(row.slides, fixed, shift if along_x else 3, has_offset, not row.rotor.is_zero)
 
 
 def names_of(row: JointRow) -> list[str]:
     """Return what steps call the entries of a row, in their order."""
     turn = [f"matrix{k}" for k in range(9)] if len(row.fixed) > 2 else ["c", "s"]
-    return [*turn, "x", "y", "z", "c0", "s0", "rise", "rotor", *(f"b{k}" for k in range(len(row.moments)))]
+    return [*turn, "x", "y", "z", "c0", "s0", "offset", "rotor", *(f"b{k}" for k in range(len(row.moments)))]
 
 
 def transform_of(kind: RowKind, graph: Graph) -> JointTransform:
@@ -228,8 +228,8 @@ def transform_of(kind: RowKind, graph: Graph) -> JointTransform:
     }
     x, y, z = (graph.symbol(name) if k < kind.shift else zero for k, name in enumerate("xyz"))
     turn = PlanarTurn(2, graph.symbol("cosine"), graph.symbol("sine"))
-    rise = graph.symbol("rise") if kind.rises else zero
-    return JointTransform((x, y, z), turns[kind.fixed], turn, rise + graph.symbol("q") if kind.slides else rise)
+    offset = graph.symbol("offset") if kind.has_offset else zero
+    return JointTransform((x, y, z), turns[kind.fixed], turn, offset + graph.symbol("q") if kind.slides else offset)
 
 
 def body_of(kind: RowKind, graph: Graph) -> Moments:

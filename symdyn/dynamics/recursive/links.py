@@ -2,12 +2,12 @@
 
 A joint transform is the placement of the joint's frame in its parent's, motion included:
 
-    T = shift · fixed turns · turn of the joint · rise along z
+    T = shift · fixed turns · turn of the joint · offset along z
 
     shift     origin of the joint in the parent's frame; along x alone where the frames allow it, m
     fixed     constant turns, none or one about x on a chain
     turn      about z, by the joint's angle (revolute) or a constant one (prismatic)
-    rise      along z afterwards, by a constant (revolute) or the joint's position (prismatic), m
+    offset      along z afterwards, by a constant (revolute) or the joint's position (prismatic), m
 
 A turn about a coordinate axis takes a vector for 4 multiplications and 2 additions, and by ±90° for none; a general one
 takes 9 and 6. J = Σ m r rᵀ turns about an axis for 8 multiplications, with w = c (J_ii - J_jj) - 2 s J_ij:
@@ -241,7 +241,7 @@ class JointTransform:
     shift: Vec
     fixed: tuple[Turn, ...]
     turn: PlanarTurn
-    rise: Expr
+    offset: Expr
 
     @property
     def turns(self) -> tuple[Turn, ...]:
@@ -251,8 +251,8 @@ class JointTransform:
     @property
     def axis(self) -> Vec:
         """The joint's axis z in the parent's frame."""
-        zero = self.rise.graph.zero
-        axis: Vec = (zero, zero, self.rise.graph.one)
+        zero = self.offset.graph.zero
+        axis: Vec = (zero, zero, self.offset.graph.one)
         for turn in reversed(self.fixed):
             axis = turn.back(axis)
         return axis
@@ -276,7 +276,7 @@ class JointTransform:
 
     def wrench_back(self, n: Vec, f: Vec) -> SpatialForce:
         """Return a wrench (moment about the joint's origin, force) about the parent's origin, in its frame."""
-        n = self.back((n[0] - self.rise * f[1], n[1] + self.rise * f[0], n[2]))
+        n = self.back((n[0] - self.offset * f[1], n[1] + self.offset * f[0], n[2]))
         f = self.back(f)
         x, y, z = self.shift
         n = (n[0] + y * f[2] - z * f[1], n[1] + z * f[0] - x * f[2], n[2] + x * f[1] - y * f[0])
@@ -284,8 +284,8 @@ class JointTransform:
 
     def moments_back(self, body: Moments) -> Moments:
         """Return the moments of a body of the joint's frame in the parent's."""
-        zero = self.rise.graph.zero
-        body = body.shifted((zero, zero, self.rise))
+        zero = self.offset.graph.zero
+        body = body.shifted((zero, zero, self.offset))
         h, J = body.h, body.J
         for turn in reversed(self.turns):
             h, J = turn.back(h), turn.tensor_back(J)
@@ -293,20 +293,20 @@ class JointTransform:
 
     def fixed_part(self, slides: bool) -> JointTransform:
         """Return the transform without the motion of its joint, for what that motion leaves as it is."""
-        graph = self.rise.graph
+        graph = self.offset.graph
         if slides:
             return JointTransform(self.shift, self.fixed, self.turn, graph.zero)
-        return JointTransform(self.shift, self.fixed, PlanarTurn(2, graph.one, graph.zero), self.rise)
+        return JointTransform(self.shift, self.fixed, PlanarTurn(2, graph.one, graph.zero), self.offset)
 
     @property
     def transform(self) -> Transform:
         """The placement multiplied out."""
-        graph = self.rise.graph
+        graph = self.offset.graph
         one, zero = graph.one, graph.zero
         columns = [self.back(e) for e in ((one, zero, zero), (zero, one, zero), (zero, zero, one))]
         R = Mat(columns).T
-        rise = self.back((zero, zero, self.rise)) if not self.rise.is_zero else zero_vector(graph)
-        p = (self.shift[0] + rise[0], self.shift[1] + rise[1], self.shift[2] + rise[2])
+        offset = self.back((zero, zero, self.offset)) if not self.offset.is_zero else zero_vector(graph)
+        p = (self.shift[0] + offset[0], self.shift[1] + offset[1], self.shift[2] + offset[2])
         return Transform(R, p)
 
 
@@ -377,7 +377,7 @@ def propagate(parent: LinkMotion, X: JointTransform, slides: bool, qd: Expr, qdd
         w = (w[0], w[1], w[2] + qd)
         column = z_column(parent, X)
         moved = with_column(w, products(w), dw[2], a, column) if column else moving(w, dw, a)
-    return at_rise_end(moved, X)
+    return at_offset_end(moved, X)
 
 
 def z_column(parent: LinkMotion, X: JointTransform) -> Vec | None:
@@ -385,10 +385,10 @@ def z_column(parent: LinkMotion, X: JointTransform) -> Vec | None:
     return X.out(parent.U @ X.axis) if X.is_right else None
 
 
-def at_rise_end(motion: LinkMotion, X: JointTransform) -> LinkMotion:
-    """Return the motion of the origin at the end of the rise along z."""
+def at_offset_end(motion: LinkMotion, X: JointTransform) -> LinkMotion:
+    """Return the motion of the origin at the end of the offset along z."""
     column = (motion.U[0][2], motion.U[1][2], motion.U[2][2])
-    return replace(motion, a=add(motion.a, scale(X.rise, column)))
+    return replace(motion, a=add(motion.a, scale(X.offset, column)))
 
 
 def plus(a: Twist, b: Twist) -> Twist:

@@ -40,13 +40,12 @@ Gain of regrouping (operations; ns one state a call, a state of a batch):
     forward dynamics      -7.1 %; -2 %,  -5 %     -6.7 %; -4 %, -5 %     -7.3 %; -6 %, -7 %
 
 Frames whose axis passes through a point that no joint moves have their origins there. A factored transform puts the
-origin of a frame where the next axis comes nearest, at the rise r along its own axis. If the axis meets all axes below
-in one point, as in a shoulder of two or three joints, the origin stays in that point and the next transform shifts
-along z as well:
+origin of a frame where the next axis comes nearest, at the joint offset r. If the axis meets all axes below in one
+point, as in a shoulder of two or three joints, the origin stays there and the next transform shifts along z as well:
 
     Rz(θ) Tz(r) | Tx(d) Rx(α)        Rz(θ) | Tz(r) Tx(d) Rx(α)
 
-Gravity alone accelerates such an origin, and nobody asks for the force there.
+Gravity alone accelerates such an origin, and the force there is not needed.
 
 Gain (operations; ns one state a call, a state of a batch), where first axes meet in a point:
 
@@ -100,7 +99,7 @@ class ReducedTree(Topology):
     moved: tuple[Transform, ...]
 
     @property
-    def weightless(self) -> ReducedTree:
+    def without_gravity(self) -> ReducedTree:
         """The tree without gravity."""
         return replace(self, gravity=zero_vector(self.graph))
 
@@ -118,7 +117,7 @@ class _Placement:
     shift: Vec
     fixed: tuple[Turn, ...]
     theta: Angle
-    rise: Expr
+    offset: Expr
 
 
 def reframe(tree: Tree) -> ReducedTree:
@@ -138,7 +137,7 @@ def reframe(tree: Tree) -> ReducedTree:
         own = upright[i].inverse() @ moved[i]
         place = _placement(B[i] @ own, free[i], graph)
         if not slid[i]:
-            unturned = Transform(_about_z((place.theta[0], -place.theta[1])), (graph.zero, graph.zero, -place.rise))
+            unturned = Transform(_about_z((place.theta[0], -place.theta[1])), (graph.zero, graph.zero, -place.offset))
             moved[i] = upright[i] @ unturned
             place = _Placement(place.gamma, place.shift, place.fixed, _zero(graph), graph.zero)
         if p and not slid[p]:
@@ -183,9 +182,9 @@ def _across(tree: Tree, i: int, place: _Placement, upright: list[Transform], mov
     shift = (*settle(shift[:2]), place.shift[2] - slid.p[2])  # type: ignore[assignment]
     turns = place.fixed if gamma[0] is graph.one else (rest, *place.fixed)
     if _slides(tree, i):
-        return JointTransform(shift, turns, _turn(place.theta), place.rise + q)
+        return JointTransform(shift, turns, _turn(place.theta), place.offset + q)
     (c0, s0), c, s = place.theta, graph.cos(q), graph.sin(q)
-    return JointTransform(shift, turns, PlanarTurn(2, c * c0 - s * s0, s * c0 + c * s0), place.rise)
+    return JointTransform(shift, turns, PlanarTurn(2, c * c0 - s * s0, s * c0 + c * s0), place.offset)
 
 
 # Turns
@@ -221,7 +220,7 @@ def _towards(tree: Tree, i: int) -> Mat:
 
 
 def _placement(B: Transform, free: bool, graph: Graph) -> _Placement:
-    """Return B in parts; see the module's legend. Along a parallel axis not `free` the rise is the joint's own."""
+    """Return B in parts; see the module's legend. Along a parallel axis not `free` the offset is the joint's own."""
     B = settled(B)
     normal = _normal(B, graph)
     if normal is None:  # the declared rotation and shift
@@ -231,16 +230,16 @@ def _placement(B: Transform, free: bool, graph: Graph) -> _Placement:
     c, d = B.R[2][2], settle(back.out(B.p))
     theta = settle(back.out((B.R[0][0], B.R[1][0], graph.zero))[:1] + back.out((B.R[0][1], B.R[1][1], graph.zero))[:1])
     fixed = () if c is graph.one else (PlanarTurn(0, c, sine),)
-    shift, rise = (d[0], d[1], d[2]), graph.zero
+    shift, offset = (d[0], d[1], d[2]), graph.zero
     if sine.is_zero:
         if not free:
-            shift, rise = (d[0], d[1], graph.zero), d[2] * c
+            shift, offset = (d[0], d[1], graph.zero), d[2] * c
     else:
         quotient = _quotient(d[1], -sine)
         if quotient is not None:
-            rise = quotient
-            shift = (d[0], graph.zero, *settle([d[2] - rise * c]))  # type: ignore[assignment]
-    return _Placement(gamma, shift, fixed, (theta[0], -theta[1]), rise)
+            offset = quotient
+            shift = (d[0], graph.zero, *settle([d[2] - offset * c]))  # type: ignore[assignment]
+    return _Placement(gamma, shift, fixed, (theta[0], -theta[1]), offset)
 
 
 def _normal(B: Transform, graph: Graph) -> tuple[Angle, Expr] | None:
@@ -344,14 +343,14 @@ def resting(tree: ReducedTree) -> ReducedTree:
         rests.append(
             not tree.slides[i] and (not p or (rests[p] and x.is_zero and y.is_zero and (on_axis or z.is_zero)))
         )
-        rise = (zero, zero, X[i].rise)
-        if not p or not rests[i] or rise[2].is_zero:
+        offset = (zero, zero, X[i].offset)
+        if not p or not rests[i] or offset[2].is_zero:
             continue
-        X[i], body[i] = replace(X[i], rise=zero), body[i].shifted(rise)
-        moved[i] = moved[i] @ Transform(Mat.identity(tree.graph), (zero, zero, -rise[2]))
+        X[i], body[i] = replace(X[i], offset=zero), body[i].shifted(offset)
+        moved[i] = moved[i] @ Transform(Mat.identity(tree.graph), (zero, zero, -offset[2]))
         for k in tree.outward():
             if tree.parent[k] == i:
-                X[k] = replace(X[k], shift=add(X[k].shift, rise))
+                X[k] = replace(X[k], shift=add(X[k].shift, offset))
     return replace(tree, X=tuple(X), body=tuple(body), moved=tuple(moved))
 
 

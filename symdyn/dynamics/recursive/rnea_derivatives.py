@@ -4,11 +4,11 @@ Reference: Singh, Russell and Wensing, Efficient analytical derivatives of rigid
 algebra, IEEE Robotics and Automation Letters 7 (2022); here in link frames, by second moments, and with velocities
 measured from the origin at hand.
 
-    i, j     an elementary joint, and i itself or one that carries it
-    S        motion subspace, twist of the bodies beyond per unit of its rate: (z, 0) for a turn, (0, z) for a slide
-    S', S"   its first and second rate by the motion of the parent: (ω × z, 0) and (U z, a × z) for a turn, (0, ω × z)
-             and (0, U z) for a slide
-    I        moments of all bodies beyond joint i as one: m, h, J
+    i, j     an elementary joint (revolute or prismatic, of one degree of freedom), and i itself or an ancestor of it
+    S        motion subspace, twist per unit of its rate: (z, 0) of a revolute joint, (0, z) of a prismatic one
+    S', S"   its first and second rate by the motion of the parent: (ω × z, 0) and (U z, a × z) of a revolute joint,
+             (0, ω × z) and (0, U z) of a prismatic one
+    I        composite inertia of the subtree of joint i: mass m, first moment h, second moments J
     B        their Coriolis forces: B d = Σ m (r × (δω × v(r)), δω × v(r)) for a variation d = (δω, δv) of the velocity,
              which P = Σ m r v(r)ᵀ and l = Σ m v(r) hold: B d = (tr(P) δω - Pᵀ δω, δω × l)
 
@@ -20,15 +20,15 @@ and with all of them transformed to frame j
                           ∂f_i/∂ṙ_j = G·S_j + 2 A·S'_j    ∂f_i/∂r_j = G·S'_j + A·S"_j
 
 f_i is the force of elementary joint i, r_i, ṙ_i, r̈_i are its position, rate and acceleration. Since laws of motion are
-the same in all inertial frames, v(r) may count from any point's velocity: here from that of the origin, so that the
-origin's own appears nowhere. An origin that moves back by p, and is slower by u, has
+the same in all inertial frames, v(r) may be taken relative to any point: here to the origin, whose own velocity so
+appears nowhere. Shifted to an origin at -p, whose velocity is less by u, they become
 
     l + m u,    P + p (l + m u)ᵀ + h uᵀ,    G + 2 u × (linear part of A)
 
-P, l and u stand for twice of what they are, so that hardly anything is doubled. A joint is seen from the inner end of
-its rise, the one nearer to the ground, to which its contributions go next.
+P, l and u hold twice their values, which saves operations. Contributions of a joint are about the origin on its axis
+before its joint offset (the constant or variable translation along z), the one nearer to the ground.
 
-Where several elementary joints make up one joint that has velocities of its own (a ball, a free body), they are one
+Where several elementary joints make up one joint that has velocities of its own (spherical, free), they are one
 block: S is constant in the frame of its last, S' and S" are by the motion of the block's parent, and the sum of S' and
 of the rate of S stands for 2 S' in F₁ and beside A. Forces are (moment, force), twists (angular, linear).
 """
@@ -58,7 +58,7 @@ from symdyn.spatial import Mat, Vec, add, cross, dot, neg, scale, sub, zero_vect
 
 @dataclass(frozen=True)
 class OriginShift:
-    """How an origin moves back: by p, and twice the velocity u of the old one as seen from the new one."""
+    """A shift of the origin to -p, and twice the velocity u of the old one relative to the new one."""
 
     p: Vec
     u: Vec
@@ -76,7 +76,7 @@ class Subspace:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What an elementary joint contributes to the forces of its ancestors: A, F₁ and F₀, and the couple G."""
+    """What an elementary joint contributes to the derivatives of its ancestors' forces: A, F₁ and F₀, the couple G."""
 
     A: SpatialForce
     G: Vec
@@ -84,7 +84,7 @@ class Contribution:
     F0: SpatialForce
 
     def shifted(self, by: OriginShift) -> Contribution:
-        """Return it about an origin that has moved back."""
+        """Return it about a shifted origin."""
         A, F1, F0 = ((add(n, cross(by.p, f)), f) for n, f in (self.A, self.F1, self.F0))
         return Contribution(A, add(self.G, cross(by.u, self.A[1])), F1, F0)
 
@@ -96,19 +96,19 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Composite:
-    """Several bodies as one: moments, and twice of P and l."""
+    """A composite body: inertial moments, and twice P and l."""
 
     body: Moments
     P: Mat
     momentum: Vec
 
     def __add__(self, other: Composite) -> Composite:
-        """Return both together."""
+        """Return the composite of both."""
         P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
     def shifted(self, by: OriginShift) -> Composite:
-        """Return it about an origin that has moved back."""
+        """Return it about a shifted origin."""
         h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, by.u))  # noqa: E741
         rows = ([P[r][c] + by.p[r] * l[c] + h[r] * by.u[c] for c in range(3)] for r in range(3))
         return Composite(self.body.shifted(by.p), Mat((x, y, z) for x, y, z in rows), l)
@@ -124,7 +124,7 @@ class Composite:
         return add(_less_trace(J, w), cross(h, v)), add(scale(m, v), cross(w, h))
 
     def coriolis(self, w: Vec) -> SpatialForce:
-        """Return 2 B d for the angular part of d; the linear one takes no part."""
+        """Return 2 B d for the angular part of d; the linear one does not enter."""
         return _less_trace(self.P.T, w), cross(w, self.momentum)
 
     def contribution(self, S: Subspace, wrench: SpatialForce) -> Contribution:
@@ -188,7 +188,7 @@ class JointForceDerivatives:
     """Forces of elementary joints, and their derivatives by pairs (force, joint); zero where there is no entry.
 
     Attributes:
-        forces: N m or N, by joint; rotors at the joints are left to others.
+        forces: N m or N, by joint; without those of rotors at the joints.
         by_position: N m/rad and the like.
         by_rate: N m s/rad and the like.
         by_acceleration: the mass matrix of the elementary joints, kg m^2, kg m or kg.
@@ -201,10 +201,10 @@ class JointForceDerivatives:
 
 
 def rnea_derivatives(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> JointForceDerivatives:
-    """Return the derivatives of the forces that bodies need, before they are gathered on the velocities.
+    """Return the derivatives of elementary joint forces, before they are projected onto the velocities.
 
     Args:
-        tree: the mechanism; the joints of a block but the last carry no body.
+        tree: the mechanism; of a block only the last joint carries a body.
         qd: velocities, shape (n,).
         qdd: their rates, shape (n,).
     """
@@ -212,8 +212,8 @@ def rnea_derivatives(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr])
 
 
 def halves_by_rate(tree: ReducedTree, qd: Sequence[Expr]) -> JointForceDerivatives:
-    """Return half of the derivatives by rates, and the mass matrix of the elementary joints; nothing is doubled."""
-    found = _Recursion(tree.weightless, 1).run(qd, [tree.graph.zero] * len(qd))
+    """Return half of the derivatives by rates, and the mass matrix of the elementary joints."""
+    found = _Recursion(tree.without_gravity, 1).run(qd, [tree.graph.zero] * len(qd))
     return JointForceDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
 
 
@@ -223,16 +223,16 @@ class _Recursion:
 
     Attributes:
         tree: the mechanism.
-        times: 2, or 1 where what stands for twice of a velocity is to stand for itself.
+        times: 2, or 1 where velocities are to enter once instead of twice.
         motion: of every frame, as `rnea` has it.
-        rise, shift: of every frame's origin: back along its rise, and on along its shift to the parent's.
-        S: of every elementary joint, at the inner end of its rise or, in a block of several, in the frame at its end.
+        offset, shift: of every frame's origin: back along its joint offset, then along its shift to the parent's.
+        S: of every elementary joint, before its joint offset or, in a block of several, in the frame of the last.
     """
 
     tree: ReducedTree
     times: int
     motion: list[LinkMotion] = field(default_factory=list)
-    rise: list[OriginShift] = field(default_factory=list)
+    offset: list[OriginShift] = field(default_factory=list)
     shift: list[OriginShift] = field(default_factory=list)
     S: dict[int, Subspace] = field(default_factory=dict)
 
@@ -243,10 +243,12 @@ class _Recursion:
         for block in filter(None, tree.block):
             self.S.update(self._single(block[0]) if len(block) == 1 else self._block(block))
         wrench = [body.wrench(moved.a, moved.U) for body, moved in zip(tree.body, self.motion, strict=True)]
-        beyond = [single_body(body, self._spin(i)) for i, body in enumerate(tree.body)]
+        composite = [single_body(body, self._spin(i)) for i, body in enumerate(tree.body)]
         for i in tree.inward():
-            p, (n, f), near = tree.parent[i], wrench[i], beyond[i].shifted(self.rise[i])
-            acting, bodies = ((add(n, cross(self.rise[i].p, f)), f), near) if self._plain(i) else (wrench[i], beyond[i])
+            p, (n, f), near = tree.parent[i], wrench[i], composite[i].shifted(self.offset[i])
+            acting, bodies = (
+                ((add(n, cross(self.offset[i].p, f)), f), near) if self._plain(i) else (wrench[i], composite[i])
+            )
             for k in tree.block[i]:
                 found.forces[k] = power(acting, self.S[k].twist)
                 self._enter(found, k, i, bodies.contribution(self.S[k], acting))
@@ -254,11 +256,11 @@ class _Recursion:
             if p:
                 for turn in reversed(tree.X[i].turns):
                     near = near.turned(turn)
-                beyond[p] = beyond[p] + near.shifted(self.shift[i])
+                composite[p] = composite[p] + near.shifted(self.shift[i])
         return found
 
     def _plain(self, i: int) -> bool:
-        """Tell whether elementary joint i is no part of a block of several."""
+        """Return whether elementary joint i is no part of a block of several."""
         return len(self.tree.block[i]) == 1
 
     def _spin(self, i: int) -> Vec:
@@ -266,22 +268,22 @@ class _Recursion:
         return scale(self.times, self.motion[i].w)
 
     def _propagate(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> None:
-        """Find the motion of every frame, and the shifts of its origin."""
+        """Compute the motion of every frame, and the shifts of its origin."""
         tree, zeros, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
         rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
         self.motion.append(base_motion(neg(tree.gravity)))
-        self.rise.append(OriginShift(zeros, zeros))
+        self.offset.append(OriginShift(zeros, zeros))
         self.shift.append(OriginShift(zeros, zeros))
         for i in tree.outward():
             p, X, slides = tree.parent[i], tree.X[i], tree.slides[i]
             self.motion.append(propagate(self.motion[p], X, slides, rate[i], acceleration[i]))
-            up = (zero, zero, X.rise)
+            up = (zero, zero, X.offset)
             sliding = (zero, zero, rate[i] * self.times if slides else zero)
-            self.rise.append(OriginShift(up, add(cross(self._spin(i), up), sliding)))
+            self.offset.append(OriginShift(up, add(cross(self._spin(i), up), sliding)))
             self.shift.append(OriginShift(X.shift, cross(self._spin(p), X.shift)))
 
     def _single(self, i: int) -> dict[int, Subspace]:
-        """Return S of a turn or slide, and its rates, at the inner end of its rise."""
+        """Return S of a revolute or prismatic joint, and its rates, before its joint offset."""
         zero, one, zeros = self.tree.graph.zero, self.tree.graph.one, zero_vector(self.tree.graph)
         moved, parent, X, z = self.motion[i], self.motion[self.tree.parent[i]], self.tree.X[i], (zero, zero, one)
         across, twice = cross_z(moved.w), cross_z(self._spin(i))
@@ -299,7 +301,7 @@ class _Recursion:
         parent, v = self.motion[tree.parent[block[0]]], zeros  # as if the joint were locked; v as seen from the origin
         S: dict[int, Twist] = {}
         for i in block:
-            X, up = tree.X[i], self.rise[i]
+            X, up = tree.X[i], self.offset[i]
             v = X.out(add(v, sub(cross(parent.w, X.shift), scale(part, self.shift[i].u))))
             parent = propagate(parent, X, tree.slides[i], zero, zero)
             v = add(v, sub(cross(parent.w, up.p), scale(part, up.u)))
@@ -317,11 +319,11 @@ class _Recursion:
         return found
 
     def _enter(self, found: JointForceDerivatives, k: int, last: int, contribution: Contribution) -> None:
-        """Enter what joint k contributes, where its block ends, to its own force and to those of its ancestors."""
+        """Enter the derivatives of forces of joint k and of its ancestors, `last` being the last of k's block."""
         tree, j, plain = self.tree, last, self._plain(last)
         while j:
             if self._plain(j) and j != last:
-                contribution = contribution.shifted(self.rise[j])
+                contribution = contribution.shifted(self.offset[j])
             for m in tree.block[j]:
                 S = self.S[m]
                 found.by_acceleration[k, m] = found.by_acceleration[m, k] = power(contribution.A, S.twist)
@@ -334,7 +336,7 @@ class _Recursion:
             if not tree.parent[j]:
                 return
             if not self._plain(j):
-                contribution = contribution.shifted(self.rise[j])
+                contribution = contribution.shifted(self.offset[j])
             for turn in reversed(tree.X[j].turns):
                 contribution = contribution.turned(turn)
             contribution, j = contribution.shifted(self.shift[j]), tree.parent[j]
@@ -344,4 +346,4 @@ def _out(X: JointTransform, twist: Twist) -> Twist:
     """Return a twist of the parent's frame in the joint's own."""
     w, v = twist
     turned = X.out(w)
-    return turned, add(X.out(add(v, cross(w, X.shift))), scale(X.rise, cross_z(turned)))
+    return turned, add(X.out(add(v, cross(w, X.shift))), scale(X.offset, cross_z(turned)))

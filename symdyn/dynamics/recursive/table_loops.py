@@ -234,9 +234,9 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
 
 def _apart(X: JointTransform) -> tuple[JointTransform, JointTransform]:
     """Return what of a transform goes about and along the axis of its joint, and the rest."""
-    graph = X.rise.graph
-    along = JointTransform(zero_vector(graph), (), X.turn, X.rise)
-    return along, replace(X.fixed_part(False), rise=graph.zero)
+    graph = X.offset.graph
+    along = JointTransform(zero_vector(graph), (), X.turn, X.offset)
+    return along, replace(X.fixed_part(False), offset=graph.zero)
 
 
 def _pair(entries: Sequence[Expr]) -> Twist:

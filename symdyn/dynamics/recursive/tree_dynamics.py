@@ -1,8 +1,10 @@
 """Inverse and forward dynamics of a kinematic tree in O(n): the algorithms of Newton-Euler and of articulated bodies.
 
+Elementary joints have one degree of freedom, revolute or prismatic; a joint with more is a chain of them.
+
     i, p         body 1..n and its parent, p < i; body 0 is the base
     X[i]         transform across joint i, from frame i to frame p (`links`); Featherstone's iXλ leads the other way
-    z, S_i       axis of joint i in frame i, and a unit turn about it or a unit slide along it
+    z, S_i       axis of joint i in frame i, and the unit twist about it (revolute) or along it (prismatic)
     motion[i]    velocity and acceleration of body i: ω, ω̇, a of the origin, U = [ω̇]× + [ω]× [ω]× (`links`)
     body[i]      mass, m r and J = Σ m r rᵀ about the origin of frame i (`links`)
     f[i]         wrench on body i by its parent: moment about the origin of frame i, then force, in frame i
@@ -11,7 +13,7 @@
 Accelerations are those of the frames' origins, so that no linear velocity is needed. Gravity is the acceleration -g of
 the base, so no body needs a weight.
 
-Polarised form (`polarised`), which control along a reference takes: c(q, q̇) is quadratic in q̇, and c(q; u, v) is its
+Polarised form (`polarised`), of passivity-based tracking control: c(q, q̇) is quadratic in q̇, and c(q; u, v) is its
 symmetric bilinear form with c(q; u, u) = c(q, u). So is every product of two rates in the recursion:
 
     x y        ½ (x_u y_v + x_v y_u)
@@ -19,12 +21,12 @@ symmetric bilinear form with c(q; u, u) = c(q, u). So is every product of two ra
 
 One of the two motions is propagated as its half, w = ω_u / 2, which leaves one multiplication a term.
 
-Articulated bodies: motion[i] is what velocities alone give, no gravity, q̈ = 0; joint i has velocity i - 1 alone.
+Articulated bodies: motion[i] is that of the velocities at q̈ = 0 without gravity; joint i has velocity i - 1 alone.
 
     IA[i]       articulated inertia and bias: [n; f] = [[I, H], [Hᵀ, M]] [ω̇; a] + bias, moment first, in frame i
     U, D, u     IA S, Sᵀ IA S and its rotor's inertia, τ - Sᵀ bias of joint i
-    Ia          IA - U Uᵀ / D, with its bias: what the free joint hands on to body p
-    a[i]        accelerations beside those of motion[i], (angular, linear), in frame i
+    Ia          IA - U Uᵀ / D, with its bias: the apparent inertia that joint i adds to body p
+    a[i]        accelerations to be added to those of motion[i], (angular, linear), in frame i
 
 With c = Ṡ q̇ in the motions of pass 1, c is multiplied by the body's own inertia only. This saves a sixth of the
 operations of table 7.1.
@@ -46,7 +48,7 @@ from symdyn.dynamics.recursive.links import (
     Moments,
     SpatialForce,
     Twist,
-    at_rise_end,
+    at_offset_end,
     base_motion,
     plus,
     power,
@@ -69,9 +71,9 @@ def rnea(tree: ReducedTree, qd: Sequence[Expr], qdd: Sequence[Expr], acting: Seq
     """
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     motion = [base_motion(neg(tree.gravity))]
-    for i in tree.outward():  # pass 1: velocities and accelerations, base to tips
+    for i in tree.outward():  # pass 1: velocities and accelerations, base to leaves
         motion.append(propagate(motion[tree.parent[i]], tree.X[i], tree.slides[i], rate[i], acceleration[i]))
-    return joint_forces(tree, motion, acceleration, acting, tree.ball_forces(qd, qdd))
+    return joint_forces(tree, motion, acceleration, acting, tree.spherical_rotor_forces(qd, qdd))
 
 
 def joint_forces(
@@ -79,18 +81,18 @@ def joint_forces(
     motion: Sequence[LinkMotion],
     qdd: Sequence[Expr],
     acting: Sequence[Wrench],
-    balls: Sequence[Expr],
+    rotors: Sequence[Expr],
 ) -> list[Expr]:
-    """Return the forces of the velocities, shape (n,), that give all bodies their motions, and rotors of `balls`."""
+    """Return generalized forces, shape (n,), for the motions of all bodies; those of spherical rotors are added."""
     X, tau = tree.X, [tree.graph.zero] * len(tree.parent)
     f = [body.wrench(moved.a, moved.U) for body, moved in zip(tree.body, motion, strict=True)]
     for i, (force, moment) in enumerate(acting):
         f[i] = (sub(f[i][0], moment), sub(f[i][1], force))
-    for i in tree.inward():  # pass 2: forces, tips to base
+    for i in tree.inward():  # pass 2: forces, leaves to base
         p = tree.parent[i]
         tau[i] = tree.along_axis(i, f[i]) + tree.armature[i] * qdd[i]
         f[p] = plus(f[p], X[i].wrench_back(*f[i]))
-    return [force + rotor for force, rotor in zip(tree.gather(tau), balls, strict=True)]
+    return [force + rotor for force, rotor in zip(tree.generalized_forces(tau), rotors, strict=True)]
 
 
 def polarised(tree: ReducedTree, qd: Sequence[Expr], v: Sequence[Expr], acceleration: Sequence[Expr]) -> list[Expr]:
@@ -116,11 +118,11 @@ def polarised(tree: ReducedTree, qd: Sequence[Expr], v: Sequence[Expr], accelera
         r.append(turned[1] if tree.slides[i] else _plus_z(turned[1], rate[i]))
         across = _across(turned[0], rate[i], turned[1], half[i])
         step = _prismatic if tree.slides[i] else _revolute
-        motion.append(at_rise_end(step(motion[p], X, across, (w[i], r[i]), qdd[i]), X))
+        motion.append(at_offset_end(step(motion[p], X, across, (w[i], r[i]), qdd[i]), X))
     none = [graph.zero] * tree.n
-    mixed = [x / 2 for x in tangents(tree.ball_forces(qd, none), along)]
-    balls = [a + b for a, b in zip(tree.ball_forces(none, acceleration), mixed, strict=True)]
-    return joint_forces(tree, motion, qdd, (), balls)
+    mixed = [x / 2 for x in tangents(tree.spherical_rotor_forces(qd, none), along)]
+    rotors = [a + b for a, b in zip(tree.spherical_rotor_forces(none, acceleration), mixed, strict=True)]
+    return joint_forces(tree, motion, qdd, (), rotors)
 
 
 def _plus_z(x: Vec, z: Expr) -> Vec:
@@ -168,7 +170,7 @@ class ArticulatedInertia:
         return ArticulatedInertia(self.I + other.I, self.H + other.H, self.M + other.M, bias)
 
     def along_z(self, slides: bool) -> SpatialForce:
-        """Return [[I, H], [Hᵀ, M]] times a unit turn about z, or a unit slide along it."""
+        """Return [[I, H], [Hᵀ, M]] times the unit twist about z, or along z where the joint `slides` (is prismatic)."""
         n, f = (self.H, self.M) if slides else (self.I, self.H.T)
         return (n[0][2], n[1][2], n[2][2]), (f[0][2], f[1][2], f[2][2])
 
@@ -192,7 +194,7 @@ class ArticulatedInertia:
     def _projected(self, U: SpatialForce, U_D: SpatialForce, slides: bool) -> ArticulatedInertia:
         """Return IA - U Uᵀ / D; the bias stays.
 
-        Written so that rows and columns that vanish along the joint's axis are zero at birth.
+        Written so that rows and columns that vanish along the joint's axis are symbolic zeros.
         """
         coupled = Mat.outer(U[0], U_D[1]) if slides else Mat.outer(U_D[0], U[1])
         return ArticulatedInertia(
@@ -220,8 +222,8 @@ class ArticulatedInertia:
 
     def seen_from(self, X: JointTransform) -> ArticulatedInertia:
         """Return it in the parent's frame."""
-        zero = X.rise.graph.zero
-        here = self.shifted((zero, zero, X.rise))
+        zero = X.offset.graph.zero
+        here = self.shifted((zero, zero, X.offset))
         rotational, H, M = here.I, here.H, here.M
         for turn in reversed(X.turns):
             rotational, H, M = turn.tensor_back(rotational), turn.block_back(H), turn.tensor_back(M)
@@ -239,9 +241,9 @@ def articulated_inertia(body: Moments, motion: LinkMotion) -> ArticulatedInertia
 
 def across_locked(parent: Twist, X: JointTransform) -> Twist:
     """Return the accelerations beyond a locked joint, from those of the parent's frame."""
-    (dw, a), zero = parent, X.rise.graph.zero
+    (dw, a), zero = parent, X.offset.graph.zero
     turned, moved = X.out(dw), X.out(add(a, cross(dw, X.shift)))
-    return turned, add(moved, cross(turned, (zero, zero, X.rise)))
+    return turned, add(moved, cross(turned, (zero, zero, X.offset)))
 
 
 def _over(a: Vec, D: Expr, pivot: Expr) -> Vec:
@@ -250,7 +252,7 @@ def _over(a: Vec, D: Expr, pivot: Expr) -> Vec:
 
 
 def along_z(amount: Expr, slides: bool) -> Twist:
-    """Return a turn or a slide along z."""
+    """Return a twist of some amount about z, or along z where the joint `slides`."""
     zeros = zero_vector(amount.graph)
     along = (amount.graph.zero, amount.graph.zero, amount)
     return (zeros, along) if slides else (along, zeros)
@@ -269,20 +271,20 @@ def aba(tree: ReducedTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequ
         Singular: a joint has no inertia beyond it.
         DerivationError: a joint follows another one.
     """
-    if tree.coupled or tree.balls:
-        what = "joints that share a velocity" if tree.coupled else "rotor about three axes"
-        raise DerivationError(f"the articulated-body algorithm knows no {what}; use the formulation crba")
+    if tree.coupled or tree.spherical_rotors:
+        what = "joints that share a velocity" if tree.coupled else "rotors of spherical joints"
+        raise DerivationError(f"the articulated-body algorithm does not take {what}; use the formulation crba")
     graph, zeros, X = tree.graph, zero_vector(tree.graph), tree.X
     motion = [base_motion(zeros)]
     IA = [articulated_inertia(tree.body[0], motion[0])]
-    for i in tree.outward():  # pass 1: motions that velocities alone give, base to tips
+    for i in tree.outward():  # pass 1: motions at q̈ = 0, base to leaves
         motion.append(propagate(motion[tree.parent[i]], X[i], tree.slides[i], qd[i - 1], graph.zero))
         IA.append(articulated_inertia(tree.body[i], motion[i]))
     for i, (force, moment) in enumerate(acting):
         IA[i] = replace(IA[i], bias=(sub(IA[i].bias[0], moment), sub(IA[i].bias[1], force)))
     U_D: list[SpatialForce] = [(zeros, zeros)] * (tree.n + 1)
     u_D = [graph.zero] * (tree.n + 1)
-    for i in tree.inward():  # pass 2: articulated inertias, tips to base
+    for i in tree.inward():  # pass 2: articulated inertias, leaves to base
         p, slides = tree.parent[i], tree.slides[i]
         if vanishes(D := tree.along_axis(i, IA[i].along_z(slides)) + tree.armature[i]):
             raise Singular(tree.A[i][0][0])
@@ -291,7 +293,7 @@ def aba(tree: ReducedTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequ
             IA[p] = IA[p] + Ia.seen_from(X[i])
     a: list[Twist] = [(zeros, neg(tree.gravity))]
     qdd: list[Expr] = []
-    for i in tree.outward():  # pass 3: accelerations beside those, base to tips
+    for i in tree.outward():  # pass 3: accelerations to be added, base to leaves
         locked = across_locked(a[tree.parent[i]], X[i])
         qdd.append(u_D[i] - power(U_D[i], locked))
         a.append(plus(locked, along_z(qdd[-1], tree.slides[i])))

@@ -116,7 +116,7 @@ def _gathered(reduced: ReducedTree, apart: Distance, share: Expr) -> list[Expr]:
     forces = [reduced.graph.zero] * len(reduced.parent)
     for i, h in apart.slopes:
         forces[i] = share * h
-    return reduced.gather(forces)
+    return reduced.generalized_forces(forces)
 
 
 def distance(strut: Strut, tree: Tree, reduced: ReducedTree) -> Distance:
@@ -165,14 +165,14 @@ def _points_inward(reduced: ReducedTree, path: Sequence[int], point: Vec) -> lis
     trail = [point]
     for k in path:
         X, (x, y, z) = reduced.X[k], trail[-1]
-        trail.append(add(X.back((x, y, z + X.rise)), X.shift))
+        trail.append(add(X.back((x, y, z + X.offset)), X.shift))
     return trail
 
 
 def _out(X: JointTransform, point: Vec) -> Vec:
     """Return a point of the parent's frame in the joint's own."""
     x, y, z = X.out(sub(point, X.shift))
-    return (x, y, z - X.rise)
+    return (x, y, z - X.offset)
 
 
 def _on_body(load: Load, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:

@@ -397,7 +397,7 @@ def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], ta
     if not row.G:
         entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else Form.sum(()) for i, used in enumerate(row.uses, 1))
         return PrintedRow(name, text, unit, tuple(entries), None, None)
-    residual = write(row.residual) if row.closes and row.residual is not None else None
+    residual = write(row.residual) if row.holonomic and row.residual is not None else None
     rates = [Symbol(u) for u in scene.velocities]
     bias = Form.sum(
         write(form).signed_product(Power(rates[j], 2) if j == k else Form.product((rates[j], rates[k])))

@@ -379,7 +379,7 @@ def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]
     graph = Graph()
     found = differentiated(scene, graph, State.of(scene, graph))
     return [
-        (found.G[k], found.bias[k], found.residual[k] if found.labels[k].closes else None)
+        (found.G[k], found.bias[k], found.residual[k] if found.labels[k].holonomic else None)
         for k in Workspace(scene).loops.decisions.independent_rows
     ]
 

@@ -143,14 +143,14 @@ class Touch:
         lean: the cross product of axis and normal, unit vectors, whose length is w; None where there is no such axis.
         wrenches: what the plane can exert at P without working, axes of the plane's body, from X and w.
         height: of what touches over the plane, m, from X and w.
-        closes: for each of the wrenches whether it holds a position, which is the height.
+        holonomic: for each of the wrenches whether its constraint is holonomic, which that of the height is.
         words: of each of them; "" where a direction says it.
     """
 
     lean: Callable[[Any, Transform], Vec | None]
     wrenches: Callable[[Any, Transform, Expr], tuple[Wrench, ...]]
     height: Callable[[Any, Transform, Expr], Expr]
-    closes: Callable[[Any], tuple[bool, ...]]
+    holonomic: Callable[[Any], tuple[bool, ...]]
     words: Callable[[Any], tuple[str, ...]]
 
 
@@ -250,9 +250,9 @@ class ForceKind:
         """Whether it is a kind of contacts that is drawn by the circle of its radius."""
         return isinstance(self.mark, Rim)
 
-    def closes(self, contact: Contact) -> bool:
+    def holonomic(self, contact: Contact) -> bool:
         """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
-        return any(self.touch.closes(contact))
+        return any(self.touch.holonomic(contact))
 
     def formula(self, row: Row) -> Quantity | None:
         """Return the left side of a row that is a formula, which vanishes; None for a contact."""

@@ -81,7 +81,7 @@ def reach(w: Workspace) -> list[Expr]:
 def together(w: Workspace, place: Mapping[Expr, Expr], power: Expr) -> Function | None:
     """Return the rates of a state by all rows at once; None where masses leave some acceleration open without them."""
     try:
-        found, _ = w.loops.together
+        found, _ = w.loops.all_constraints_solution
     except DerivationError:
         return None
     accelerations = substitute(found, place)

@@ -179,7 +179,7 @@ class Constrained(Lesson):
                 label = rows.labels[k]
                 words, axis = self._words(label.name, label.wrench)
                 sides = (cut.parent, cut.child) if cut is not None else ("", "")
-                residual = rows.residual[k] if label.closes else None
+                residual = rows.residual[k] if label.holonomic else None
                 found.append(
                     Condition(str(len(found) + 1), owner, loop, words, axis, *sides, residual, rows.G[k], rows.bias[k])
                 )

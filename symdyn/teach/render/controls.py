@@ -88,7 +88,7 @@ def held(w: Workspace) -> Held:
     whole = decisions.partition
     G, closing = w.loops.G(w.loops.recursive), []
     for block in whole.blocks:
-        rows = tuple(r for r in block.rows if labels[decisions.independent_rows[r]].closes)
+        rows = tuple(r for r in block.rows if labels[decisions.independent_rows[r]].holonomic)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
         if rows:
             closing.append(block if rows == block.rows else replace(block, rows=rows, velocities=used))

@@ -27,7 +27,7 @@ TILE = 32
 """Rows of work space of entries of states that lie apart."""
 
 NUMBERS = 9
-"""Numbers of a row before those of its body: two of a turn, three of a shift, two of a turn, rise and rotor."""
+"""Numbers of a row before those of its body: two of a turn, three of a shift, two of a turn, offset and rotor."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
     at = {
         **{name: f"*{name}" for name in ("cosine", "sine", *given)},
-        **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "rise", "rotor")},
+        **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "offset", "rotor")},
         **{f"b{k}": f"joint->b[{k}]" for k in range(table.MOMENTS)},
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},

@@ -111,7 +111,7 @@ def _forms_of(lesson: Balance, row: ClosedRow) -> tuple[Form | None, Form, Form]
         for i, j, form in row.bias
     )
     push = Form.sum([*(entry.signed_product(a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
-    return row.residual if row.closes else None, rate, push
+    return row.residual if row.holonomic else None, rate, push
 
 
 def _is_point(lesson: Balance, hinge: JointFrames) -> bool:
