@@ -34,7 +34,7 @@ child = "ball"
 drive = false
 coordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]
 start = [0, 0, 0.1, 1, 0, 0, 0]
-[rows.touch]
+[constraints.touch]
 type = "rolling"
 body = "ball"
 radius = 0.1
@@ -147,7 +147,9 @@ def test_a_wheel_whose_axis_is_always_along_the_normal_is_refused_with_its_row()
     text = BALL.replace('type = "free"', 'type = "prismatic"').replace("radius = 0.1", "radius = 0.1\naxis = [0, 0, 1]")
     text = text.replace('coordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]\nstart = [0, 0, 0.1, 1, 0, 0, 0]\n', "")
 
-    with pytest.raises(DerivationError, match=r"rows.touch: ball lies flat on its plane wherever the joints stand"):
+    with pytest.raises(
+        DerivationError, match=r"constraints.touch: ball lies flat on its plane wherever the joints stand"
+    ):
         Numbers(read_text(text, "disc.toml"))
 
 
@@ -354,7 +356,7 @@ def test_a_blade_pushes_its_table_back() -> None:
 
 @pytest.mark.runs
 def test_forces_that_are_not_unique_are_not_told() -> None:
-    text = BALL + BALL[BALL.index("[rows.touch]") :].replace("rows.touch", "rows.again")
+    text = BALL + BALL[BALL.index("[constraints.touch]") :].replace("constraints.touch", "constraints.again")
     notes = run(read_text(text, "twice.toml"), 0.1).notes
 
     assert sum("forces are not unique" in note for note in notes) == 2

@@ -107,9 +107,9 @@ def test_the_multiplier_of_a_row_is_a_power_over_the_rate_that_vanishes() -> Non
 
 
 ROWS_OF_RATES = """
-[rows.geared]
+[constraints.geared]
 formula = "q1_dot + q2_dot"
-[rows.slides]
+[constraints.slides]
 formula = "h1*q1_dot"
 """
 

@@ -79,7 +79,7 @@ axis = [0, 0, 1]
 origin = [1, 0, 0]
 coordinate = "q2"
 start = 0.5
-[rows.r]
+[constraints.r]
 formula = "cos(q1)*q1_dot + sin(q1)*q2_dot"
 acts_in = "joints"
 """

@@ -86,7 +86,7 @@ NEEDED = {
     **{
         headed(section): [word for kind in kinds_of(section).values() for word in needed_of(kind.parts)]
         for section in sections()
-        if section != "rows"  # each type of them needs other words
+        if section != "constraints"  # each type of them needs other words
     },
     "Denavit-Hartenberg tables": [*needed_of(declare.CHAIN), "links", *needed_of(declare.LINK)],
 }

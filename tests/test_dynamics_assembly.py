@@ -181,7 +181,7 @@ def test_a_path_ends_at_a_fold_with_its_singular_value() -> None:
     scene = crank_rocker()
 
     with pytest.raises(
-        DerivationError, match=r"the path ends at q_D = 2\.023.*: the loops do not close beyond, a fold"
+        DerivationError, match=r"the path ends at q_D = 2\.023.*: the loops do not close beyond, a turning"
     ):
         follow(scene, assemble(scene), {"q_D": [2.0, 1.0]})
 

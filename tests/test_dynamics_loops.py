@@ -181,7 +181,7 @@ def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
         random_tree(1), elements=(Formula("odd", folding.mul(Quantity.symbol("x0_dot"), Quantity.symbol("x0_dot"))),)
     )
 
-    with pytest.raises(DerivationError, match=r"rows\.odd: the formula is not linear in the velocities"):
+    with pytest.raises(DerivationError, match=r"constraints\.odd: the formula is not linear in the velocities"):
         derive(scene, ("constraint_jacobian",))
 
 

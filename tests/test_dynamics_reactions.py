@@ -350,7 +350,8 @@ def in_floats(case):
 def test_a_row_that_forbids_nothing_has_a_force_that_nothing_tells():
     one = read_text(
         'name = "idle"\n[joints.a]\ntype = "revolute"\nparent = "ground"\nchild = "b"\naxis = [0, 1, 0]\n'
-        'coordinate = "q1"\n[bodies.b]\nparticles = [{ mass = 1, at = [0.3, 0, 0] }]\n[rows.r]\nformula = "0*q1_dot"\n'
+        'coordinate = "q1"\n[bodies.b]\nparticles = [{ mass = 1, at = [0.3, 0, 0] }]\n'
+        '[constraints.r]\nformula = "0*q1_dot"\n'
     )
     found = reactions_at(one, [0.1])
 

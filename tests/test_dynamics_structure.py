@@ -190,7 +190,7 @@ child = "sled"
 axis = [0, 0, 1]
 coordinates = ["x", "y", "phi"]
 drive = false
-[rows.blade]
+[constraints.blade]
 type = "knife_edge"
 body = "sled"
 axis = [0, 1, 0]

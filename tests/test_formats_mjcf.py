@@ -251,7 +251,7 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
         (
             body() + body('<joint name="k"/>', name="c") + body('<joint name="l"/>', name="d"),
             TENDON.format('<joint joint="k" coef="2"/><joint joint="j" coef="1"/><joint joint="l" coef="1"/>', ""),
-            r"equality e: ties 3 joints \(k, j, l\), and a coupling ties two; delete it, .* a row \[rows.NAME\]",
+            r"equality e: ties 3 joints \(k, j, l\), and a coupling ties two; delete it, .* \[constraints.NAME\]",
         ),
         (
             body(),

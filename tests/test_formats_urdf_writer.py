@@ -200,13 +200,15 @@ def test_what_has_no_word_in_robot_files_is_lost_or_refused():
     ring = EXACT + (
         '[[loop]]\ntype = "point_on_line"\nparent = "ground"\nchild = "LAST"\n'
         '[springs.s]\njoint = "hinge"\nstiffness = 1\n[dampers.d]\njoint = "hinge"\ndamping = 1\n'
-        '[loads.w]\nbody = "LAST"\nforce = [0, 0, "3*t"]\n[rows.r]\nformula = "q1_dot"\n'
+        '[loads.w]\nbody = "LAST"\nforce = [0, 0, "3*t"]\n[constraints.r]\nformula = "q1_dot"\n'
     ).replace("LAST", read_text(EXACT).bodies[-1].name)
     scene = read_text(ring)
 
     for lost in (write_text(scene).lost, par_writer.write_text(scene).lost):
         shown = "\n".join(lost)
-        assert all(f"{name}: " in shown for name in ("loops.loop1", "springs.s", "dampers.d", "loads.w", "rows.r"))
+        assert all(
+            f"{name}: " in shown for name in ("loops.loop1", "springs.s", "dampers.d", "loads.w", "constraints.r")
+        )
 
     ball = '[bodies.x]\nmass = 1\n[joints.y]\ntype = "spherical"\nparent = "ground"\nchild = "x"\n'
     with pytest.raises(SceneError, match=r"joints\.y: a URDF has no spherical joints; it has revolute, prismatic"):

@@ -131,7 +131,7 @@ def test_a_parameter_that_is_printed_as_another_symbol_is_told_apart() -> None:
 
 def declared(text: str) -> dict[str, dict[str, object]]:
     """Return what says a text in each place of a scene that is made in Python."""
-    from symdyn.scene import body, parameter, point, revolute, row, spring
+    from symdyn.scene import body, constraint, parameter, point, revolute, spring
 
     joints: dict[str, dict[str, object]] = {
         "drive": {"drive": text},
@@ -149,7 +149,7 @@ def declared(text: str) -> dict[str, dict[str, object]]:
         "mass": {"bodies": [body("bob", mass=text)]},
         "point": {"points": [point(text, "bob")]},
         "spring": {"springs": [spring(text, joint="hinge", stiffness=1)]},
-        "row": {"rows": [row("r", text)]},
+        "row": {"constraints": [constraint("r", text)]},
         "gravity": {"gravity": [0, 0, text]},
     }
     hinge: dict[str, object] = {"parent": "ground", "child": "bob", "axis": [0, 0, 1]}
@@ -204,7 +204,7 @@ QUOTING = {  # where a scene may put control characters so that a message quotes
     "axis": ("[0, 0, 1]", f"[0, 0, {quoted(CONTROLS)}]"),
     "point": ("[joints", f"[points.{quoted(CONTROLS)}]\nbody = \"bob\"\n[joints"),
     "spring": ("[joints", f"[springs.{quoted(CONTROLS)}]\njoint = {quoted(CONTROLS)}\nstiffness = 1\n[joints"),
-    "row": ("[joints", f"[rows.{quoted(CONTROLS)}]\nformula = {quoted(CONTROLS)}\n[joints"),
+    "row": ("[joints", f"[constraints.{quoted(CONTROLS)}]\nformula = {quoted(CONTROLS)}\n[joints"),
     "loop": ("[joints", f"[[loop]]\nname = {quoted(CONTROLS)}\ntype = {quoted(CONTROLS)}\n[joints"),
     "no TOML": ("[joints", f"{CONTROLS}\n[joints"),
 }  # fmt: skip

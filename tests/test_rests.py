@@ -199,7 +199,7 @@ parent = "crown"
 child = "wheel"
 axis = [0, 1, 0]
 origin = [0, -2, 0]
-[rows.contact]
+[constraints.contact]
 type = "rolling"
 body = "wheel"
 axis = [0, 1, 0]

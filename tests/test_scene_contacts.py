@@ -45,7 +45,7 @@ coordinates = ["x", "y", "z", "a", "b", "c"]
 type = "prismatic"
 parent = "ground"
 child = "table"
-[rows.touch]
+[constraints.touch]
 type = "rolling"
 body = "disc"
 axis = [0, 1, 0]
@@ -59,7 +59,7 @@ def wheel(gravity: str = "[0, 0, -9.81]", g: str = "9.81", more: str = "") -> Sc
 
 def normal(one: Scene) -> tuple[float, ...]:
 
-    return tuple(float(x.at({}) or 0) for x in one.rows[0].plane.normal)
+    return tuple(float(x.at({}) or 0) for x in one.constraints[0].plane.normal)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_plane_that_gravity_tilts_is_told(tmp_path: Path) -> None:
     path.write_text(HEAD.replace("GRAVITY", "[0, -9.81, 0]").replace("PARAMETER", "1"), encoding="utf-8")
 
     (note,) = read_noting(path).notes
-    assert "rows.touch: its plane is level: normal = [0, 1, 0], against gravity" in note
+    assert "constraints.touch: its plane is level: normal = [0, 1, 0], against gravity" in note
     path.write_text(path.read_text(encoding="utf-8") + "normal = [0, 1, 0]\n", encoding="utf-8")
     assert not read_noting(path).notes
 
@@ -140,7 +140,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
         "both",
         bodies=[body("a", mass=1), body("b", mass=1)],
         joints=[free("f", "ground", "a"), free("h", "ground", "b")],
-        rows=[
+        constraints=[
             rolling("ball", body="a", radius=0.1, plane=plane),
             rolling("wheel", body="a", radius=0.1, axis=[0, 1, 0], normal=[0, 0, 1]),
             knife_edge("blade", body="a", axis=[0, 1, 0], plane=plane),
@@ -149,7 +149,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
 
     assert read_text(write_text(one, "toml").text, "again.toml") == one
     assert [FORCES[row.kind].holonomic(row) for row in one.contacts] == [True, False, False]
-    assert one.rows[0].axis is None
+    assert one.constraints[0].axis is None
 
 
 @pytest.mark.long
@@ -161,8 +161,8 @@ def test_info_tells_contacts(capsys: pytest.CaptureFixture[str]) -> None:
         "[0, 0, 0], normal [0, 0, 1] (along, across, normal)"
     ) in told
     assert main(["info", "--json", str(DATA / "contacts" / "skate.toml")]) == 0
-    (row,) = json.loads(capsys.readouterr().out)["result"]["rows"]
-    assert row["says"].startswith("sled does not slide along its [0, 1, 0] at [0, 0, 0] on the plane of table")
+    (row,) = json.loads(capsys.readouterr().out)["result"]["constraints"]
+    assert row["law"].startswith("sled does not slide along its [0, 1, 0] at [0, 0, 0] on the plane of table")
 
 
 def test_a_contact_that_holds_a_height_is_printed_as_a_position() -> None:
@@ -237,7 +237,7 @@ def test_forces_of_contacts_in_free_body_figures_are_those_of_their_multipliers(
     q = numbers.drawn(3)
     found = places(one, q[None, :], pose(one)[1])
     labels = numbers.constraints.labels
-    for row in one.rows:
+    for row in one.constraints:
         R = (found.ground if row.plane.body == "ground" else found.body(row.plane.body).frame).R[0]
         wrenches = [numbers.at([*one.wrench[0], *one.wrench[1]], q) for one in labels if one.owner == row.name]
         at, forces = pushes(row, found)

@@ -151,5 +151,5 @@ def test_an_editor_completes_the_words_of_scenes():
 
     assert {f"{word}=" for word in JointKeys.__annotations__} <= of_joint
     assert {f'"{word}"' for word in JOINTS} <= of_type
-    assert {"bodies=", "joints=", "inputs=", "springs=", "rows="} <= of_scene
+    assert {"bodies=", "joints=", "inputs=", "springs=", "constraints="} <= of_scene
     assert {"mass=", "com=", "inertia=", "about="} <= of_body

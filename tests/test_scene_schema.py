@@ -180,8 +180,8 @@ child = "bob"
         ("[springs.s]\njoint = 'hinge'\nfrom = 'bob'\nto = 'ground'\nstiffness = 1", False),
         ("[springs.s]\njoint = 'hinge'", False),
         ("[loads.w]\nbody = 'bob'\nforce = [0, 0, '3*t']\nframe = 'sky'", False),
-        ("[rows.r]\ntype = 'rolling'\nbody = 'bob'", False),
-        ("[rows.r]\nformula = 'q1_dot'\nradius = 1", False),
+        ("[constraints.r]\ntype = 'rolling'\nbody = 'bob'", False),
+        ("[constraints.r]\nformula = 'q1_dot'\nradius = 1", False),
         ("[bodies.bob.more]", False),
         ("[parameters]\nm = 1\nn = '1/3'", True),
         ("[parameters]\nsin = 1", False),
@@ -216,7 +216,7 @@ def test_what_follows_another_joint_may_say_that_nothing_drives_it(more, right, 
 
 def test_a_word_of_two_tables_is_told_as_each_means_it():
     found = schema()["properties"]
-    row, output = (found[section]["additionalProperties"] for section in ("rows", "outputs"))
+    row, output = (found[section]["additionalProperties"] for section in ("constraints", "outputs"))
     formulas = row["properties"]["formula"], output["anyOf"][0]["properties"]["formula"]
 
     assert "velocities" in formulas[0]["description"]

@@ -185,7 +185,7 @@ def test_locked_joints_take_their_springs_with_them():
     (turn, angle), (slide, way) = named("joints", "h1", one).origin.steps
     assert (turn, angle, slide) == ("Rz", parse("pi"), "Tz")
     assert way.express(graph := Graph()) is parse("r/200").express(graph)
-    assert named("rows", "slip", one).formula == parse("x_dot*cos(pi/2) - r*(0 - 2*alpha_dot)")
+    assert named("constraints", "slip", one).formula == parse("x_dot*cos(pi/2) - r*(0 - 2*alpha_dot)")
     assert read_text(write_text(one, "toml").text) == one
 
 
@@ -334,18 +334,18 @@ LOAD_FAULTS = [
     ("loads.w", 'body = "a"\nforce = [0, 0, "q9"]', "force[2] = q9 uses the undefined symbol q9"),
     ("loads.w", 'body = "a"\nat = ["t", 0, 0]\nforce = [0, 0, 1]', "at[0] = t uses t, the time"),
     ("loads.w", 'body = "a"\nforce = [0, 0, 1]\nframe = "world"', 'frame = "world" is not known'),
-    ("rows.r", "", "formula is missing"),
-    ("rows.r", 'formula = "q1_dot*q2_dot"', "is not linear in the velocities: q1_dot*q2_dot multiplies velocities"),
-    ("rows.r", 'formula = "q1_dot - 1"', "holds -1, which no velocity multiplies"),
-    ("rows.r", 'formula = "q1"', "holds q1, which no velocity multiplies"),
-    ("rows.r", 'formula = "q1 - q1"', "holds no velocity"),
-    ("rows.r", 'formula = "t*q1_dot"', "uses t, the time"),
-    ("rows.r", 'type = "sliding"', 'type = "sliding" is not a constraint; '),
-    ("rows.r", 'type = "knife_edge"\nbody = "a"', "axis is missing"),
-    ("rows.r", 'type = "rolling"\nbody = "a"\naxis = [0, 0, 0]\nradius = 1', "axis = [0, 0, 0] has zero length"),
-    ("rows.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]\nradius = 0', "radius = 0 is that of no wheel"),
-    ("rows.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]', "radius is missing"),
-    ("rows.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]\nradius = 1\ncomponents = ["up"]', "components = "),
+    ("constraints.r", "", "formula is missing"),
+    ("constraints.r", 'formula = "q1_dot*q2_dot"', "not linear in the velocities: q1_dot*q2_dot multiplies velocities"),
+    ("constraints.r", 'formula = "q1_dot - 1"', "holds -1, which no velocity multiplies"),
+    ("constraints.r", 'formula = "q1"', "holds q1, which no velocity multiplies"),
+    ("constraints.r", 'formula = "q1 - q1"', "holds no velocity"),
+    ("constraints.r", 'formula = "t*q1_dot"', "uses t, the time"),
+    ("constraints.r", 'type = "sliding"', 'type = "sliding" is not a constraint; '),
+    ("constraints.r", 'type = "knife_edge"\nbody = "a"', "axis is missing"),
+    ("constraints.r", 'type = "rolling"\nbody = "a"\naxis = [0, 0, 0]\nradius = 1', "axis = [0, 0, 0] has zero length"),
+    ("constraints.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]\nradius = 0', "radius = 0 is that of no wheel"),
+    ("constraints.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]', "radius is missing"),
+    ("constraints.r", 'type = "rolling"\nbody = "a"\naxis = [0, 1, 0]\nradius = 1\ncomponents = ["z"]', "components ="),
 ]  # fmt: skip
 
 

@@ -230,7 +230,7 @@ parent = "a"
 child = "b"
 axis = [0, 1, 0]
 coordinate = "y"
-[rows.slip]
+[constraints.slip]
 formula = "y_dot - 2*x_dot/x"
 """
 

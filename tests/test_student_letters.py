@@ -42,7 +42,7 @@ bodies.belt.mass = "m"
 bodies.wheel = { inertia = ["J", "J", "J"], inertia_about = "com" }
 joints.track = { type = "prismatic", parent = "ground", child = "belt", axis = [1, 0, 0], coordinate = "x" }
 joints.axle = { type = "revolute", parent = "ground", child = "wheel", axis = [0, 1, 0], coordinate = "phi" }
-rows.slip.formula = "x_dot - r*phi_dot"
+constraints.slip.formula = "x_dot - r*phi_dot"
 """
 
 

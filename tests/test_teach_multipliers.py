@@ -240,7 +240,7 @@ def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() ->
     [joints]
     base = { type = "free", parent = "ground", child = "arm", orientation = "zxz" }
     screw = { type = "helical", parent = "arm", child = "wheel", axis = [0, 0, -1], pitch = 0.1 }
-    [rows.contact]
+    [constraints.contact]
     type = "rolling"
     body = "wheel"
     axis = [0, 0, 1]

@@ -25,7 +25,9 @@ RIM = FORMULA.replace(
     'formula = "x_dot - r*phi_dot"',
     'type = "rolling"\nbody = "wheel"\naxis = [0, 1, 0]\nradius = "r"\ncomponents = ["along"]',
 )
-REFUSED = r"there are no reactions: rows\.slip is a formula in rates, .* type = \"rolling\" .* acts_in = \"joints\""
+REFUSED = (
+    r"there are no reactions: constraints\.slip is a formula in rates, .* type = \"rolling\" .* acts_in = \"joints\""
+)
 
 
 @pytest.mark.mends("30.lessons.1.0")
@@ -61,7 +63,7 @@ def test_nor_are_there_lessons_or_equations_by_dalembert(capsys: pytest.CaptureF
     with pytest.raises(SymdynError, match=REFUSED):
         walkthrough(read(CART), formulation="dalembert")
     assert main(["equations", str(CART), "--formulation", "dalembert"]) == 1
-    assert "there are no reactions: rows.slip is a formula in rates" in capsys.readouterr().err
+    assert "there are no reactions: constraints.slip is a formula in rates" in capsys.readouterr().err
 
 
 @pytest.mark.mends("30.lessons.1.0")
@@ -128,9 +130,10 @@ def test_a_row_that_exerts_nothing_or_says_where_it_acts_stands_in_no_ones_way()
 
 
 def test_every_row_that_does_not_say_it_is_named() -> None:
-    text = FORMULA.replace("[rows.slip]", '[rows.other]\nformula = "x_dot*sin(phi)"\n[rows.slip]')
+    text = FORMULA.replace("[constraints.slip]", '[constraints.other]\nformula = "x_dot*sin(phi)"\n[constraints.slip]')
     with pytest.raises(
-        SymdynError, match=r"rows\.other, rows\.slip are formulas in rates, and where the constraint force acts"
+        SymdynError,
+        match=r"constraints\.other, constraints\.slip are formulas in rates, and where the constraint force acts",
     ):
         derive(read_text(text), ("reactions",))
 
@@ -150,12 +153,12 @@ def test_the_reader_suggests_rolling_for_a_speed_and_a_turn(formula: str, sugges
         file = tmp_path / "scene.toml"
         file.write_text(text, encoding="utf-8")
         notes = read_noting(file).notes
-        assert any("rows.slip" in note and 'type = "rolling"' in note for note in notes) == expected
+        assert any("constraints.slip" in note and 'type = "rolling"' in note for note in notes) == expected
 
 
 def test_another_place_of_a_force_is_a_fault() -> None:
     with pytest.raises(
-        SceneError, match=r'rows\.slip: acts_in = "rim" is no place of a force; write acts_in = "joints"'
+        SceneError, match=r'constraints\.slip: acts_in = "rim" is no place of a force; write acts_in = "joints"'
     ):
         read_text(BELT.replace('"joints"', '"rim"'))
 
@@ -175,10 +178,10 @@ def test_what_a_row_says_is_written_again() -> None:
 def test_info_and_certificates_say_that_there_are_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(CART)]) == 0
     told = capsys.readouterr().err
-    assert "there are no reactions: rows.slip is a formula in rates" in told
+    assert "there are no reactions: constraints.slip is a formula in rates" in told
     assert 'type = "rolling"' in told
 
     assert main(["verify", str(CART), "--targets", "numpy"]) == 0
     told = capsys.readouterr().out
-    assert "there are no reactions: rows.slip is a formula in rates" in told
+    assert "there are no reactions: constraints.slip is a formula in rates" in told
     assert "power of reactions" not in told

@@ -5,6 +5,7 @@ from __future__ import annotations
 from symdyn.scene import (
     Scene,
     body,
+    constraint,
     custom,
     cylindrical,
     damper,
@@ -22,7 +23,6 @@ from symdyn.scene import (
     revolute,
     rod,
     rolling,
-    row,
     scene,
     spherical,
     spring,
@@ -74,8 +74,8 @@ def everything() -> Scene:
             load("wind", body="l", at=[0, 0, "r"], force=["3*k*t", 0, "-2*f1_vx"], couple=[0, "2*sin(3*t)*alpha", 0]),
             load("thrust", point="tool", force=[0, 0, 9], frame="body"),
         ],
-        rows=[
-            row("slip", "x_dot*cos(u) - r*(u_dot - 2*alpha_dot)", acts_in="joints"),
+        constraints=[
+            constraint("slip", "x_dot*cos(u) - r*(u_dot - 2*alpha_dot)", acts_in="joints"),
             knife_edge("blade", body="l", at=["r", 0, 0], axis=[0, 1, 0]),
             rolling("wheel", body="m", axis=[0, 1, 0], radius="r", normal=[0, 1, 1], components=["along", "normal"]),
         ],

@@ -56,11 +56,13 @@ PUSH = {"loads__push": {"body": "arm", "at": [0, 0, 1], "force": [1, 2, 3]}, **T
 FREE = of("free", parent="ground", start_rates=[0.5, 0, 0, 0, 1, 0.3])
 WHEEL = {
     **FREE,
-    "rows__wheel": {"type": "rolling", "body": "arm", "axis": [0, 1, 0], "radius": 0.5},
+    "constraints__wheel": {"type": "rolling", "body": "arm", "axis": [0, 1, 0], "radius": 0.5},
     "points__hub": {"body": "arm", "at": [0, 0.3, 0]},
     "points__rim": {"body": "cart", "at": [0, 0, 0.1]},
 }
-SLED = {**FREE, "rows__blade": {"type": "knife_edge", "body": "arm", "axis": [0, 1, 0]}, **TIP}
+LEVEL = {"constraints__wheel__plane": {"normal": [0, 0, 1]}}
+RAISED = {"constraints__wheel__plane": {"at": [0, 0, 0.1]}}
+SLED = {**FREE, "constraints__blade": {"type": "knife_edge", "body": "arm", "axis": [0, 1, 0]}, **TIP}
 
 
 def ring(kind: str, **keys: Any) -> dict[str, Any]:
@@ -183,16 +185,16 @@ WORDS: tuple[Row, ...] = (
     row("loads/push/force", [1, 2, 3], [1, 2, 4], **PUSH),
     row("loads/push/couple", [1, 2, 3], [1, 3, 4], **PUSH),
     row("loads/push/frame", "body", "ground", **PUSH),
-    row("rows/tie/formula", "q1_dot - 2*q2_dot", "q1_dot - 3*q2_dot"),
-    row("rows/tie/acts_in", "joints", ABSENT, rows__tie={"formula": "q1_dot - r*q2_dot"}),
-    row("rows/wheel/body", "arm", "cart", **WHEEL),
-    row("rows/wheel/at", [0, 0.1, 0], [0, 0.2, 0], **WHEEL),
-    row("rows/wheel/axis", [0, 1, 0], [0, 1, 1], **WHEEL),
-    row("rows/wheel/radius", 0.5, 0.6, **WHEEL),
-    row("rows/wheel/normal", [0, 0, 1], [0, 1, 1], **WHEEL),
-    row("rows/wheel/components", ["along"], ["along", "across"], **WHEEL),
-    row("rows/wheel/plane", {"at": [0, 0, 0.1]}, {"at": [0, 0, 0.2]}, **WHEEL),
-    row("rows/wheel/point", "hub", "tip", **{**WHEEL, "rows__wheel": ROLLING}, **TIP),
+    row("constraints/tie/formula", "q1_dot - 2*q2_dot", "q1_dot - 3*q2_dot"),
+    row("constraints/tie/acts_in", "joints", ABSENT, constraints__tie={"formula": "q1_dot - r*q2_dot"}),
+    row("constraints/wheel/body", "arm", "cart", **WHEEL),
+    row("constraints/wheel/at", [0, 0.1, 0], [0, 0.2, 0], **WHEEL),
+    row("constraints/wheel/axis", [0, 1, 0], [0, 1, 1], **WHEEL),
+    row("constraints/wheel/radius", 0.5, 0.6, **WHEEL),
+    row("constraints/wheel/normal", [0, 0, 1], [0, 1, 1], **WHEEL),
+    row("constraints/wheel/components", ["along"], ["along", "across"], **WHEEL),
+    row("constraints/wheel/plane", {"at": [0, 0, 0.1]}, {"at": [0, 0, 0.2]}, **WHEEL),
+    row("constraints/wheel/point", "hub", "tip", **{**WHEEL, "constraints__wheel": ROLLING}, **TIP),
     row("loop/0/type", "spherical", "universal", **RING),
     row("loop/0/parent", "arm", "cart", **RING),
     row("loop/0/child", "ground", "cart", **RING),
@@ -225,9 +227,9 @@ WORDS: tuple[Row, ...] = (
     row("points/tip/at/rpy", [0, 0, 1], [0, 1, 0], points__tip={"body": "arm", "at": {"xyz": [0, 0, 1]}}),
     row("parameters/k/tolerance/sigma", 0.1, 0.2, parameters__k__tolerance={}),
     row("parameters/k/tolerance/within", 0.1, 0.2, parameters__k__tolerance={}),
-    row("rows/wheel/plane/at", [0, 0, 0.1], [0, 0, 0.2], **WHEEL, rows__wheel__plane={"normal": [0, 0, 1]}),
-    row("rows/wheel/plane/normal", [0, 0, 1], [0, 0.1, 1], **WHEEL, rows__wheel__plane={"at": [0, 0, 0.1]}),
-    row("rows/wheel/plane/body", "cart", "ground", **WHEEL, rows__wheel__plane={"normal": [0, 0, 1]}),
+    row("constraints/wheel/plane/at", [0, 0, 0.1], [0, 0, 0.2], **WHEEL, **LEVEL),
+    row("constraints/wheel/plane/normal", [0, 0, 1], [0, 0.1, 1], **WHEEL, **RAISED),
+    row("constraints/wheel/plane/body", "cart", "ground", **WHEEL, **LEVEL),
     row("loop/0/axis", [0, 1, 0], [0, 1, 1], **ring("revolute")),
     row("loop/0/second_axis", [0, 1, 0], [0, 1, 1], **ring("universal", axis=[1, 0, 0])),
     row("loop/0/length", 1, 2, **ring("rod")),
@@ -250,7 +252,7 @@ SILENT: dict[str, str] = {
     "loop/steps": "a custom joint closes no loop",
     "loop/units": "likewise",
     "units": "it takes formulas that are refused without it: tests/test_dimensions.py",
-    "rows/type": "other types have other keys, each a row by itself",
+    "constraints/type": "other types have other keys, each a row by itself",
 }
 """Words that have no row, and why."""
 
@@ -269,7 +271,7 @@ ONLY_TOLD: dict[str, str] = {
     "inputs/unit": "of columns",
     "outputs/text": "what it is, for tables",
     "outputs/unit": "of columns",
-    "rows/components": "names of reactions",
+    "constraints/components": "names of reactions",
     "loop/name": "of reactions",
     "dh/links/name": "of bodies",
     "dh/links/shape": "of pictures",

@@ -45,7 +45,7 @@ def _values(scene: symdyn.Scene, name: str) -> object:
 
 def _reactions(scene: symdyn.Scene) -> object:
     """Return the reactions of a scene with formulas in rates; all others are told by their forces."""
-    return _values(scene, "reactions") if scene.rows else None
+    return _values(scene, "reactions") if scene.constraints else None
 
 
 def _facts(scene: symdyn.Scene) -> object:

@@ -160,11 +160,10 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
             for joint in scene.joints
         ],
         "acting": acting(scene),
-        "loops": [
-            {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
-            for joint in scene.loops
+        "loops": [{"name": j.name, "type": j.type, "parent": j.parent, "child": j.child} for j in scene.loops],
+        "constraints": [
+            {"name": c.name, "type": c.kind, "law": FORCES[c.kind].law_words(c)} for c in scene.constraints
         ],
-        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].law_words(row)} for row in scene.rows],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "on_request": wanted.on_request,
@@ -246,7 +245,7 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
 
 def _no_reactions(scene: Scene) -> list[str]:
     """Return why a scene with rows has no reactions, in words; nothing where it has them."""
-    if not scene.rows:
+    if not scene.constraints:
         return []
     from symdyn.dynamics.reactions import why_no_reactions
 

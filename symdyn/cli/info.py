@@ -136,11 +136,11 @@ def show_loops(facts: dict[str, Any]) -> None:
     """Print what closes the loops, and the mobility with its diagnosis."""
     for loop in facts["loops"]:
         print(f"loop {loop['name']}: {loop['type']} between {loop['parent']} and {loop['child']}")
-    for row in facts["rows"]:
-        print(f"{'row' if row['type'] == 'formula' else 'contact'} {row['name']}: {row['says']}")
+    for row in facts["constraints"]:
+        print(f"{'constraint' if row['type'] == 'formula' else 'contact'} {row['name']}: {row['law']}")
     found = facts["mobility"]
     if found is None:
-        print(end="\n" if facts["loops"] or facts["rows"] else "")
+        print(end="\n" if facts["loops"] or facts["constraints"] else "")
         return
     counted = f"{found['spatial']} in space (5.20), {found['by_loops']} loop by loop, {found['by_rank']} by rank"
     print(f"mobility: {counted}; independent: {', '.join(found['independent']) or 'none'}")

@@ -165,9 +165,7 @@ def identification(result: Identification) -> list[Markup]:
     count = len(result.model.names)
     gains = [(one.drive, one.unit, one.value, one.error) for one in result.gains]
     return [
-        head(
-            result.scene.name, f"{int(regression.identifiable[:count].sum())} of {count} base parameters identifiable"
-        ),
+        head(result.scene.name, f"{regression.identifiable[:count].sum()} of {count} base parameters identifiable"),
         table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
         *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
         table(("", "unit", "measured", "error", "validation error"), fits, "driving forces, root mean squares"),

@@ -30,12 +30,12 @@ from symdyn.scene.values.model import Scene
 
 
 class Elements(TypedDict, total=False):
-    """What acts beside gravity and drives, and rows that forbid velocities; each declared by functions of its name."""
+    """What acts beside gravity and drives, and constraints on velocities; each declared by functions of its name."""
 
     springs: Sequence[Entry]
     dampers: Sequence[Entry]
     loads: Sequence[Entry]
-    rows: Sequence[Entry]
+    constraints: Sequence[Entry]
 
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
@@ -176,7 +176,7 @@ def scene(
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
-        elements: `springs`, `dampers`, `loads` and `rows`, each declared by the functions of its name.
+        elements: `springs`, `dampers`, `loads` and `constraints`, each declared by the functions of its name.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.

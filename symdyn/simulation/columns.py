@@ -173,7 +173,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     }
     held = {
         f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit)
-        for row, unit in SceneUnits(scene).rows.items()
+        for row, unit in SceneUnits(scene).constraints.items()
     }
     found += [said.get(name) or held.get(name) or _beside(name, own, units) for name in extra]
     return tuple(one if one.name in said else replace(one, unit=scene.shown_unit(one.unit)) for one in found)

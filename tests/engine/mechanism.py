@@ -225,7 +225,7 @@ class State:
         """Return loops, then wheels and blades, in declared order."""
         return [self.loop(joint) for joint in self.m.scene.loops] + [
             (self.wheel if row.kind == "rolling" else self.blade)(row)
-            for row in self.m.scene.rows
+            for row in self.m.scene.constraints
             if row.kind != "formula"
         ]
 
@@ -285,7 +285,7 @@ class State:
 
     def formulas(self) -> tuple[Array, Array]:
         """Return coefficients (m, nv) and biases of the rows that are formulas."""
-        rows = [row for row in self.m.scene.rows if row.kind == "formula"]
+        rows = [row for row in self.m.scene.constraints if row.kind == "formula"]
         units = [{**self.known, **dict(zip(self.m.names, one, strict=True))} for one in np.eye(len(self.u))]
         a = np.array([[number(row.formula, known) for known in units] for row in rows]).reshape(len(rows), len(units))
         return a, np.array([float(value(row.formula, self.known).v) for row in rows])

@@ -170,7 +170,7 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
         "springs": (0.2, lambda rng, bodies: {"coil": _spring(rng, bodies)}),
         "dampers": (0.15, lambda rng, bodies: {"shock": _ends(rng, bodies) | {"damping": rng.choice((1, 0.5))}}),
         "loads": (0.15, lambda rng, bodies: {"push": _load(rng, bodies)}),
-        "rows": (0.12, lambda rng, bodies: {"contact": _row(rng, bodies)}),
+        "constraints": (0.12, lambda rng, bodies: {"contact": _row(rng, bodies)}),
         "loop": (0.1, lambda rng, bodies: [_loop(rng, bodies)]),
     }
     for part, (share, make) in parts.items():

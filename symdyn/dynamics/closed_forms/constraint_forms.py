@@ -186,7 +186,7 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
 def _words(label: Label, state: State, name: str) -> str:
     """Return what a row forbids; where its direction moves, `name`, read at one position, would mislead."""
     if label.wrench is None or label.name:
-        return label.name or "row"
+        return label.name or "constraint"
     force, moment = label.wrench
     if not set(state.q).intersection(reachable([*force, *moment])):
         return name.removeprefix(f"{label.owner}: ")

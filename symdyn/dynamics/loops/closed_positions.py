@@ -356,15 +356,13 @@ def _index(scene: Scene, names: Sequence[str], name: str) -> int:
 
 def position_level(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[int, ...], Partition]:
     """Return the position-level rows, counted among all, and their partition, independent velocities first."""
-    closes = [
-        k for k, label in enumerate(numbers.constraints.labels) if label.holonomic and k not in decisions.zero_rows
-    ]
+    kept = [k for k, one in enumerate(numbers.constraints.labels) if one.holonomic and k not in decisions.zero_rows]
     partition, n = decisions.partition, numbers.state.n
-    if set(decisions.independent_rows) <= set(closes):
+    if set(decisions.independent_rows) <= set(kept):
         return decisions.independent_rows, partition
     G = numbers.dimensionless(np.array(decisions.assembly.regular), decisions.assembly.length)
-    count = int(np.linalg.matrix_rank(G[closes], tol=NEGLIGIBLE * float(np.abs(G).max()))) if closes else 0
-    chosen = tuple(sorted(closes[i] for i in pivots(unit_rows(G[closes]), [list(range(len(closes)))], count)[0]))
+    count = int(np.linalg.matrix_rank(G[kept], tol=NEGLIGIBLE * float(np.abs(G).max()))) if kept else 0
+    chosen = tuple(sorted(kept[i] for i in pivots(unit_rows(G[kept]), [list(range(len(kept)))], count)[0]))
     among = sorted(partition.dependent, reverse=True)
     dependent = tuple(sorted(pivots(G[list(chosen)].T, [among], count)[0]))
     independent = (*partition.independent, *(k for k in partition.dependent if k not in dependent))

@@ -256,7 +256,7 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in the order of the scene: loops, then constraints that it declares."""
-    owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
+    owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.constraints)]
     place = {owner: k for k, owner in enumerate(owners)}
     return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
 
@@ -381,7 +381,7 @@ def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
 
 def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
     """Return the names and the left-hand sides of the constraints that are formulas."""
-    return [(row.name, formula) for row in scene.rows if (formula := FORCES[row.kind].formula(row)) is not None]
+    return [(row.name, formula) for row in scene.constraints if (formula := FORCES[row.kind].formula(row)) is not None]
 
 
 def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:

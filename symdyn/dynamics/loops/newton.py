@@ -47,7 +47,7 @@ def spoken(numbers: Numbers, q: Array) -> tuple[str, ...]:
 
     def words(k: int, label: Label) -> str:
         if k not in known:
-            return label.name or "row"
+            return label.name or "constraint"
         force, moment = known[k]
         return in_words(force, moment if label.loop else np.zeros(3))  # a contact's acts where it touches
 

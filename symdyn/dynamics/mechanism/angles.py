@@ -79,7 +79,7 @@ def without_angles(scene: Scene) -> Scene:
     Velocities keep their places and names, and mean angular velocities then (and velocities in the moved frame of a
     free joint). A joint whose angles stand in a formula of a row keeps them. The same scene if there is nothing to do.
     """
-    spoken = {name for quantity in Quantity.inside(scene.rows) for name in quantity.symbols}
+    spoken = {name for quantity in Quantity.inside(scene.constraints) for name in quantity.symbols}
     spoken |= {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
     joints = tuple(
         _turning(joint)
@@ -89,7 +89,7 @@ def without_angles(scene: Scene) -> Scene:
     )
     if joints == scene.joints:
         return scene
-    return replace(scene, joints=joints, elements=scene.rows)
+    return replace(scene, joints=joints, elements=scene.constraints)
 
 
 def _turns(joint: Joint) -> str:

@@ -93,7 +93,7 @@ class LinearLoops:
 def linear_loops(numbers: Numbers, decisions: LoopDecisions) -> LinearLoops | None:
     """Return how the loops of a scene hold its dependent coordinates, None where not in constant proportion."""
     state, scene = numbers.state, numbers.scene
-    if not scene.loops or scene.rows or scene.prescribed_velocities or state.rates != state.qd:
+    if not scene.loops or scene.constraints or scene.prescribed_velocities or state.rates != state.qd:
         return None
     i, d = list(decisions.partition.independent), list(decisions.partition.dependent)
     G = numbers.jacobian(np.array(decisions.assembly.regular))
@@ -213,7 +213,7 @@ def _fit(decisions: WrittenDecisions, G: Array, scene: Scene) -> bool:
     chosen = singular(basis[:, dependent])
     if chosen[-1] < CLEAR * singular(basis)[0]:
         return False
-    if scene.rows:  # holds no coordinates in proportion
+    if scene.constraints:  # holds no coordinates in proportion
         return True
     ratios = np.linalg.solve(basis[:, dependent], np.delete(basis, dependent, axis=1))
     return not np.all(np.abs(LARGEST_RATIOS * ratios - np.round(LARGEST_RATIOS * ratios)) < SAME)

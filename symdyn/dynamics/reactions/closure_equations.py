@@ -4,7 +4,7 @@
     G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
     Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
 
-The unknowns λ are those of the rows that are kept, so that they are the multipliers of forward dynamics. All
+The unknowns λ are those of the constraint rows that are kept, so that they are the multipliers of forward dynamics. All
 velocities without a drive take part in finding them: what tells λ more than once (the idle spin of a rod between two
 balls, all of a disc that rolls) does so in the sum of squares, which no position spoils that does not spoil λ itself.
 
@@ -63,7 +63,7 @@ def why_no_reactions(scene: Scene) -> str:
     Whatever bodies it acts on, the motion is the same; which joints feel it, a slide across it or the rail beneath it
     included, is not. So none of the scene's reactions is known.
     """
-    rows = [f"rows.{name}" for name in without_place(scene)]
+    rows = [f"constraints.{name}" for name in without_place(scene)]
     if not rows:
         return ""
     formulas = "is a formula in rates" if len(rows) == 1 else "are formulas in rates"
@@ -85,13 +85,13 @@ def refuse_without_place(scene: Scene) -> None:
 
 
 def ties(hanging: FreeBodies) -> list[ClosureEquation]:
-    """Return the unknowns of the rows that are kept, in their order."""
+    """Return the unknowns of the constraint rows that are kept, in their order."""
     every = all_ties(hanging)
     return [every[k] for k in hanging.decisions.independent_rows] if hanging.decisions else every
 
 
 def all_ties(hanging: FreeBodies, whole: bool = False) -> list[ClosureEquation]:
-    """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
+    """Return the unknowns of all loops and constraints, in the order of G; `whole` with what goes across planes."""
     found: dict[tuple[bool, str], list[ClosureEquation]] = {}  # by whether it is a loop, and its name
     zero, every = hanging.graph.zero, range(hanging.state.n)
     for number, loop in enumerate(hanging.cuts):
@@ -100,14 +100,14 @@ def all_ties(hanging: FreeBodies, whole: bool = False) -> list[ClosureEquation]:
         rows = [(W, tuple(W.power(twists[k]) if k in twists else zero for k in every)) for W in wrenches]
         found[number < len(hanging.loops), name] = [ClosureEquation(name, number, wrench, row) for wrench, row in rows]
     found |= {(False, one.owner): [one] for one in rows_of(hanging)}
-    names = [*((True, loop.name) for loop in hanging.scene.loops), *((False, row.name) for row in hanging.scene.rows)]
+    loops, others = hanging.scene.loops, hanging.scene.constraints
+    names = [*((True, one.name) for one in loops), *((False, one.name) for one in others)]
     return [one for name in names for one in found[name]]
 
 
 def rows_of(hanging: FreeBodies) -> list[ClosureEquation]:
-    """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
-    names = {row.name for row in hanging.scene.rows if FORCES[row.kind].formula(row) is not None}
-    if not names:
+    """Return the unknowns of constraints that are formulas: forces on the velocities, whatever exerts them."""
+    if all(FORCES[row.kind].formula(row) is None for row in hanging.scene.constraints):
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)
     pairs = zip(every.labels, every.G, strict=True)

@@ -246,9 +246,8 @@ class _Recursion:
         composite = [single_body(body, self._spin(i)) for i, body in enumerate(tree.body)]
         for i in tree.inward():
             p, (n, f), near = tree.parent[i], wrench[i], composite[i].shifted(self.offset[i])
-            acting, bodies = (
-                ((add(n, cross(self.offset[i].p, f)), f), near) if self._plain(i) else (wrench[i], composite[i])
-            )
+            moment = add(n, cross(self.offset[i].p, f))
+            acting, bodies = ((moment, f), near) if self._plain(i) else (wrench[i], composite[i])
             for k in tree.block[i]:
                 found.forces[k] = power(acting, self.S[k].twist)
                 self._enter(found, k, i, bodies.contribution(self.S[k], acting))

@@ -1,10 +1,8 @@
 """Inverse and forward dynamics of a kinematic tree in O(n): the algorithms of Newton-Euler and of articulated bodies.
 
-Elementary joints have one degree of freedom, revolute or prismatic; a joint with more is a chain of them.
-
     i, p         body 1..n and its parent, p < i; body 0 is the base
     X[i]         transform across joint i, from frame i to frame p (`links`); Featherstone's iXλ leads the other way
-    z, S_i       axis of joint i in frame i, and the unit twist about it (revolute) or along it (prismatic)
+    z, S_i       axis of elementary joint i (one degree of freedom) in frame i, and its unit twist about z or along z
     motion[i]    velocity and acceleration of body i: ω, ω̇, a of the origin, U = [ω̇]× + [ω]× [ω]× (`links`)
     body[i]      mass, m r and J = Σ m r rᵀ about the origin of frame i (`links`)
     f[i]         wrench on body i by its parent: moment about the origin of frame i, then force, in frame i

@@ -391,7 +391,7 @@ def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[s
 
 
 def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], taken: Container[str]) -> PrintedRow:
-    told = "" if row.loop else SceneUnits(scene).rows.get(row.owner, "")
+    told = "" if row.loop else SceneUnits(scene).constraints.get(row.owner, "")
     unit = scene.shown_unit("N" if "force" in row.words else "N m" if "moment" in row.words else told)
     name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
     if not row.G:

@@ -209,9 +209,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: 
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
     known: dict[str, Quantity] = {}
-    for joint in scene.moving:
-        if joint.name not in positions:
-            continue
+    for joint in (one for one in scene.moving if one.name in positions):
         where = f"joints.{joint.name}"
         try:
             position = quantity(positions[joint.name])
@@ -226,14 +224,11 @@ def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: 
         except UnitError as error:
             faults.add(where, f'position = "{with_unit(position, position.unit)}" {error}')
         if len(joint.coordinates) > 1 and position != Quantity.ZERO:
-            faults.add(
-                where, f"has {len(joint.coordinates)} coordinates and is locked at zero only; place it by origin"
-            )
+            faults.add(where, f"has {len(joint.coordinates)} coordinates and is locked at zero only; turn its origin")
         at = (position,) if joint.coordinate else resting(joint)
         known |= dict(zip(joint.coordinates, at, strict=True)) | dict.fromkeys(joint.rates, Quantity.ZERO)
         known |= dict.fromkeys(map(acceleration_name, joint.rates), Quantity.ZERO)
-    unknown = [name for name in positions if name not in {joint.name for joint in scene.moving}]
-    for name in unknown:
+    for name in sorted(positions.keys() - {joint.name for joint in scene.moving}):
         faults.add(f"joints.{name}", "only a joint with a coordinate of its own can be locked")
     try:
         joints = tuple(_settled(joint, known) for joint in scene.joints)

@@ -256,16 +256,16 @@ class SceneUnits:
 
     @property
     def outputs(self) -> dict[str, str]:
-        """The unit of every output, as it says or as its formula tells; else ""."""
+        """The unit of every output, as given or as its formula shows; else ""."""
         return {one.name: one.unit or self.of_formula(one.formula, {}, one.name) for one in self.scene.outputs}
 
     @property
-    def rows(self) -> dict[str, str]:
-        """The unit of the multiplier of every row that is a formula, by its name; "" where nothing tells it.
+    def constraints(self) -> dict[str, str]:
+        """The unit of the multiplier of every constraint that is a formula, by its name; "" where it is not known.
 
         The multiplier times the formula is a power: N where the formula is a speed in m/s, N m where one in rad/s.
         """
-        rows = [row for row in self.scene.rows if isinstance(row, Formula)]
+        rows = [row for row in self.scene.constraints if isinstance(row, Formula)]
         if not rows or self.scene.dimensionless:
             return {row.name: "" for row in rows}
         found = {row.name: self.dimensions.of(row.formula) for row in rows}
@@ -273,7 +273,7 @@ class SceneUnits:
 
     @property
     def dimensions(self) -> Analysis:
-        """What the formulas of the scene tell of the dimensions of its letters."""
+        """What the formulas of the scene imply for the dimensions of its symbols."""
         return _analysis(self.scene)
 
     def of_formula(self, formula: Quantity, columns: Mapping[str, str], called: str = "") -> str:

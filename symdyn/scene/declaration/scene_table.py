@@ -348,9 +348,7 @@ def _text(table: EntryReader, scope: object) -> dict[str, Any]:
     if not isinstance(raw, dict):
         return {"text": table.text("text"), "texts": ()}
     if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
-        table.fault(
-            f'text = {show(raw)} needs language codes of two letters, such as {{ en = "mass", sk = "hmotnosť" }}'
-        )
+        table.fault(f'text = {show(raw)} needs language codes, such as {{ en = "mass", sk = "hmotnosť" }}')
         return {"text": "", "texts": ()}
     each = EntryReader(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
     said = {code: each.text(code) for code in raw}

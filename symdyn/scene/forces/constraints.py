@@ -85,7 +85,7 @@ def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     a = X.R @ unit(row.axis, graph)
     if w.is_zero:
         raise DerivationError(
-            f"rows.{row.name}: {row.place.body} lies flat on its plane wherever the joints stand, "
+            f"constraints.{row.name}: {row.place.body} lies flat on its plane wherever the joints stand, "
             "its axis along the normal, so that no point of its rim is the lowest; turn the axis of the wheel"
         )
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
@@ -157,7 +157,7 @@ def _law_of_rolling(row: Contact) -> str:
 LOST = "a constraint on velocities"
 
 KNIFE_EDGE = ForceKind(
-    section="rows",
+    section="constraints",
     noun=partial(Contact, type="knife_edge"),
     letter="r",
     parts=(
@@ -172,7 +172,7 @@ KNIFE_EDGE = ForceKind(
 )
 
 ROLLING = ForceKind(
-    section="rows",
+    section="constraints",
     noun=partial(Contact, type="rolling"),
     letter="r",
     parts=(
@@ -220,7 +220,7 @@ def knife_edge(
     With a plane {"body": name, "at": [x, y, z], "normal": [x, y, z]} the velocity is relative to the body that carries
     it, the ground when left out.
     """
-    return entry("rows", type="knife_edge", **locals())
+    return entry("constraints", type="knife_edge", **locals())
 
 
 def rolling(
@@ -250,7 +250,7 @@ def rolling(
         components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal", the last
             of which holds it at its height too; for a wheel the first two when left out, for a ball all.
     """
-    return entry("rows", type="rolling", **locals())
+    return entry("constraints", type="rolling", **locals())
 
 
 @dataclass(frozen=True)
@@ -350,7 +350,7 @@ def linear_parts(formula: Quantity, velocities: Sequence[str]) -> tuple[dict[str
 
 
 FORMULA = ForceKind(
-    section="rows",
+    section="constraints",
     noun=Formula,
     letter="r",
     parts=(
@@ -370,10 +370,10 @@ FORMULA = ForceKind(
 )
 
 
-def row(name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None) -> Entry:
+def constraint(name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None) -> Entry:
     """Declare a constraint on velocities: a formula, linear in them, that vanishes.
 
     With `acts_in` "joints" the force that keeps it acts in the joints of its velocities, as drives would; else nothing
     says where, and the scene has no reactions.
     """
-    return entry("rows", name, formula=formula, acts_in=acts_in)
+    return entry("constraints", name, formula=formula, acts_in=acts_in)

@@ -84,4 +84,4 @@ def elastic(scene: Scene) -> tuple[Strut, ...]:
 
 def without_place(scene: Scene) -> tuple[str, ...]:
     """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
-    return tuple(row.name for row in scene.rows if isinstance(row, Formula) and lacks_place(row, scene.velocities))
+    return tuple(c.name for c in scene.constraints if isinstance(c, Formula) and lacks_place(c, scene.velocities))

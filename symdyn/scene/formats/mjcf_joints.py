@@ -25,7 +25,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
-ADVICE = "delete it, convert to TOML, and say there what it does: a row [rows.NAME] with a formula in velocities"
+ADVICE = "delete it, convert to TOML, and write there what it does: [constraints.NAME] with a formula in velocities"
 
 
 class NoCouplingError(Exception):

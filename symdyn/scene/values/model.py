@@ -223,7 +223,7 @@ class Scene(Shown):
 
     @cached_property
     def struts(self) -> tuple[Strut, ...]:
-        """What pulls along one way."""
+        """The forces along one direction."""
         return tuple(one for one in self.elements if isinstance(one, Strut))
 
     @cached_property
@@ -232,19 +232,19 @@ class Scene(Shown):
         return tuple(one for one in self.elements if isinstance(one, Load))
 
     @cached_property
-    def rows(self) -> tuple[Row, ...]:
+    def constraints(self) -> tuple[Row, ...]:
         """The constraints on velocities."""
         return tuple(one for one in self.elements if isinstance(one, Row))
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
-        """The rows that are contacts with planes."""
-        return tuple(one for one in self.rows if isinstance(one, Contact))
+        """The constraints that are contacts with planes."""
+        return tuple(one for one in self.constraints if isinstance(one, Contact))
 
     @property
     def is_constrained(self) -> bool:
-        """Whether loops, contacts or other constraint rows constrain it."""
-        return bool(self.loops or self.rows)
+        """Whether loops, contacts or other constraints constrain it."""
+        return bool(self.loops or self.constraints)
 
     @cached_property
     def free_parameters(self) -> tuple[Parameter, ...]:

@@ -249,7 +249,7 @@ def meaning_step(lesson: Constrained) -> Step:
 def unit_of(tie: Condition, scene: Scene) -> str:
     """Return the unit of a multiplier, for a formula of the scene what that tells, "" where it is nothing."""
     if tie.words == "tie.formula":
-        return SceneUnits(scene).rows.get(tie.owner, "")
+        return SceneUnits(scene).constraints.get(tie.owner, "")
     return "N m" if tie.words.startswith("tie.moment") else "N"
 
 

@@ -215,7 +215,7 @@ def _direction(scene: Scene, rng: random.Random) -> Drawn:
 
 def _gravity(scene: Scene, rng: random.Random) -> Drawn:
     along = [k for k, x in enumerate(scene.gravity) if x != Quantity.ZERO]
-    if len(along) != 1 or scene.rows:
+    if len(along) != 1 or scene.constraints:
         return None
     size, across = scene.gravity[along[0]], _plane(scene)
     ways = [(k, sign) for k in range(3) for sign in (1, -1) if k != across and (k, sign) != (along[0], 1)]

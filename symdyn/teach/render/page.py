@@ -65,7 +65,7 @@ def pairs(scene: Scene) -> list[tuple[int, int, str, str]]:
 
 PHRASES = (
     *("force along the track", "force across the track", "normal force", "force across the blade"),
-    *("force along", "moment about", "with its moment", "row"),
+    *("force along", "moment about", "with its moment", "constraint"),
 )
 """What a multiplier may be, longer phrases first: keys of the words of the page."""
 

@@ -61,7 +61,7 @@ def _added(form: Form, used: Sequence[str], scene: Scene) -> bool:
 
 def _constant(condition: Form, scene: Scene) -> bool:
     """Whether a condition of positions keeps its value where rows tie velocities: x - r φ of a wheel that rolls."""
-    if not scene.rows:
+    if not scene.constraints:
         return False
     graph = Graph()
     state = State.of(scene, graph)

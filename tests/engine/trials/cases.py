@@ -165,7 +165,7 @@ def _locks(d: Drawing, m: Mechanism, q: Array) -> dict[str, float]:
         count = len(joint.coordinates)
         there = q[i : i + count]
         still = np.array([0.0] * (count - 4) + [1.0, 0, 0, 0] if count > len(joint.rates) else [0.0] * count)
-        formulas = str(d.tables.get("rows", ""))
+        formulas = str(d.tables.get("constraints", ""))
         if (count == 1 or np.array_equal(there, still)) and not any(f"{c}_dot" in formulas for c in joint.coordinates):
             found[joint.name] = float(there[0]) if count == 1 else 0.0
         i += count

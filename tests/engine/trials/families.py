@@ -102,7 +102,7 @@ def disc(d: Drawing) -> Array:
     if d.rng.random() < 0.3:
         row.pop("axis")  # a ball; its two ways in the plane are no names for directions
         row["components"] = ["along", "across", *(["normal"] if "normal" in row["components"] else [])]
-    d.tables["rows"] = {"contact": row}
+    d.tables["constraints"] = {"contact": row}
     q = d.first()
     yaw, lean, spin = (0.0, 0.0, 0.0) if d.natural else [d.rng.uniform(-1, 1) for _ in range(3)]
     first = int(on_plate) + 3
@@ -120,11 +120,11 @@ def cart(d: Drawing) -> Array:
     kind = d.rng.choice(["prismatic", "planar", "planar"])
     axis = [1, 0, 0] if kind == "prismatic" else [0, 0, 1]
     d.joint(kind, "ground", d.body("b1"), origin=[["Tz", 0.4]], axis=axis, tip=[])
-    d.tables["rows"] = {}
+    d.tables["constraints"] = {}
     for k in range(d.rng.randint(1, 2)):
         origin = [["Ty", (-1) ** k * 0.5], ["Tx", d.small()]]
         d.joint("revolute", "b1", d.body(f"b{k + 2}"), origin=origin, axis=[0, 1, 0], tip=[])
-        d.tables["rows"][f"wheel{k + 1}"] = {**wheel(d, f"b{k + 2}"), "axis": [0, 1, 0], "radius": 0.4}
+        d.tables["constraints"][f"wheel{k + 1}"] = {**wheel(d, f"b{k + 2}"), "axis": [0, 1, 0], "radius": 0.4}
     return touching(d, d.first())
 
 
@@ -133,7 +133,10 @@ def bicycle(d: Drawing) -> Array:
     d.joint("free", "ground", d.body("b1"), origin=[], tip=[], orientation=d.rng.choice(["quaternion", "zxy"]))
     d.joint("revolute", "b1", d.body("b2"), origin=[["Ry", 0.3]], axis=[0, 0, 1], tip=[])
     d.joint("revolute", "b2", d.body("b3"), origin=[["Tx", 1]], axis=[0, 1, 0], tip=[])
-    d.tables["rows"] = {"front": {**wheel(d, "b3"), "axis": [0, 1, 0]}, "rear": {**wheel(d, "b1"), "axis": [0, 1, 0]}}
+    d.tables["constraints"] = {
+        "front": {**wheel(d, "b3"), "axis": [0, 1, 0]},
+        "rear": {**wheel(d, "b1"), "axis": [0, 1, 0]},
+    }
     q = d.first()
     angles = [1, 0.1, 0.05, 0.3] if len(q) == 9 else [0.3, 0.1, 0.2]
     if d.natural:
@@ -177,7 +180,9 @@ def blades(d: Drawing) -> Array:
         if d.rng.random() < 0.6:
             d.joint("revolute", "b1", d.body("b2"), axis=d.rng.choice([[0, 0, 1], [1, 2, 3]]))
         blade = {"type": "knife_edge", "body": d.rng.choice(list(d.tables["bodies"])), "at": d.place()}
-        d.tables["rows"] = {"skate": blade | {"axis": d.rng.choice([[0, 1, 0], [1, 0, 0], [1, 2, 0], [1, 2, 3]])}}
+        d.tables["constraints"] = {
+            "skate": blade | {"axis": d.rng.choice([[0, 1, 0], [1, 0, 0], [1, 2, 0], [1, 2, 3]])}
+        }
     else:
         for k in range(d.rng.randint(2, 4)):
             d.joint(d.rng.choice(["revolute", "prismatic", "universal", "planar"]), parent(d), d.body(f"b{k + 1}"))
@@ -190,7 +195,7 @@ def blades(d: Drawing) -> Array:
             f"{a}_dot*cos({c}) + 0.5*{c}*{b}_dot",
             f"{a}_dot - {b}_dot*{a}",
         ]
-        d.tables["rows"] = {"row": {"formula": d.rng.choice(formulas), "acts_in": "joints"}}
+        d.tables["constraints"] = {"row": {"formula": d.rng.choice(formulas), "acts_in": "joints"}}
     return d.first()
 
 

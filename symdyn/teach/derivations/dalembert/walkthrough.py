@@ -282,7 +282,7 @@ def _contacts(lesson: Balance) -> dict[tuple[str, int], tuple[str, dict[str, str
     """Return the words for each force of a contact, with their places; none where not all of them are asked for."""
     found: dict[tuple[str, int], tuple[str, dict[str, str]]] = {}
     unknown = [(one.joint, one.number) for one in lesson.system.unknowns]
-    for row in lesson.scene.rows:
+    for row in lesson.scene.constraints:
         told = FORCES[row.kind].touch.words(row) if isinstance(row, Contact) else ()
         if isinstance(row, Contact) and all(told) and (row.name, len(told) - 1) in unknown:
             bodies = (
