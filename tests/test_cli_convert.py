@@ -97,9 +97,9 @@ def test_a_scene_with_faults_leaves_the_old_file_alone(invalid: Path, tmp_path: 
 @pytest.mark.parametrize(
     ("source", "out", "words"),
     [
-        (SCARA, "arm.txt", "arm.txt: does not say which format to write; give it one of the extensions .toml"),
-        (SCARA, "arm", "arm: does not say which format to write"),
-        (SCARA, "arm.sdf", "arm.sdf: does not say which format to write"),
+        (SCARA, "arm.txt", "arm.txt: no format to write is known by this name; give it one of the extensions .toml"),
+        (SCARA, "arm", "arm: no format to write is known by this name"),
+        (SCARA, "arm.sdf", "arm.sdf: no format to write is known by this name"),
         ("nowhere.toml", "arm.toml", "nowhere.toml: there is no such file"),
         ("nowhere.urdf", "arm.toml", "nowhere.urdf: there is no such file"),
         ("robot.step", "arm.toml", 'robot.step: the extension ".step" names no format; there are .toml, .urdf'),

@@ -127,7 +127,7 @@ def test_a_loop_that_closes_with_its_axis_reversed_is_told() -> None:
     hinge_loop = replace(loop, type="revolute", parent="ground", child="crank", origin=compose(), tip=compose())
     scene = replace(scene, bodies=scene.bodies[:1], joints=(arm,), loops=(hinge_loop,))
 
-    with pytest.raises(DerivationError, match="the loop C closes the wrong way round"):
+    with pytest.raises(DerivationError, match="the loop C closes in the wrong direction"):
         assemble(scene)
 
 

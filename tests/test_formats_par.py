@@ -172,7 +172,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("NJ = 1", "NJ = 0"), "NL = 1, NJ = 0, NF = -1 do not fit together"),
         (("NJ = 1", "NJ = 2\nNF = 2"), "NL = 1, NJ = 2, NF = 2 do not fit together: a file of NL links and NJ joints"),
         (("NJ = 1", "NJ = 2"), "sigma has 1 values; 3 are needed"),
-        (("NJ = 1", "NJ = 2"), "Ant is missing; where loops are closed it says which links a cut joint connects"),
+        (("NJ = 1", "NJ = 2"), "Ant is missing; where loops are closed it lists which links a cut joint connects"),
         (("NL = 1", "NL = one"), 'NL = "one" is not a whole number'),
         (("Sigma = {0}", "Sigma = {3}"), 'frame 1: sigma = "3" is not a whole number from 0 to 2'),
         (("Theta = {t1}", "Theta = {0.3}"), "frame 1: theta = 0.3 is no coordinate; name the coordinate, such as th1"),

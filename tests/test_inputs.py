@@ -9,7 +9,7 @@ from motor_cart import CART, STATE, by_hand
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import DerivationError, SceneError
-from symdyn.scene import Scene, body, given, looked_at, point, prismatic, read_text, revolute, scene
+from symdyn.scene import Scene, body, input_signal, output, point, prismatic, read_text, revolute, scene
 from symdyn.scene.toml import write_text
 from symdyn.teach import check_derivation, rendered, walkthrough
 
@@ -33,14 +33,14 @@ def test_python_declares_the_same(cart):
     made = scene(
         "motor_cart",
         parameters={"m": 2, "mp": "0.3", "l": "0.5", "k": 3, "b": "0.4"},
-        inputs=[given("u", unit="V", latex="u_a", text="voltage of the motor")],
+        inputs=[input_signal("u", unit="V", latex="u_a", text="voltage of the motor")],
         bodies=[body("cart", mass="m"), body("pole", mass="mp", com=[0, 0, "-l"])],
         joints=[
             prismatic("slide", "ground", "cart", axis=[1, 0, 0], coordinate="x", drive=False, force="k*u - b*x_dot"),
             revolute("hinge", "cart", "pole", axis=[0, 1, 0], coordinate="theta", drive=False, start="0.2"),
         ],
         points=[point("tip", "pole", [0, 0, "-l"])],
-        outputs=[looked_at("way", "point_tip_x", unit="m"), looked_at("pull", "reaction_hinge_fx_ground")],
+        outputs=[output("way", "point_tip_x", unit="m"), output("pull", "reaction_hinge_fx_ground")],
     )
     assert (made.inputs, made.outputs, made.joints) == (cart.inputs, cart.outputs, cart.joints)
 

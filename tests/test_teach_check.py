@@ -322,7 +322,7 @@ def test_equal_lengths_are_no_equal_symbols() -> None:
         (r"k_z11 = \cos q_2^2", "1:17", "does the exponent belong to cos or to its angle"),
         (r"k_z11 = \foo", "1:9", r"\foo is not known here"),
         (r"k_z11 = \left[ m_1 \right)", "1:26", ") closes [; ] is expected"),
-        ("m1 h1", "1:1", "this says not what it is"),
+        ("m1 h1", "1:1", "the left-hand side is missing"),
         ("k_z11 = m1^h1", "1:12", "an exponent is an integer"),
         ("k_z11 = m1 h1^2 +", "1:18", "the formula breaks off"),
         ("k_z11 = m1/0", "1:11", "division by zero"),

@@ -20,7 +20,7 @@ import symdyn
 SCENE_WORDS = (
     "scene", "parameter", "body", "point", "dh_table", "joint", "revolute", "prismatic", "helical", "cylindrical",
     "universal", "spherical", "planar", "point_on_line", "point_on_plane", "rod", "free", "fixed", "custom", "loop",
-    "spring", "damper", "load", "rolling", "knife_edge", "constraint", "given", "looked_at",
+    "spring", "damper", "load", "rolling", "knife_edge", "constraint", "input_signal", "output",
     "read_text", "write_text", "bind", "lock",
     "with_symbols", "with_symbolic_inertia", "scene_of",
 )  # fmt: skip

@@ -240,7 +240,7 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
         else:
             letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
     columns = [{"name": name, "unit": unit} for name, unit in SceneUnits(scene).outputs.items()]
-    columns += [{"name": name, "unit": scene.shown_unit("m")} for name in scene.point_letters]
+    columns += [{"name": name, "unit": scene.shown_unit("m")} for name in scene.point_names]
     numbers = [
         {"number": spell(one.number), "where": one.place.words, "unit": one.dimension.text}
         for one in ([] if scene.dimensionless else known.carried)

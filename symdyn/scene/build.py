@@ -101,12 +101,14 @@ def point(name: str, body: str, at: Placement | None = None) -> Entry:
     return entry("points", **locals())
 
 
-def given(name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = "") -> Entry:
-    """Declare an input: a letter that somebody outside gives over time, such as a motor's voltage.
+def input_signal(
+    name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = ""
+) -> Entry:
+    """Declare an input: a symbol whose value is given over time from outside, such as a motor's voltage.
 
     Args:
         name: as the formulas of forces and loads write it.
-        value: what it is where nobody gives it, in `unit`, or text, "20 mV" too; zero when left out.
+        value: where none is given over time, in `unit`, or text, "20 mV" too; zero when left out.
         unit: of the value, such as "V" or "mV"; generated functions take SI.
         latex: how to print it.
         text: a description for tables.
@@ -114,14 +116,14 @@ def given(name: str, value: Number | None = None, *, unit: str = "", latex: str 
     return entry("inputs", **locals())
 
 
-def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
+def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
     """Declare an output, a formula with a name: `grip` may be "point_tip_x - x".
 
     Args:
         name: of its column, and of the functions "output:NAME".
         formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, `point_tip_x` and
             `reaction_hinge_fx`.
-        unit: of SI; where none is said, that of its formula, unless a number in it may carry one.
+        unit: of SI; where none is given, that of its formula, unless a number in it may carry one.
         text: a description for tables.
     """
     return entry("outputs", **locals())
@@ -170,10 +172,10 @@ def scene(
         points: declared by `point`.
         loops: declared by `loop`.
         dh: declared by `dh_table`.
-        inputs: declared by `given`, or a mapping of names to values where nobody gives them (None: zero).
-        outputs: declared by `looked_at`, or a mapping of names to formulas.
+        inputs: declared by `input_signal`, or a mapping of names to values where none are given over time (None: zero).
+        outputs: declared by `output`, or a mapping of names to formulas.
         source: stands in front of every fault; the name of the scene when left out.
-        allow_invalid_inertia: accept inertias that no real body has, of every body.
+        allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
         elements: `springs`, `dampers`, `loads` and `constraints`, each declared by the functions of its name.
@@ -189,9 +191,9 @@ def scene(
     if isinstance(parameters, Mapping):
         parameters = [parameter(key, value) for key, value in parameters.items()]
     if isinstance(inputs, Mapping):
-        inputs = [given(key, value) for key, value in inputs.items()]
+        inputs = [input_signal(key, value) for key, value in inputs.items()]
     if isinstance(outputs, Mapping):
-        outputs = [looked_at(key, formula) for key, formula in outputs.items()]
+        outputs = [output(key, formula) for key, formula in outputs.items()]
     faults = Faults(source or str(name))
     declaration = Declaration(
         name=name,
@@ -203,8 +205,8 @@ def scene(
         loops=_entries("loop", "loop", loops, faults),
         elements={one: _entries(one, one.removesuffix("s"), some, faults) for one, some in acting.items()},
         dh=dh,
-        inputs=_entries("inputs", "given", inputs, faults),
-        outputs=_entries("outputs", "looked_at", outputs, faults),
+        inputs=_entries("inputs", "input_signal", inputs, faults),
+        outputs=_entries("outputs", "output", outputs, faults),
         units=units,
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)

@@ -185,7 +185,7 @@ def format_to_write(path: str | PathLike[str]) -> str:
     if format in WRITERS:
         return str(format)
     known = ", ".join(ending for ending, name in EXTENSIONS.items() if name in WRITERS)
-    raise SceneError(f"{path}: does not say which format to write; give it one of the extensions {known}")
+    raise SceneError(f"{path}: no format to write is known by this name; give it one of the extensions {known}")
 
 
 def _file(path: FileLike) -> Path | Opened:

@@ -240,7 +240,7 @@ def inverse(
     columns = {name: column[:n] for name, column in (over_time | columns).items()}
     columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
     if scene.points:
-        columns |= dict(zip(scene.point_letters, functions("points", t, q, u).T, strict=True))
+        columns |= dict(zip(scene.point_names, functions("points", t, q, u).T, strict=True))
     if axes:
         columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False, axes=axes)
     columns |= output_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False)

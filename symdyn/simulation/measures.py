@@ -272,7 +272,7 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
 
 
 def _seen(scene: Scene, text: str) -> tuple[str, ...]:
-    return (*scene.letters(re.findall(r"\w+", text)), *LETTERS.columns)
+    return (*scene.formula_names(re.findall(r"\w+", text)), *LETTERS.columns)
 
 
 def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tuple[Measure, ...]:
@@ -297,7 +297,7 @@ def _letter(scene: Scene, k: int, text: str) -> str:
     taken = {
         *(one.name for one in scene.parameters),
         *(one.name for one in scene.outputs),
-        *scene.letters(),
+        *scene.formula_names(),
         *re.findall(r"\w+", text),
     }
     letter = _LETTER.format(k + 1)

@@ -229,7 +229,7 @@ def trajectory_of(
             columns = {one.name: column for one, column in zip(scene.inputs, told.T, strict=True)} | columns
             found = replace(found, extra=columns)
         if scene.points:
-            columns |= dict(zip(scene.point_letters, system.evaluate("points", run.t, run.x).T, strict=True))
+            columns |= dict(zip(scene.point_names, system.evaluate("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)

@@ -164,7 +164,7 @@ def _quaternions(w: Workspace) -> list[list[int]]:
 def _expressed(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
     """Return formulas on the graph: drives and points by the names that trajectories give them."""
     meant = {w.graph.symbol(name): tau for name, tau in zip(drive_names(w.scene), w.state.tau, strict=True)}
-    meant |= zip(map(w.graph.symbol, w.scene.point_letters), points(w).entries, strict=True)
+    meant |= zip(map(w.graph.symbol, w.scene.point_names), points(w).entries, strict=True)
     return substitute([one.express(w.graph) for one in formulas], meant)
 
 

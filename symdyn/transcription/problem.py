@@ -319,7 +319,7 @@ def collocation(
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     known_names("free", free, values, faults)
     span = _span(until, faults)
-    state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_letters)
+    state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_names)
     formulas = {
         "path": _formulas(scene, tuple(path or ()), state, "path", faults),
         "running": _formulas(scene, (cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),

@@ -174,7 +174,7 @@ def reversed_loop(numbers: Numbers, q: Array) -> str | None:
     for label, missed_by in zip(numbers.constraints.labels, off, strict=True):
         if label.loop and missed_by > allowed:
             return (
-                f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
+                f"the loop {label.owner} closes in the wrong direction from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
             )
     return None

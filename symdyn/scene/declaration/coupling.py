@@ -244,7 +244,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity | str | float], faults: 
     faults.close()
     for output in locked.outputs:
         symbols = output.formula.symbols
-        gone = [name for name in symbols if name not in parameters and name not in locked.letters(symbols)]
+        gone = [name for name in symbols if name not in parameters and name not in locked.formula_names(symbols)]
         if gone:
             faults.add(f"outputs.{output.name}", f"uses {', '.join(gone)}, which a locked joint has no more")
     if not locked.coordinates:

@@ -54,7 +54,7 @@ def declared_units(scene: Scene) -> dict[str, str]:
 
 
 def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
-    """Return what tells the dimension of a letter, None where nobody says it; `units` of letters, "" of silent ones."""
+    """Return what implies the dimension of a symbol, None for nothing; `units` by symbol, "" where none is given."""
     letters: dict[str, Dimension] = {}
     for one, unit in units.items():
         try:
@@ -226,7 +226,7 @@ class SceneUnits:
 
     @property
     def letters(self) -> dict[str, str]:
-        """The coherent unit of every letter that somebody gives a value, "" of one that nothing tells."""
+        """The coherent unit of every symbol that takes a value, "" where it is not known."""
         found = self.inferred | {"t": "s"}
         found |= dict(zip(self.scene.coordinates, self.coordinates, strict=True))
         for velocity, drive, unit in zip(self.scene.velocities, self.scene.drives, self.velocities, strict=True):

@@ -86,7 +86,7 @@ def uses(draft: Draft) -> Iterator[Use]:
     for place, one in zip(where["elements"], scene.elements, strict=True):
         yield from _uses(place, FORCES[one.kind].parts, one, allowed, slides(scene, one))
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
-        yield Use(place, "formula", output.formula, frozenset(scene.letters(output.formula.symbols)), output.unit)
+        yield Use(place, "formula", output.formula, frozenset(scene.formula_names(output.formula.symbols)), output.unit)
 
 
 def _uses(

@@ -42,7 +42,7 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class Opened:
-    """What somebody else has opened, in place of a file.
+    """An open stream, in place of a file.
 
     Attributes:
         path: its name, that of a file or another; what it names stands in its folder.

@@ -308,8 +308,8 @@ def _check_formula(row: Formula, stand: Stand) -> None:
     elif not row.acts_in and sorted(_units(stand.scene, slopes)) == ["m", "rad"]:
         stand.faults.note(
             stand.where,
-            f'{text} looks like a wheel that rolls: type = "rolling" says where it touches too, without which there '
-            f'are no reactions; where a belt or a servo ties the joints, acts_in = "{IN_JOINTS}" says so',
+            f'{text} looks like a wheel that rolls: type = "rolling" gives its point of contact, without which there '
+            f'are no reactions; where a belt or a servo ties the joints, write acts_in = "{IN_JOINTS}"',
         )
 
 

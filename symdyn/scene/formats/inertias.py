@@ -129,7 +129,7 @@ def _broken(entries: Sequence[Value]) -> bool:
 WHERE = "floating base"
 
 UNABLE: Mapping[str, str] = {
-    "toml": 'a scene says it itself: a body for the base and [joints.NAME] with type = "free" and parent = "ground"',
+    "toml": 'declare it in the scene: a body for the base and [joints.NAME] with type = "free" and parent = "ground"',
     "par": "the file gives its base no mass; convert it to TOML, and add a body for the base and a free joint there",
 }
 """Formats that have no base to set free, and what would work."""

@@ -97,14 +97,12 @@ class Tree:
             ):
                 what = "has stiffness, damping, friction or armature, and no force along a tendon is read"
                 advice = (
-                    'delete it, and say what it does in TOML: force = "..." of its joints, [springs] between points'
+                    'delete it, and write what it does in TOML: force = "..." of its joints, [springs] between points'
                 )
                 faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}; {advice}")
         if model.opt.density or model.opt.viscosity:
             what = "density and viscosity of a fluid make MuJoCo guess drag from each body's inertia; this is not read"
-            faults.add(
-                "option", f'{what}; set both to 0, and say what drag there is in TOML: [loads] with force = "..."'
-            )
+            faults.add("option", f'{what}; set both to 0, and write the drag in TOML: [loads] with force = "..."')
 
     def note(self) -> None:
         """Note what was recognised, and what is not part of the equations."""

@@ -168,7 +168,7 @@ def count_frames(sheet: Sheet, faults: Faults) -> Counts:
         if key not in sheet.values:
             faults.add("", f"{key} is missing; give one value a frame")
     if nj > nl and "ant" not in sheet.values:
-        faults.add("", "Ant is missing; where loops are closed it says which links a cut joint connects")
+        faults.add("", "Ant is missing; where loops are closed it lists which links a cut joint connects")
     missing = [key.upper() for key in LINK_KEYS if key not in sheet.values and key not in WRENCH]
     if missing:
         faults.note("", f"{', '.join(missing)} are not given and read as zero")

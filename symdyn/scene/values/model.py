@@ -72,12 +72,12 @@ class Point:
 
 @dataclass(frozen=True)
 class Input:
-    """A letter that somebody outside gives over time, such as a motor's voltage; forces and loads may use it.
+    """A symbol whose value is given over time from outside, such as a motor's voltage; forces and loads may use it.
 
     Attributes:
         name: as formulas write it.
-        value: what it is where nobody gives it, free of symbols.
-        unit: the coherent unit of its value, e.g. "V"; "" where none is said.
+        value: where none is given over time, free of symbols.
+        unit: the coherent unit of its value, e.g. "V"; "" where none is given.
         latex: how to print it; None derives it from the name.
         text: a description for tables.
         texts: the same in other languages: ("sk", description).
@@ -99,7 +99,7 @@ Letter: TypeAlias = Parameter | Input
 
 @dataclass(frozen=True)
 class Signal:
-    """What is looked at: a formula with a name, a letter of which may be a place or a reaction; see `grammar`.
+    """An output: a formula with a name, which may use positions of points and reactions; see `grammar`.
 
     Attributes:
         name: of its column, and behind "output:".
@@ -137,8 +137,8 @@ class Scene(Shown):
         points: named frames.
         loops: joints that close loops: they carry nothing and have no coordinates.
         elements: what acts beside gravity and drives, in the order of `FORCES`.
-        inputs: what somebody gives over time: the argument `inputs` of generated functions, in this order.
-        outputs: what is looked at.
+        inputs: given over time from outside: the argument `inputs` of generated functions, in this order.
+        outputs: formulas with names.
         dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
 
@@ -303,9 +303,9 @@ class Scene(Shown):
         return self.substituted(values)
 
     def as_parameters(self) -> Scene:
-        """Return the scene without outputs, its inputs being parameters: for who looks at it at one moment.
+        """Return the scene without outputs, its inputs being parameters: for its equations at one moment.
 
-        An input that is zero where nobody gives it has no value then, so that it is seen where it acts.
+        An input whose value is zero has none then, so that it is seen where it acts.
         """
         if not self.inputs:
             return replace(self, outputs=()) if self.outputs else self
@@ -316,7 +316,7 @@ class Scene(Shown):
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=())
 
     def held(self) -> Scene:
-        """Return the scene without outputs, its inputs being what they are where nobody gives them.
+        """Return the scene without outputs, its inputs being replaced by their values.
 
         Raises:
             FormulaError: a formula has no value there.
@@ -326,35 +326,35 @@ class Scene(Shown):
         values = {one.name: one.value for one in self.inputs}
         return replace(self, inputs=(), outputs=()).substituted(values)
 
-    def letters(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
+    def formula_names(self, specified: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of `specified`, multipliers are known later."""
-        (specified,) = walked(Scene.letters, locals(), "specified", error=SceneError)
+        (specified,) = walked(Scene.formula_names, locals(), "specified", error=SceneError)
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
-        names = (*self.plain_letters, *accelerations, *drives, *self.point_letters, *self.reaction_axes, *late)
+        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *late)
         return tuple(dict.fromkeys(names))
 
     @property
-    def plain_letters(self) -> tuple[str, ...]:
-        """The letters that are no parameter and need no derivation: time, coordinates, velocities, inputs."""
+    def plain_names(self) -> tuple[str, ...]:
+        """Names of time, coordinates, velocities and inputs, which need no derivation."""
         return (CLOCK, *self.coordinates, *self.velocities, *(one.name for one in self.inputs))
 
     def at_time(self, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
-        """Return the values of time, s, and of inputs that nobody gives."""
+        """Return the values of time, s, and of inputs where none are given over time."""
         check_arguments(Scene.at_time, locals(), SceneError)
         (t,) = native(float, t)
         values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in self.inputs}
         return {graph.symbol(CLOCK): t} | values
 
     @property
-    def point_letters(self) -> list[str]:
-        """The letters of declared points, three a point."""
+    def point_names(self) -> list[str]:
+        """The names of coordinates of declared points, three a point."""
         return [f"point_{one.name}_{axis}" for one in self.points for axis in "xyz"]
 
     @property
     def reaction_axes(self) -> dict[str, str]:
-        """The axes of every letter of a reaction, by its name."""
+        """The axes of every component of a reaction, by its name."""
         return {
             f"{LETTERS.reaction}{joint.name}_{component}{'' if axes == LETTERS.axes[0] else f'_{axes}'}{loose}": axes
             for axes in LETTERS.axes
@@ -375,13 +375,13 @@ class Scene(Shown):
         Such a file names joints and links; coordinates are called q1, q2, ...
 
         Args:
-            most: joints that are told; None: all.
+            most: joints that are named; None: all.
         """
         if Path(self.source).suffix.lower() in NAMING:
             return ""
-        told = [f"{_run(joint.coordinates)} {joint.name}" for joint in self.moving[:most]]
-        more = len(told) < len(self.moving)
-        return ", ".join([*told, *([f"... ({len(self.moving)} joints in all)"] if more else [])])
+        named = [f"{_run(joint.coordinates)} {joint.name}" for joint in self.moving[:most]]
+        more = len(named) < len(self.moving)
+        return ", ".join([*named, *([f"... ({len(self.moving)} joints in all)"] if more else [])])
 
     @property
     def moving_names(self) -> set[str]:
@@ -391,7 +391,7 @@ class Scene(Shown):
         return names | {drive for drive in self.drives if drive}
 
     def substituted(self, values: Mapping[str, Quantity]) -> Scene:
-        """Return the scene with quantities in place of letters in every formula.
+        """Return the scene with quantities in place of symbols in every formula.
 
         Raises:
             FormulaError: a formula has no value then.
@@ -400,7 +400,7 @@ class Scene(Shown):
         return map_quantities(self, lambda one: substituted(one, values)) if values else self
 
     def shown_unit(self, unit: str) -> str:
-        """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""
+        """Return a unit that is implied, of a joint, a time or an energy, as it is shown: "" without dimensions."""
         return "" if self.dimensionless else unit
 
     def in_shown_unit(self, number: str, unit: str) -> str:

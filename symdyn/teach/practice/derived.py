@@ -77,7 +77,7 @@ def sympy_to_graph(expression: Any, graph: Graph, coordinates: Sequence[str]) ->
             return graph.sin(args[0]) / graph.cos(args[0])
         if x.func in functions and args:
             return graph.function(functions[x.func], *args)
-        raise TeachError(f"{x} has no meaning here; write it in the letters of the scene")
+        raise TeachError(f"{x} has no meaning here; write it in the symbols of the scene")
 
     def visit(x: Any) -> None:
         if x in made:

@@ -214,7 +214,7 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
         course = (diagnosis or Diagnosis(page.scene)).course
         node = course.value(target.key, course.right) if course is not None else None
         if node is None:
-            raise DerivationError(f"{page.scene.name}: {target} is no step on the way to its equations")
+            raise DerivationError(f"{page.scene.name}: {target} is no step of the derivation of its equations")
         return Form.of(node)
     energies = {"K": page.K, "P": page.P, "L": less(page.K, page.P)}
     if target.kind in energies:

@@ -114,7 +114,7 @@ class _Parser(Cursor):
         if token.kind == "command":
             return self.command(token)
         if token.kind == "sub":
-            raise self.fault(token, "an index belongs right behind its letter, before an exponent: q_1^2")
+            raise self.fault(token, "an index belongs right behind its symbol, before an exponent: q_1^2")
         raise self.fault(token, f"a number, a name or a bracket is expected, not {token.text}")
 
     def bracket(self, opened: Token) -> Form:

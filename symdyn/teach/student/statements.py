@@ -184,7 +184,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     if len(parts) == 1:
         if target is None:
             named = argument("target", "k_z11")
-            raise from_text.fault(chunk[0].at, f"this says not what it is; write k_z11 = ..., or give {named}")
+            raise from_text.fault(chunk[0].at, f"the left-hand side is missing; write k_z11 = ..., or give {named}")
         targets = [target]
         given = [None]
     elif target is not None and not targets and _lone(parts[0]):
