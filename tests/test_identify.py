@@ -240,7 +240,7 @@ def test_uneven_times_are_made_even_and_told() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"q1_dot": ("q1", 180 / np.pi)}, "q1_dot looks like deg/s; --units q1_dot=deg/s"),
+        ({"q1_dot": ("q1", 180 / np.pi)}, 'q1_dot looks like deg/s; units={"q1_dot": "deg/s"}'),
         ({"q1_dot": ("q1", 1000.0)}, "one of the two is off by 1000"),
         ({"q1_dot": ("q1", -1.0)}, "has the other sign"),
         ({"q3_dot": ("q3", 1000.0)}, "q3_dot looks like mm/s"),

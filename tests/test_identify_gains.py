@@ -248,7 +248,7 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
 @pytest.mark.parametrize(
     ("payload", "units", "words"),
     [
-        ((), AMPERE, r"twice all gains with twice all masses .* payloads=Payload\(.link2., 2.* .M1.: .0\.12\*A"),
+        ((), AMPERE, r"twice all gains with twice all masses .* payloads=Payload\(.link2., 2.*.M1.: .0\.12\*A"),
         (Payload("link3", 2, log=1), AMPERE, "has no body link3; did you mean link"),
         (Payload("link2", -2, log=1), AMPERE, "mass = -2: give what it weighs, kg, above zero"),
         (Payload("link2", "2", log=1), AMPERE, "mass = '2': give what it weighs, kg, above zero"),

@@ -91,7 +91,7 @@ def test_groups_with_a_failed_run_are_left_out_and_it_is_said() -> None:
     assert found.groups == 128
     assert "1 of 256 groups have a run without a value" in found.notes[0]
     failed = study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: {"y": np.full(len(x[0]), np.nan)})
-    with pytest.raises(SimulateError, match=r"0 of 8 groups of 5 runs have values throughout.*raise --count"):
+    with pytest.raises(SimulateError, match=r"0 of 8 groups of 5 runs have values throughout.*raise count"):
         failed.indices("y")
 
 

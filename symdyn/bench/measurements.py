@@ -363,7 +363,7 @@ class Stress(Claims):
         command: what runs it again.
         cases: in order.
         absent: families that are not about such a scene, and what does not exist there.
-        not_run: what this machine cannot run, of families that nobody asked for by name.
+        not_run: what this machine cannot run, of families that were not asked for by name.
         unshown: likewise of families that were asked for, and what has no value, or none that is real.
     """
 

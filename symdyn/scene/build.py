@@ -57,7 +57,7 @@ def parameter(
         name: as formulas write it.
         value: a number, in `unit`; or text, "500 mm" too.
         positive: whether it is above zero whatever its value.
-        unit: of the value, such as "mm"; SI where none is said.
+        unit: of the value, such as "mm"; SI where none is given.
         latex: how to print it.
         text: a description for tables.
         tolerance: how far the value may be off, such as "5 %", "0.1 mm", or a number in `unit`.
@@ -137,7 +137,7 @@ def dh_table(
     Args:
         convention: "standard" or "modified".
         links: rows with theta, d, a, alpha (rad, m), and the keys of joints and bodies, as in a TOML file.
-        parent: the body that the chain hangs on.
+        parent: the body that carries the chain.
     """
     check_arguments(dh_table, locals(), SceneError)
     return Entry("dh", {"convention": convention, "parent": parent, "links": list(links)}, "dh")
@@ -265,7 +265,7 @@ class FrictionKeys(TypedDict, total=False):
 
 
 class JointKeys(TypedDict, total=False):
-    """The keywords of `joint`; which of them a type takes, its row in `JOINTS` says."""
+    """The keywords of `joint`; which of them a type takes is its row in `JOINTS`."""
 
     origin: Placement | None
     tip: Placement | None
@@ -303,12 +303,12 @@ class Maker(Protocol):
 def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a joint.
 
-    Joints may close loops: then some are cut and some turned round, see `loop` to say which.
+    Joints may close loops: then some are cut and some turned round, see `loop` to choose which.
 
     Args:
         name: of the joint.
         type: a key of `JOINTS`, such as "revolute", "spherical" or "fixed".
-        parent: the body it hangs on, or "ground".
+        parent: the body that carries it, or "ground".
         child: the body it carries.
         **keys: as in a TOML file, those of its type (see `JOINTS`) among them:
         origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a

@@ -55,7 +55,7 @@ EXTENSIONS: Mapping[str, str] = {
 }
 
 MOST_TOLD = 12
-"""Joints whose coordinates are told when a robot file is read."""
+"""Joints whose coordinates are named when a robot file is read."""
 
 SDF = (
     "is SDF, which is not read here, as there is no maintained parser for it to rely on; give the URDF that the SDF "
@@ -104,8 +104,8 @@ def read(
     <Scene cart_pole: 2 bodies; coordinates x, theta; drives F>
 
     Args:
-        path: the extension says the format; for .xml the root element does. Of an open file its name says it; without
-            one it is TOML, or what its root element says.
+        path: the extension gives the format; for .xml the root element does. Of an open file its name does; without
+            one it is TOML, or what its root element shows.
         snap: read decimals of robot files with at least eight digits that are a small rational multiple of π at all of
             them as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
@@ -251,7 +251,7 @@ def example(name: str, *, floating_base: str | None = None) -> Scene:
         floating_base: as `read` takes it, of a robot file.
 
     Raises:
-        SceneError: there is none of this name; tells those that there are.
+        SceneError: there is none of this name; the message names those that there are.
     """
     check_arguments(example, locals(), SceneError)
     return read(path_of(name), floating_base=floating_base)

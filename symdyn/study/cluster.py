@@ -1,7 +1,7 @@
 """Blocks on Dask: a bounded number of them under way, the job sent once, lost workers made up for.
 
 Measured beside `dask.delayed` of all blocks at once (1,000 results of 1 MB, two workers): that takes 1.3 times as long,
-the client grows by 16 MB and here by 6, and workers hold what nobody has fetched yet.
+the client grows by 16 MB and here by 6, and workers hold what is not fetched yet.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def _job(job: Any, made_by: str) -> Any:
 
 @contextmanager
 def of_client(client: distributed.Client, say: Say) -> Iterator[Cluster]:
-    """Yield the workers of somebody's client, which stays open.
+    """Yield the workers of a client that the user opened, which stays open.
 
     Raises:
         StudyError: a worker has not what this process has.

@@ -134,7 +134,7 @@ class Runs(Shown):
         """Return a column by its name, shape (N,).
 
         Raises:
-            UnknownNameError: there is none; it says what it may have been.
+            UnknownNameError: there is none; the message names a similar one.
         """
         check_arguments(Runs.__getitem__, locals(), UnknownNameError)
         if name in self.measures:

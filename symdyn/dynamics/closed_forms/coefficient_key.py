@@ -84,7 +84,7 @@ def ordered_graph(scene: Scene) -> Graph:
 
 
 def too_long(scene: Scene, result: str, else_: str = "") -> DerivationError:
-    """Return the error for closed forms that nobody could read; `result` says how long, `else_` what also works."""
+    """Return the error for closed forms too long to be read; `result` says how long, `else_` what also works."""
     return DerivationError(
         f"the closed form of {scene.name} is too long to be of use: {result}, and {MOST_TERMS} is the limit; "
         f"symdyn generate writes NumPy and C code, which grows with the number of joints only{else_}"

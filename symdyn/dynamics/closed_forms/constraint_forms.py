@@ -167,7 +167,7 @@ class ClosedConstraints:
 
 
 def closed_constraints(scene: Scene) -> ClosedConstraints:
-    """Return the rows of a closed scene; DerivationError where nobody knows which are independent."""
+    """Return the rows of a closed scene; DerivationError where it is not known which are independent."""
     decisions = Workspace(scene).loops.decisions
     graph = ordered_graph(scene)
     state = State.of(scene, graph)

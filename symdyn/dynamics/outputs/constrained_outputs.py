@@ -338,4 +338,4 @@ def _rows(axes: str) -> dict[str, Output]:
 
 
 REACTIONS: dict[str, Output] = {name: row for axes in WORDS for name, row in _rows(axes).items()}
-"""Rows of the table; they cost nothing where nobody asks."""
+"""Rows of the table; they cost nothing where none is asked for."""

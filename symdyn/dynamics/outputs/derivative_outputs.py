@@ -7,7 +7,7 @@ one-sided there or none.
 Named parameters are differentiated by, too: those without a value, and those that have one, which is put in afterwards.
 A parameter whose value is zero takes what it multiplies out of the derivation, and so does a formula of parameters that
 is zero, such as a mass a - b: their slopes are not zero for that. So the scene is derived once more with these
-parameters open. What `bind` has set to zero stands in no formula any more; nobody can differentiate by it.
+parameters open. What `bind` has set to zero stands in no formula any more; no derivative by it exists.
 """
 
 from __future__ import annotations

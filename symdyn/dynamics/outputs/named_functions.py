@@ -1,4 +1,4 @@
-"""The noun that the derivation hands to everybody else: named functions on one graph, their arguments, their cost.
+"""What the derivation hands to all other packages: named functions on one graph, their arguments, their cost.
 
 Formulations are compared by counts of operations. Categories and weights are those of
 `symdyn.dynamics.mechanism.cost`. What has no symbol below it is a constant and costs nothing at run time. Binding time
@@ -69,7 +69,7 @@ class Function:
         formulation: which one derived it, e.g. "rnea".
         request: what to ask `derive` for, e.g. "pose:tool".
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
-        labels: what its rows stand for, then its columns; () where nobody says.
+        labels: what its rows stand for, then its columns; () where none is given.
         loop: the table that code may go over in a loop; None where it is lines. With it, entries may be left out.
         solve: what entries are solved from, as equations have it; None where code has nothing to go over in rows.
     """

@@ -78,7 +78,7 @@ TREE_NAME = "tree_"
 """In front of the name of what is the spanning tree's alone, where loops or rows close a scene."""
 
 DefaultIn = Literal["overview", "load", "generate", "verify", "request"]
-"""Who takes an output that nobody names: a first look at a scene and all behind it; who loads the functions of a scene;
+"""Where an output is taken without being named: a first look at a scene and all behind it; who loads the functions of a scene;
 who writes, counts or measures them, too large to be loaded; who proves them, and then of the last body; no one."""
 
 
@@ -194,7 +194,7 @@ class Output:
         return self.when_constrained != ("refuse" if scene.is_constrained else "only") and self.exists(scene)
 
     def is_default_in(self, who: DefaultIn) -> bool:
-        """Tell whether someone takes it that nobody names it to."""
+        """Return whether it is taken somewhere without being named."""
         order = get_args(DefaultIn)
         return order.index(self.default_in) <= order.index(who)
 

@@ -6,7 +6,7 @@
 
 A component is unique exactly when its row of N vanishes. Of the others, those with the least sum of squares are given;
 newtons and newton metres have no common measure without a length, so L is part of the answer. A position that closes
-the loops but for the digits that somebody wrote is closed first: what an error of position leaves of a singular value
+the loops but for the digits that were written is closed first: what an error of position leaves of a singular value
 would be taken for a constraint. Where the rank is less than at generic positions, the mechanism stands at a change
 point, which is said.
 

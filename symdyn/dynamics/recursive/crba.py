@@ -183,7 +183,7 @@ def crba_in_runs(tree: ReducedTree) -> list[list[Expr]]:
                 rotating[p] = rotating[p] + beyond
             if tree.parent[p] or not tree.X[i].fixed:
                 polar[p] = _polar_sum(polar[p], polar[i], tree.X[i], C[i], i in runs)
-            elif (ours := polar[p]) is not None:  # nobody needs J by its entries
+            elif (ours := polar[p]) is not None:  # J is not needed by its entries
                 polar[p] = ours + beyond.polar
             C[p] = C[p] + beyond
     return with_balls(tree, H)

@@ -247,7 +247,7 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 def _letters(scene: Scene) -> tuple[str, ...]:
     """Return what signals and references may depend on."""
     parameters = (one.name for one in scene.parameters)
-    return (TIME, *scene.coordinates, *scene.velocities, *scene.point_letters, *parameters)
+    return (TIME, *scene.coordinates, *scene.velocities, *scene.point_names, *parameters)
 
 
 # Systems of python-control and SciPy, known by what they have: these packages need not be there

@@ -157,13 +157,13 @@ GRADES: Mapping[int, Grade] = {
 }
 
 ASIDE = ("meaning", "power")
-"""Kinds of steps that are asked for when somebody names them alone, as are those after the equations."""
+"""Kinds of steps that are asked for when they alone are named, as are those after the equations."""
 
 AFTER = ("after", "numbers")
 """What keys of sections after the equations begin with."""
 
 GIVEN = ("scene", "principle", "count")
-"""Sections that say what is known, which no grade hides."""
+"""Sections that state what is known, which no grade hides."""
 
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
@@ -209,7 +209,7 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
 
 
 def is_given(section: Section) -> bool:
-    """Whether a section says what is known."""
+    """Whether a section states what is known."""
     return section.key.partition(".")[0] in GIVEN
 
 
@@ -250,7 +250,7 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
 
 
 def _typed(document: Document, form: Form) -> bool:
-    """Whether a form is a result that somebody types."""
+    """Whether a form is a result that is typed."""
     found = form.symbols
     known = set(Names(document.scene).symbols.values())
     return 0 < len(found) <= LONGEST and set(found) <= known and not isinstance(form.split_sign()[1], Symbol)

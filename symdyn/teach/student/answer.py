@@ -48,7 +48,7 @@ class Answer:
             HOLDS for a row that is none of the scene's, but true wherever the loops are closed; EMPTY for what names
             quantities in place of formulas, such as L = K - P.
         error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.
-        differences: term by term; none where it is right or where no term can be told.
+        differences: term by term; none where it is right or where no term can be named.
         turned: whether all of it has the opposite sign.
         shifted: by how much a potential energy lies elsewhere, which is free; None for not at all.
         scaled: whether an equation is the scene's times a factor.
@@ -289,7 +289,7 @@ def _row(line: int, form: Form, page: Printable) -> Answer:
 
 
 def _length(answer: Answer) -> int:
-    """Return how much there is to tell: what is missing or should be there, in terms."""
+    """Return the number of differences: what is missing or should be there, in terms."""
     return sum(len(form.terms) for d in answer.differences for form in (d.found, d.right) if form is not None)
 
 

@@ -58,7 +58,7 @@ class Points:
         return [[x[0] - x[1], x[2] - x[3]] if free else x for x in columns]
 
     def united(self, right: Sequence[float]) -> bool:
-        """Whether a value has a unit that can be told, from the first point and the scaled one."""
+        """Whether a value has a unit that can be found, from the first point and the scaled one."""
         return self.scaled and 0 not in right and _is_product(right[1] / right[0])
 
     def fits(self, mine: Sequence[float], right: Sequence[float]) -> bool:
@@ -112,7 +112,7 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
 def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
     """Return what the value of each symbol is times in other units; none if a unit is not known, nan for one without.
 
-    The unit of a multiplier is not known where the row is the user's: what it stands in has no unit that can be told.
+    The unit of a multiplier is not known where the row is the user's: what it stands in has no unit that can be found.
     """
     found: dict[str, float] = {}
     for parameter in scene.parameters:
