@@ -78,7 +78,7 @@ TREE_NAME = "tree_"
 """In front of the name of what is the spanning tree's alone, where loops or rows close a scene."""
 
 DefaultIn = Literal["overview", "load", "generate", "verify", "request"]
-"""Where an output is taken without being named: a first look at a scene and all behind it; who loads the functions of a scene;
+"""Who takes an output that is not named: a first look at a scene and all behind it; who loads the functions of a scene;
 who writes, counts or measures them, too large to be loaded; who proves them, and then of the last body; no one."""
 
 
