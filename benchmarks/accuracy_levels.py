@@ -61,7 +61,7 @@ def levels(robot: str, output: str, states: int, rounds: int) -> list[Level]:
     made = [
         one
         for one in implementations(equations, 0.0, ("native",), ("double", "float"), extra=2)
-        if one.way.startswith("C batch")
+        if one.variant.startswith("C batch")
     ]
     positions = positions_of(scene)
     calls: list[Callable[[], object]] = []

@@ -73,7 +73,7 @@ def _measured(text: str) -> str:
     told = json.loads(text)
     result = told["result"] or {"measured": (), "motion": None}
     measured = [
-        {name: one[name] for name in ("function", "way", "real", "formulation", "operations", "relative", "errors")}
+        {name: one[name] for name in ("function", "variant", "real", "formulation", "operations", "relative", "errors")}
         for one in result["measured"]
     ]
     precise = None if result["motion"] is None else sorted(result["motion"])

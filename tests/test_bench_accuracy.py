@@ -75,7 +75,7 @@ def test_every_implementation_computes_the_same_function(real):
     states = draw(function.arguments, positions, "range", 5, 1, real)
     known = reference(function, states, 5)
 
-    assert {one.way for one in made} == {
+    assert {one.variant for one in made} == {
         "NumPy module, one state",
         "NumPy module, many states",
         "C scalar",
@@ -89,7 +89,7 @@ def test_every_implementation_computes_the_same_function(real):
         gap = known.errors(one.results(states))
         assert gap.shape == (5, 9)
         unit = 1e-12 if one.accuracy else {"double": 2.0**-53, "float": 2.0**-24}[real]
-        assert gap.max() <= 40 * unit * np.abs(known.high).max(), one.way
+        assert gap.max() <= 40 * unit * np.abs(known.high).max(), one.variant
 
 
 def test_regions_are_where_they_say():
@@ -163,7 +163,7 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
     assert main([*words, "-o", str(tmp_path)]) == 0
     assert "C batch" in capsys.readouterr().out
     facts = json.loads((tmp_path / "bench.json").read_text("utf-8"))
-    ways = {(m["way"], m["real"], m["formulation"]) for m in facts["measured"]}
+    ways = {(m["variant"], m["real"], m["formulation"]) for m in facts["measured"]}
     assert ("C rows", "float", facts["measured"][0]["formulation"]) in ways
     assert any(way == "C batch to 1e-10" for way, _, _ in ways)
     assert len({m["formulation"] for m in facts["measured"]}) > 1
@@ -171,8 +171,8 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
         assert m["call"] > 0
         assert m["operations"]["multiplications"] > 0
         assert {e["region"] for e in m["errors"]} == set(REGIONS)
-        assert all(e["condition"][2] < 2 for e in m["errors"]), m["way"]
-        assert all(e["backward"][2] < allowed(m["way"], 40) for e in m["errors"]), m["way"]
+        assert all(e["condition"][2] < 2 for e in m["errors"]), m["variant"]
+        assert all(e["backward"][2] < allowed(m["variant"], 40) for e in m["errors"]), m["variant"]
     page = (tmp_path / "bench.html").read_text("utf-8")
     assert "symdyn bench double_pendulum.toml --functions forward_dynamics --quick" in page
     assert page.count("<svg") == 3  # the function, the end of the motion, its energy
@@ -207,7 +207,7 @@ def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward
     assert recursive
     for one in recursive:
         assert one.errors
-        assert all(e.backward[2] < allowed(one.way, 20) for e in one.errors), one.label
+        assert all(e.backward[2] < allowed(one.variant, 20) for e in one.errors), one.label
 
 
 @pytest.mark.runs
@@ -280,7 +280,7 @@ def test_double_doubles_stand_on_the_same_curve():
     states = draw(function.arguments, Positions(("rad", "rad", "m"), np.empty((0, 3))), "range", 5, 1, "dd")
     known = reference(function, states, 5)
 
-    assert [one.way for one in made] == ["C batch", "C rows"]
+    assert [one.variant for one in made] == ["C batch", "C rows"]
     for one in made:
         results = one.results(states)
         assert results.shape == (5, 9, 2)

@@ -1,4 +1,4 @@
-"""Every way to call one function: C by state, by block and by row, the ufunc, modules of other targets.
+"""All variants of a call of one function: C by state, by block and by row, the ufunc, modules of other targets.
 
 A C file is called by the addresses of arrays: its scalar function in a loop, and those for many states. Times of calls
 are measured in turn, round after round, so that a machine that is busy for a while is so for all.
@@ -39,11 +39,11 @@ def addressed_in(
 ) -> Iterator[tuple[str, Prepare, bool]]:
     """Yield entries of a C file: a loop over its scalar function, and with batch code those for many states."""
     (routine,) = sources.program.routines
-    for entry, way in entries.items():
+    for entry, variant in entries.items():
         call = getattr(library, f"{sources.stem}_{sources.functions[0]}_{entry}")
         call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
         call.restype = None
-        yield way, _addressed(routine, call, real, columns=entry == "batch"), False
+        yield variant, _addressed(routine, call, real, columns=entry == "batch"), False
 
 
 def with_loop(sources: Sources, machine: str) -> ctypes.CDLL:
@@ -116,7 +116,7 @@ def _in_parts(values: Array, parts: int) -> Array:
 
 ENTRIES = {"each": "C scalar", "batch": "C batch", "rows": "C rows"}
 
-MANY = {entry: way for entry, way in ENTRIES.items() if entry != "each"}
+MANY = {entry: variant for entry, variant in ENTRIES.items() if entry != "each"}
 """For many states alone."""
 
 ALONE = {"each": "C scalar, plain file"}
@@ -125,11 +125,11 @@ ALONE = {"each": "C scalar, plain file"}
 
 @dataclass(frozen=True)
 class Implementation:
-    """One way to call one function.
+    """One variant of a call of one function.
 
     Attributes:
         routine: what it computes.
-        way: such as "C batch".
+        variant: such as "C batch".
         real, machine: as in `Measured`.
         generate: seconds from the scene to the text.
         compile: seconds to compile it, None where nothing is compiled.
@@ -140,7 +140,7 @@ class Implementation:
     """
 
     routine: Routine
-    way: str
+    variant: str
     real: str
     machine: str
     generate: float
@@ -170,7 +170,7 @@ class Built:
         target: key in `TARGETS`.
         option: one of its own; "" for none.
         build: takes sources and a machine; returns what has the functions.
-        bind: takes that, its sources and a number type; yields the ways with how each is prepared, and whether a call
+        bind: takes that, its sources and a number type; yields variants, how each is prepared, and whether a call
             computes one state.
         machines: whether it is compiled for one machine or another.
         together: whether it takes every number type at once.
@@ -223,7 +223,7 @@ def implementations(
 
 
 def _every() -> list[Built]:
-    """Return how every target that takes many states at once is measured: in ways of its own, or as its runner runs."""
+    """Return how every target that takes many states at once is measured: in variants, or as its runner runs."""
     own = {one.target for one in BUILT}
     modules = [
         Built(name, runner.many, partial(_run, name), partial(_called, f"{TARGETS[name].title} module"), False)
@@ -258,14 +258,14 @@ def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derive
         return
     compiled = time.perf_counter() - start if machine else None
     for real in reals:
-        for way, prepare, single in one.bind(module, sources, real):
+        for variant, prepare, single in one.bind(module, sources, real):
             yield Implementation(
-                program.routines[0], way, real, machine, generate, compiled, prepare, single, one.accuracy
+                program.routines[0], variant, real, machine, generate, compiled, prepare, single, one.accuracy
             )
 
 
 def _called(title: str, module: Any, sources: Sources, real: str) -> Iterator[tuple[str, Prepare, bool]]:
-    """Yield both ways to call a function of Python, if there is one."""
+    """Yield both variants of a call of a function of Python, if there is one."""
     call = getattr(module, sources.functions[0], None)
     for states, single in (("one state", True), ("many states", False)) if call is not None else ():
         yield f"{title}, {states}", _python(sources.program.routines[0], call, real), single
@@ -316,7 +316,7 @@ BUILT = (
         together=True,
     ),
 )
-"""Targets that are compiled for one machine or another, each with ways of its own."""
+"""Targets that are compiled for one machine or another, each with variants of its own."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class Measured:
 
     Attributes:
         function: its name.
-        way: how it is called, such as "C batch".
+        variant: how it is called, such as "C batch".
         real: "double", "float" or "dd".
         machine: "native", "portable", or "" where no compiler took part.
         formulation: the derivation that the code was generated from.
@@ -68,7 +68,7 @@ class Measured:
     """
 
     function: str
-    way: str
+    variant: str
     real: str
     machine: str
     formulation: str
@@ -83,7 +83,7 @@ class Measured:
     @property
     def label(self) -> str:
         """What it is, in one phrase."""
-        words = [self.way, self.formulation]
+        words = [self.variant, self.formulation]
         words += [self.real] if self.real != "double" else []
         words += [self.machine] if self.machine == "portable" else []
         return ", ".join(words)

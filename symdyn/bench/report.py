@@ -200,13 +200,13 @@ def pictures(bench: Bench) -> dict[str, str]:
 
 
 def _time_against_error(bench: Bench, function: str) -> str:
-    """Return the plot of one function: a colour a way, hollow points are float, rings are Pareto-best."""
+    """Return the plot of one function: a colour a variant, hollow points are float, rings are Pareto-best."""
     groups: dict[str, list[Dot]] = {}
     for one in bench.measured:
         if one.function == function:
             text = f"{one.label}: {one.nanoseconds} ns, {one.relative:.1e}"
-            groups.setdefault(one.way, []).append(Dot(one.call, one.relative, text, one.best, one.real == "float"))
-    series = [Series(way, tuple(dots)) for way, dots in groups.items()]
+            groups.setdefault(one.variant, []).append(Dot(one.call, one.relative, text, one.best, one.real == "float"))
+    series = [Series(variant, tuple(dots)) for variant, dots in groups.items()]
     return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
 
 

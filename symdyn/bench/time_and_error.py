@@ -261,7 +261,7 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         relative.append(float(np.percentile(np.max(gap, axis=1) / scale, 99)))
     return Measured(
         function.name,
-        one.way,
+        one.variant,
         one.real,
         one.machine,
         function.formulation,
