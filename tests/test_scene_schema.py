@@ -24,7 +24,7 @@ from symdyn.scene.declaration.declare import schema
 jsonschema = pytest.importorskip("jsonschema")
 
 ROOT = Path(__file__).parent.parent
-SCENES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("tests/data/*.toml"), *ROOT.glob("docs/**/*.toml")])
+SCENES = sorted([*ROOT.glob("examples/*.toml"), *ROOT.glob("tests/data/*.toml"), *ROOT.glob("docs/notebooks/*.toml")])
 
 READER_ALONE = {
     "names that are declared nowhere, or twice": r"is not a (body|joint|point|coordinate|parameter)|undefined symbol"

@@ -156,6 +156,7 @@ NOUNS = {
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
     "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",
+    "symdyn.simulation.equations.controller:Feedback": "runs:feedback",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
     "symdyn.simulation.error_bars:Uncertainty": "runs:uncertainty",
     "symdyn.study.design:Indices": "runs:indices",

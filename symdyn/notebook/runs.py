@@ -14,7 +14,7 @@ from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation import Trajectory, Uncertainty
+from symdyn.simulation import Feedback, Trajectory, Uncertainty
 from symdyn.study import Indices, Runs
 from symdyn.transcription import Collocation, Solution
 from symdyn.verdict import Claims, Verdict
@@ -42,6 +42,12 @@ def trajectory(result: Trajectory) -> list[Markup]:
         folded("how well the laws of mechanics were kept", table(("", ""), monitors)) if monitors else Markup(""),
         *notes(result.notes),
     ]
+
+
+def feedback(result: Feedback) -> list[Markup]:
+    """Return what a controller measures and drives, and how."""
+    first, *_ = repr(result)[1:-1].split(",")
+    return [head(first), table(("", ""), [(name, str(value)) for name, value in result.given.items()])]
 
 
 def excitation(result: Excitation) -> list[Markup]:

@@ -24,6 +24,7 @@ from symdyn.arguments import argument
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
+from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
     LinearLaw,
@@ -41,8 +42,8 @@ LARGEST = 1e7
 """Samples of one run at most."""
 
 
-@dataclass(frozen=True)
-class Feedback:
+@dataclass(frozen=True, repr=False)
+class Feedback(Shown):
     """A controller.
 
     Attributes:
@@ -83,6 +84,10 @@ class Feedback:
         for name in ("inputs", "measures"):
             one = getattr(self, name)
             object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
+
+    def __repr__(self) -> str:
+        settings = "".join(f", {name} = {value!r}" for name, value in self.given.items())
+        return f"<Feedback by {getattr(self.law, '__name__', type(self.law).__name__)}{settings}>"
 
     @property
     def given(self) -> dict[str, Any]:
