@@ -27,7 +27,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from hashlib import blake2b
 from math import gcd, isqrt, lcm, prod
 
 from flint import fmpz
@@ -266,6 +265,8 @@ class _AtPoint:
 
 
 def _hash(*key: object) -> int:
+    from hashlib import blake2b  # which loads OpenSSL; most scenes need none
+
     return int.from_bytes(blake2b(repr(key).encode(), digest_size=32).digest(), "big")
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn import shell
-from symdyn.arguments import naming
 from symdyn.cli.options import add_options, flag
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable, quoted, without_long_words
@@ -51,29 +50,18 @@ CTRL_C = 130
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose messages are printable, whatever an argument holds; that of a verb reads its options late.
+    """A parser whose messages are printable, whatever an argument holds.
 
     Options are written out: `--force` is none of `linearize`, which takes `--forces`, and must not be read as one.
     """
-
-    verb = ""
 
     def __init__(self, *words: Any, **named: Any) -> None:
         """Make a parser that takes no abbreviations."""
         super().__init__(*words, **named)
         self.allow_abbrev = False
 
-    def complete(self) -> Parser:
-        """Return this parser with all that it takes."""
-        if self.verb:
-            add_options(self, self.verb)
-            self.verb = ""
-            self.set_defaults(parser=self)
-        return self
-
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
-        self.complete()
         if self.get_default("parser") is not None:
             before = [*takewhile(lambda word: word != "--", words[0])]
             self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
@@ -114,6 +102,26 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {printable(without_long_words(message), keep='')}\nsee: {self.prog} --help\n")
 
 
+class VerbParser:
+    """A parser that is made when it is asked: there are many verbs, of which a command has one."""
+
+    def __init__(self, **words: Any) -> None:
+        """Keep what the parser is made of."""
+        self.words = words
+
+    def parse_known_args(self, *words: Any, **named: Any) -> Any:
+        """Parse."""
+        return self.made.parse_known_args(*words, **named)
+
+    @property
+    def made(self) -> Parser:
+        """A parser with all that the verb takes."""
+        found = Parser(**self.words)
+        add_options(found, found.prog.rpartition(" ")[2])
+        found.set_defaults(parser=found)
+        return found
+
+
 def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
@@ -142,9 +150,9 @@ def parser() -> argparse.ArgumentParser:
         epilog="Start with: symdyn new arm --template rr && symdyn equations arm.toml",
     )
     top.add_argument("--version", action=Version, nargs=0, help="show program's version number and exit")
-    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True, parser_class=VerbParser)  # type: ignore[type-var]
     for verb, does in VERBS.items():
-        verbs.add_parser(verb, help=does).verb = verb
+        verbs.add_parser(verb, help=does)
     return top
 
 
@@ -155,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is None:
         shell.take()
-    with warnings.catch_warnings(), naming(partial(flag, {})):
+    with warnings.catch_warnings():
         warnings.showwarning = partial(_show, warnings.showwarning)
         return run(arguments)
 
@@ -194,6 +202,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
+    shell.postpone()
+    from symdyn.arguments import naming  # help needs none
+
     try:
         with showing(options.digits), naming(partial(flag, options.parser._option_string_actions)):
             verb = import_module(f"symdyn.cli.{options.verb.replace('-', '_')}")

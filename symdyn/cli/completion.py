@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from symdyn.cli.talk import print_text
 from symdyn.errors import SymdynError
 from symdyn.extras import install
-from symdyn.scene import Starter, examples
+from symdyn.resources import folder
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -21,8 +21,8 @@ FILES, FOLDERS = ("SCENE", "FILE", "OUT", "DIR|FILE", "F", "M"), ("DIR",)
 """What stands for a file or a folder in help texts, where it is completed as such."""
 
 WORDS: Mapping[tuple[str, str], Callable[[], Sequence[str]]] = {
-    ("new", "template"): lambda: tuple(Starter.TEMPLATES),
-    ("new", "example"): examples,
+    ("new", "template"): lambda: _files("templates/scenes", ".toml.jinja"),
+    ("new", "example"): lambda: _files("examples", ".toml"),
 }
 """What may be said beside the choices that options have: verb and option, and words."""
 
@@ -51,8 +51,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def verbs_of(top: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield each verb and its parser, with all that it takes."""
+    """Yield each verb and its parser, which is made, with all that it takes."""
     for action in top._actions:
         if isinstance(action, argparse._SubParsersAction):
             for verb, one in action.choices.items():
-                yield verb, one.complete()
+                action.choices[verb] = one.made
+                yield verb, action.choices[verb]
+
+
+def _files(inside: str, ending: str) -> tuple[str, ...]:
+    """Return the names of files that come with the package; to read a scene would take longer than all else."""
+    return tuple(sorted(path.name.removesuffix(ending) for path in folder(inside).glob(f"*{ending}")))

@@ -8,13 +8,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import closing_of, read_scene
-from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
+from symdyn.cli.talk import Waiting, asking, give, print_json, print_table, say, short
 from symdyn.dynamics.outputs import Counts
 from symdyn.graph import growing
 from symdyn.scene import Scene, SceneUnits, schema
@@ -81,8 +82,6 @@ def show_parts(result: dict[str, Any]) -> None:
 
 def show(facts: dict[str, Any]) -> None:
     """Print the facts for people."""
-    from rich.tree import Tree
-
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
     gravity = f"({', '.join(facts['gravity'])}) {facts['gravity_unit']}".rstrip()
@@ -91,10 +90,7 @@ def show(facts: dict[str, Any]) -> None:
         for joint in facts["joints"]:
             print(f"{joint['parent']} <- {_label(joint)}")
     else:
-        branches = {"ground": Tree("ground")}
-        for joint in facts["joints"]:
-            branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
-        print_rich(branches["ground"])
+        print("ground", *_branches(facts["joints"], "ground"), sep="\n")
     print()
     if not facts["points"]:
         print(f"{asking(facts['leaves'])}\n")
@@ -194,6 +190,15 @@ def _several(named: list[dict[str, str]]) -> str:
     """Return names with units, those of one unit together: "x y z in m, e0 e1 e2 e3 in 1"."""
     parts = [(unit, [one["name"] for one in group]) for unit, group in groupby(named, key=itemgetter("unit"))]
     return ", ".join(f"{' '.join(names)}{unit and f' in {unit}'}" for unit, names in parts)
+
+
+def _branches(joints: Sequence[dict[str, Any]], parent: str, margin: str = "") -> Iterator[str]:
+    """Yield a line for each joint of a body, and of all that it carries."""
+    carried = [joint for joint in joints if joint["parent"] == parent]
+    for joint in carried:
+        mark, below = ("└── ", "    ") if joint is carried[-1] else ("├── ", "│   ")
+        yield f"{margin}{mark}{_label(joint)}"
+        yield from _branches(joints, joint["child"], margin + below)
 
 
 def _label(joint: dict[str, Any]) -> str:

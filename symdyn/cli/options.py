@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from shlex import quote
 from typing import Any
 
 from symdyn.errors import spoken
@@ -69,6 +68,8 @@ def flag(options: Mapping[str, argparse.Action], name: str, value: object = None
     >>> flag({}, "every", 0.1), flag({}, "ignore_limits", True), flag({}, "start", {"q1": 0, "q2": 1})
     ('--every 0.1', '--ignore-limits', '--start q1=0,q2=1')
     """
+    from shlex import quote  # help needs none
+
     same = f"--{name.replace('_', '-')}"
     option = f"--{PYTHON[name]}" if name in PYTHON and same not in options else same
     if value is None or value is True:

@@ -16,7 +16,6 @@ files hold. Terminals are the errors' own matter (`symdyn.errors.printable`).
 
 from __future__ import annotations
 
-import html
 import json
 import re
 import unicodedata
@@ -66,12 +65,14 @@ def _beyond_ascii(character: str) -> str:
 
 def in_html(text: str, quote: bool = True) -> str:
     """Return text for an element of HTML and SVG, and unless `quote` is False for an attribute in quotes."""
-    return html.escape(text, quote)
+    from html import escape  # equations need none
+
+    return escape(text, quote)
 
 
 def in_xml(text: str) -> str:
     """Return text for an attribute of XML, in quotes: one line, without characters that XML 1.0 does not have."""
-    return html.escape(_printable(text))
+    return in_html(_printable(text))
 
 
 def in_markdown(text: str) -> str:

@@ -13,18 +13,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Number, Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
-from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
 from symdyn.dynamics.mechanism.state import State
-from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, dot
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.constraint_rows import Constraints, Label
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,9 @@ class ClosedConstraints:
 
 def closed_constraints(scene: Scene) -> ClosedConstraints:
     """Return the rows of a closed scene; DerivationError where it is not known which are independent."""
+    from symdyn.dynamics.loops.constraint_rows import differentiated  # trees need none
+    from symdyn.dynamics.outputs.workspace import Workspace
+
     decisions = Workspace(scene).loops.decisions
     graph = ordered_graph(scene)
     state = State.of(scene, graph)

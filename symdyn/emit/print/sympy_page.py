@@ -21,8 +21,6 @@ from typing import Any
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.arguments import check_arguments
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.written_page import coefficient_name
@@ -376,6 +374,9 @@ def _christoffel(page: Printable, i: int) -> list[Form]:
 
 def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]]:
     """Return G, Ġ u and residual of the rows of a scene, for those without a closed form."""
+    from symdyn.dynamics import Workspace  # trees need none
+    from symdyn.dynamics.loops import differentiated
+
     graph = Graph()
     found = differentiated(scene, graph, State.of(scene, graph))
     return [
