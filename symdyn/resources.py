@@ -11,6 +11,12 @@ def folder(name: str) -> Path:
     return installed if installed.is_dir() else Path(__file__).parent.parent / name
 
 
+def example_files() -> dict[str, Path]:
+    """Return the files of the scenes that come with the package, and of the gallery, by the name of the scene."""
+    inside = folder("examples")
+    return {path.stem: path for path in (*inside.glob("*.toml"), *inside.glob("gallery/*"))}
+
+
 def version() -> str:
     """Return the version that is installed."""
     from importlib.metadata import PackageNotFoundError, version as installed

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 from symdyn import shell
 from symdyn.cli.options import add_options, flag
 from symdyn.cli.talk import begin, fail, prepare_streams, print_json, say, silence_stdout
-from symdyn.errors import SymdynError, SymdynWarning, printable, quoted, without_long_words
+from symdyn.errors import SymdynError, SymdynWarning, choice, nearest, printable, quoted, without_long_words
 from symdyn.resources import version
 from symdyn.rounding import showing
 
@@ -92,8 +92,6 @@ class Parser(argparse.ArgumentParser):
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
-            from symdyn.scene.values import choice  # help needs none
-
             what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
             raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {choice(value, action.choices)}")
 
@@ -126,8 +124,6 @@ def _meant(word: str, known: Sequence[str]) -> str:
     """Return what an unknown option may have meant, in words; "" for nothing near."""
     if RENAMED.get(word, "").partition(" ")[0] in known:
         return f"; it is called {RENAMED[word]} now"
-    from symdyn.scene.values import nearest  # help needs none
-
     near = [name for name in known if len(word) > 2 and name.startswith(word)] or filter(None, [nearest(word, known)])
     meant = " or ".join(near)
     return f"; did you mean {meant}?" if meant else ""

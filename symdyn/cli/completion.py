@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from symdyn.cli.talk import print_text
 from symdyn.errors import SymdynError
 from symdyn.extras import install
-from symdyn.resources import folder
+from symdyn.resources import example_files, folder
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -21,10 +21,10 @@ FILES, FOLDERS = ("SCENE", "FILE", "OUT", "DIR|FILE", "F", "M"), ("DIR",)
 """What stands for a file or a folder in help texts, where it is completed as such."""
 
 WORDS: Mapping[tuple[str, str], Callable[[], Sequence[str]]] = {
-    ("new", "template"): lambda: _files("templates/scenes", ".toml.jinja"),
-    ("new", "example"): lambda: _files("examples", ".toml"),
+    ("new", "template"): lambda: sorted(one.name.split(".")[0] for one in folder("templates").glob("scenes/*.jinja")),
+    ("new", "example"): lambda: sorted(example_files()),
 }
-"""What may be said beside the choices that options have: verb and option, and words."""
+"""What may be said beside the choices that options have: verb and option, and words; no scene's reader is needed."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,8 +57,3 @@ def verbs_of(top: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.Argum
             for verb, one in action.choices.items():
                 action.choices[verb] = one.made
                 yield verb, action.choices[verb]
-
-
-def _files(inside: str, ending: str) -> tuple[str, ...]:
-    """Return the names of files that come with the package; to read a scene would take longer than all else."""
-    return tuple(sorted(path.name.removesuffix(ending) for path in folder(inside).glob(f"*{ending}")))

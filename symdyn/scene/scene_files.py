@@ -16,7 +16,7 @@ from typing import ClassVar, Literal
 from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
-from symdyn.resources import folder
+from symdyn.resources import example_files, folder
 from symdyn.scene.declaration.reading import (
     BEGIN,
     Opened,
@@ -99,7 +99,7 @@ def read(
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
-    >>> from symdyn.resources import folder
+    >>> from symdyn.resources import example_files, folder
     >>> read(folder("examples") / "cart_pole.toml")
     <Scene cart_pole: 2 bodies; coordinates x, theta; drives F>
 
@@ -229,13 +229,7 @@ def examples() -> tuple[str, ...]:
     >>> examples()[:3]
     ('arm7', 'bicycle', 'cart_pole')
     """
-    return tuple(sorted(_examples()))
-
-
-def _examples() -> dict[str, Path]:
-    """Return the files of examples and of the gallery, by the name of the scene."""
-    inside = folder("examples")
-    return {path.stem: path for path in (*inside.glob("*.toml"), *inside.glob("gallery/*"))}
+    return tuple(sorted(example_files()))
 
 
 def example(name: str, *, floating_base: str | None = None) -> Scene:
@@ -259,7 +253,7 @@ def example(name: str, *, floating_base: str | None = None) -> Scene:
 
 def path_of(example: str) -> Path:
     """Return the file of a scene that comes with the package; SceneError where there is none, and which there are."""
-    known = _examples()
+    known = example_files()
     if example not in known:
         raise SceneError(f'there is no example "{example}"; {choice(example, sorted(known))}')
     return known[example]

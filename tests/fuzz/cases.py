@@ -208,7 +208,7 @@ def _line(rng: Random) -> Case:
 def verbs() -> dict[str, argparse.ArgumentParser]:
     """Return the parsers of the verbs."""
     (found,) = (one for one in parser()._actions if isinstance(one, argparse._SubParsersAction))
-    return {name: verb.complete() for name, verb in found.choices.items()}
+    return {name: verb.made for name, verb in found.choices.items()}
 
 
 def _options(rng: Random, verb: str, share: float) -> list[str]:
