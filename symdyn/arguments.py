@@ -39,19 +39,14 @@ def _keyword(name: str, value: object = None) -> str:
 def _literal(value: object) -> str:
     """Return a value as Python reads it, whether a number is one or the text of one."""
     if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{_text(name)}: {_literal(one)}' for name, one in value.items())}}}"
+        return "{" + ", ".join(f'"{name}": {_literal(one)}' for name, one in value.items()) + "}"
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, float):
         return f"{value:g}"
-    return _text(value) if isinstance(value, str) and not _NUMBER.fullmatch(value) else str(value)
+    words = isinstance(value, str) and not value.removeprefix("-").replace(".", "", 1).isdigit()
+    return f'"{value}"' if words else str(value)
 
-
-def _text(value: str) -> str:
-    return f'"{value}"'
-
-
-_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
 
 _NAMING: ContextVar[Callable[..., str]] = ContextVar("naming", default=_keyword)
 

@@ -1,6 +1,6 @@
 """`symdyn completion bash|zsh|fish`: a script that completes verbs, options, their choices and files in a shell.
 
-bash: eval "$(symdyn completion bash)" in ~/.bashrc
+bash: symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn
 zsh:  symdyn completion zsh > ~/.zfunc/_symdyn, with fpath+=~/.zfunc before compinit
 fish: symdyn completion fish > ~/.config/fish/completions/symdyn.fish
 """
