@@ -7,7 +7,6 @@ from .measurements import (
     Measured as Measured,
     MotionPrecision as MotionPrecision,
     Point as Point,
-    Stress as Stress,
 )
 from .stress import FAMILIES as FAMILIES, stress as stress
 from .time_and_error import bench as bench

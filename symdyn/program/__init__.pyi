@@ -10,7 +10,6 @@ from .lower import (
     lower as lower,
 )
 from .routine import (
-    ANGULAR as ANGULAR,
     Program as Program,
     Routine as Routine,
     RoutineStep as RoutineStep,
