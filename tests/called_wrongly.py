@@ -159,7 +159,7 @@ WORDS: dict[str, str] = {
 """How messages call what is wrong where it is not by its argument's name."""
 
 
-INNER = {"derive": symdyn.dynamics.derive, "lower": symdyn.program.lower}
+INNER: dict[str, Callable[..., Any]] = {"derive": symdyn.dynamics.derive, "lower": symdyn.program.lower}
 """Functions of packages that are called wrongly like those of `symdyn`."""
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import symdyn
 from symdyn.cli import VERBS, main
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -163,12 +164,45 @@ def test_behind_two_dashes_a_word_is_no_option(capsys: Capture) -> None:
         (["simulate", PENDULUM, "--star=1", "--until", "1"], "did you mean --start or --start-rates?"),
         (["info", PENDULUM, "--bynd", "m=1"], "--bynd is no option; did you mean --bind?"),
         (["info", PENDULUM, "-x"], "-x is no option"),
+        (["simulate", PENDULUM, "--tend", "1"], "--tend is no option; did you mean --until?"),
+        (["simulat", PENDULUM], "there is no verb 'simulat'; did you mean simulate? (there are equations, "),
+        (["plot", PENDULUM], "there is no verb 'plot'; did you mean draw? (there are "),
+        (["generate", PENDULUM, "--target", "python"], "--target: target 'python' is not known; did you mean numpy?"),
+        (["equations", PENDULUM, "--as", "textbok"], "--as: there is no 'textbok'; did you mean textbook? (there are "),
     ],
 )
 def test_an_option_that_is_none_is_told_what_was_meant(words: list[str], told: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(words)
-    assert told in capsys.readouterr().err
+    said, see = capsys.readouterr().err.splitlines()  # and no more
+    assert told in said
+    assert see.endswith(" --help")
+
+
+def test_an_output_and_a_type_are_told_by_what_others_call_them(tmp_path: Path, capsys: Capture) -> None:
+    """`massmatrix` was answered by sixty names, `hinge` by thirteen."""
+    hinged = tmp_path / "hinged.toml"
+    hinged.write_text(Path(PENDULUM).read_text().replace('type = "revolute"', 'type = "hinge"'))
+    assert main(["info", str(hinged)]) == 1
+    assert main(["generate", PENDULUM, "--functions", "massmatrix", "-o", str(tmp_path)]) == 1
+
+    joint, output = capsys.readouterr().err.splitlines()
+    assert 'type = "hinge" is not a joint; did you mean revolute? (there are ' in joint
+    assert output == "symdyn: there is no output 'massmatrix'; did you mean mass_matrix?"
+
+
+def test_python_is_told_arguments_and_the_shell_options(capsys: Capture) -> None:
+    """Errors of Python spoke of `--bind`."""
+    with pytest.raises(
+        symdyn.SymdynError, match=r'give them, as in values=\{"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 1\}$'
+    ):
+        symdyn.simulate(TWO_LINK, until=1)
+    assert main(["simulate", TWO_LINK, "--until", "1"]) == 1
+    assert "give them, as in --bind m1=1,m2=1,h1=1,h2=1,g=1\n" in capsys.readouterr().err
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 't_end'; did you mean until\?"):
+        symdyn.simulate(TWO_LINK, t_end=1)  # type: ignore[call-arg]
+    with pytest.raises(AttributeError, match=r"symdyn has no 'derive'; it is symdyn\.dynamics\.derive now"):
+        symdyn.derive  # noqa: B018
 
 
 URDF = """<robot name="rod"><link name="a"/><link name="b"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1"

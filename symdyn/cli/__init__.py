@@ -97,7 +97,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where more stands, and exit with 2."""
-        self.exit(2, f"{self.prog}: {printable(without_long_words(message), keep='')}\nsee: {self.prog} --help\n")
+        told = printable(without_long_words(message.removeprefix("argument ")), keep="")
+        self.exit(2, f"{self.prog}: {told}\nsee: {self.prog} --help\n")
 
 
 class VerbParser:
