@@ -355,7 +355,7 @@ def test_one_number_needs_no_weights() -> None:
             "inverse_dynamics_by_mass",
             "two_link: mass is neither an argument .* nor a parameter of the scene; there are m1",
         ),
-        ("inverse_dynamic_jvp", "NAME_jvp, NAME_vjp, NAME_hessian_vector"),
+        ("inverse_dynamic_jvp", "did you mean inverse_dynamics_jvp"),
         ("kinetic_energy_grad", "of kinetic_energy there are kinetic_energy_jvp, .*_by_qd, kinetic_energy_by_t, "),
         (
             "forward_dynamics_jvp_by_q",

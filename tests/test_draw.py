@@ -350,9 +350,9 @@ def test_plain_colours_need_no_variables() -> None:
         ({"q": [1.0]}, r"positions have shape \(1, 1\); give \(N, 2\): q1, q2"),
         ({"q": [1.0, float("nan")]}, "no real value"),
         ({"parameters": {"h3": 1.0}}, '"h3" is not a parameter; known are m1'),
-        ({"labels": ("links",)}, 'no labels of "links"; known are coordinates'),
+        ({"labels": ("links",)}, 'no labels of "links"; there are coordinates'),
         ({"view": (0, 100)}, "azimuth and elevation"),
-        ({"scheme": "grey"}, "known are auto, light, dark"),
+        ({"scheme": "grey"}, "there are auto, light, dark"),
     ],
 )
 def test_faults_say_what_would_work(words_, message: str) -> None:

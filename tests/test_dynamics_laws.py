@@ -301,10 +301,10 @@ def test_a_body_that_spins_without_inertia_is_named_though_its_joint_has_three_v
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        ("inverse", "there is no output 'inverse'; there are inverse_dynamics"),
+        ("inverse", "there is no output 'inverse'; did you mean inverse_dynamics"),
         ("pose", "pose needs a point; write pose:NAME"),
         ("mass_matrix:link1", "mass_matrix is about the whole scene"),
-        ("pose:link9", "there is no body or point 'link9'; there are link1, link2"),
+        ("pose:link9", "there is no body or point 'link9'; did you mean link2. .there are link1, link2"),
         ("com_acceleration:end", "there is no body 'end'"),
     ],
 )

@@ -61,7 +61,9 @@ def test_a_formulation_that_no_output_has_is_refused():
         DerivationError, match="no output that was asked for has the formulation 'aba'; there are rnea, lagrange"
     ):
         formulate(two_link(), ("inverse_dynamics",), "aba")
-    with pytest.raises(DerivationError, match=r"'rnea_loop' \(parameters have no value\); there are rnea, lagrange"):
+    with pytest.raises(
+        DerivationError, match=r"'rnea_loop' \(parameters have no value\); .* \(there are rnea, lagrange"
+    ):
         formulate(two_link(), ("inverse_dynamics",), "rnea_loop")
 
 

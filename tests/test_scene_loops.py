@@ -54,7 +54,7 @@ def test_a_four_bar_is_cut_where_the_search_from_ground_meets_itself(tmp_path):
     ]
     assert reading.scene.coordinates == ("q1", "q2", "q3")
     assert [note.split("four_bar.toml: ")[1] for note in reading.notes] == [
-        "joints.c: closes a loop and is cut: it has no coordinates; --spanning-tree NAMES cuts others"
+        'joints.c: closes a loop and is cut: it has no coordinates; spanning_tree=["NAME"] cuts others'
     ]
 
 
@@ -179,13 +179,13 @@ def test_a_declared_loop_is_kept_as_it_is():
 @pytest.mark.parametrize(
     ("text", "cuts", "expected"),
     [
-        (FOUR_BAR, ("elbow",), '--spanning-tree: "elbow" is not a joint; known are a, b, c, d'),
-        (FOUR_BAR, ("a", "b"), "--spanning-tree a,b leaves nothing that carries crank; cut others"),
-        (FOUR_BAR, ("b", "c"), "--spanning-tree b,c leaves nothing that carries coupler; cut others"),
+        (FOUR_BAR, ("elbow",), 'spanning_tree: "elbow" is not a joint; known are a, b, c, d'),
+        (FOUR_BAR, ("a", "b"), "spanning_tree=[\"a\", \"b\"] leaves nothing that carries crank; cut others"),
+        (FOUR_BAR, ("b", "c"), "spanning_tree=[\"b\", \"c\"] leaves nothing that carries coupler; cut others"),
         (
             FOUR_BAR + joint("e", "ground", "rocker", "prismatic"),
             ("e",),
-            "--spanning-tree e leaves a loop: a -> b -> c -> d; cut one more of its joints",
+            "spanning_tree=[\"e\"] leaves a loop: a -> b -> c -> d; cut one more of its joints",
         ),
         (
             FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="drive = true")),
@@ -195,7 +195,7 @@ def test_a_declared_loop_is_kept_as_it_is():
         (
             FOUR_BAR.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", "spherical")),
             ("a",),
-            "joints.b: a spherical joint cannot be turned round, as --spanning-tree would need it; cut it, or swap its "
+            "joints.b: a spherical joint cannot be turned round, as spanning_tree would need it; cut it, or swap its "
             "parent and child",
         ),
         (
@@ -213,7 +213,7 @@ def test_a_declared_loop_is_kept_as_it_is():
             ),
             None,
             "joints.c: closes a loop and is cut, but a cut joint has no damping; choose the joints to cut by "
-            "--spanning-tree",
+            "spanning_tree",
         ),
         (
             BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),

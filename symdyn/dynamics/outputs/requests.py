@@ -272,8 +272,9 @@ def _those_there(name: str, closed: bool) -> str:
     if of:
         return f"of {of} there are {', '.join(words(of, closed))}"
     there = (*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES)
-    if near := nearest(name, there):
-        return f"did you mean {near}?"
+    what = next((end for word in WORDS if name.endswith(end := word.removeprefix("NAME"))), "")
+    if near := nearest(name.removesuffix(what), there):
+        return f"did you mean {near}{what}?"
     derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
     return f"there are {', '.join(there)}; and {derived}"
 
