@@ -185,7 +185,7 @@ def test_what_has_no_meaning_is_told_in_words() -> None:
     ]:
         with pytest.raises(TeachError, match=says):
             scene.compare("K", wrong)
-    with pytest.raises(TeachError, match="there is no 'Z'; .*there are x1, y1, z1, x2"):
+    with pytest.raises(TeachError, match=r"there is no 'Z'; .*there are x1, y1, z1, x2"):
         scene.compare("Z", symbols("m1"))
 
 
