@@ -199,7 +199,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
-    shell.postpone()
     from symdyn.arguments import naming  # help needs none
 
     try:
