@@ -26,6 +26,6 @@ from .form import (
     shared_to_sympy as shared_to_sympy,
 )
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
-from .ratios import Nodes as Nodes, Ratio as Ratio, Ratios as Ratios, Solving as Solving
+from .ratios import Nodes as Nodes, Ratio as Ratio, Ratios as Ratios
 from .sums_of_angles import AngleGroup as AngleGroup, rounded as rounded
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing

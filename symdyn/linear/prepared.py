@@ -22,11 +22,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import SympyExpression, argument
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
@@ -242,6 +243,10 @@ CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
 
 
+Looked: TypeAlias = str | Sequence[str | SympyExpression]
+Asked: TypeAlias = tuple[Problem, Looked, Sequence[str]]
+
+
 @dataclass(frozen=True)
 class Prepared:
     """What is linearised: a scene at its values under forces, and what is looked at; the functions are derived.
@@ -254,7 +259,7 @@ class Prepared:
     outputs: Outputs
     functions: Variations
     independent: tuple[int, ...]
-    asked: tuple[Problem, str | Sequence[str], Sequence[str]]
+    asked: Asked
 
     def __reduce__(self) -> tuple[Callable[..., Prepared], tuple[object, ...]]:
         return _again, (self.asked, self.scene, self.forces)
@@ -363,7 +368,7 @@ class Prepared:
         return independent(here, positions, [k for k, name in enumerate(names) if name not in other.states.names[p:]])
 
 
-def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: str | Sequence[str] = ()) -> Prepared:
+def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = ()) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
     independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
     scene, faults = problem.scene, Faults("")
@@ -390,5 +395,5 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
     return Prepared(scene, forces, looked, v, kept, asked)
 
 
-def _again(asked: tuple[Problem, str | Sequence[str], Sequence[str]], scene: Scene, forces: Forces) -> Prepared:
+def _again(asked: Asked, scene: Scene, forces: Forces) -> Prepared:
     return replace(prepared(*asked), scene=scene, forces=forces)

@@ -12,21 +12,23 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats, Form, Number, Ratio, Ratios, Solving, Symbol, with_added_angles
+from symdyn.algebra import Array, Floats, Form, Nodes, Number, Ratio, Ratios, Symbol, with_added_angles
 from symdyn.dynamics import formulas
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.prepared import Prepared
 from symdyn.linear.report import SAME, Root, Symbolic, negated
 from symdyn.rounding import digits_or
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
+    from symdyn.linear.prepared import Prepared
 
 MOST_ROWS = 3
 """Rows of loops in symbols that are small."""
@@ -276,7 +278,11 @@ class Blocks:
 
 
 def assembled(
-    field: Solving, blocks: Mapping[str, Rows], prepared: Prepared, positions: Sequence[int], velocities: Sequence[int]
+    field: Ratios | Nodes,
+    blocks: Mapping[str, Rows],
+    prepared: Prepared,
+    positions: Sequence[int],
+    velocities: Sequence[int],
 ) -> Blocks:
     """Return what `prepared.matrices` does in numbers; all velocities are projected on the independent ones.
 
@@ -335,7 +341,7 @@ def assembled(
     return Blocks(A, B, C, D, mass, [*upper, *below])
 
 
-def followed(field: Solving, G: Rows, independent: Sequence[int], n: int) -> Rows:
+def followed(field: Ratios | Nodes, G: Rows, independent: Sequence[int], n: int) -> Rows:
     """Return all velocities in terms of the independent ones, shape (n, those)."""
     dependent = [k for k in range(n) if k not in independent]
     found = [[field.one if k == i else field.zero for i in independent] for k in range(n)]

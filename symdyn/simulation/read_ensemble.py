@@ -211,7 +211,7 @@ def read_task(
     relative = usual if run.rtol is None else run.rtol
     absolute = relative if run.atol is None else run.atol
     task = Task(
-        lanes, given, times, run.every, read, tuple(run.stops), relative, absolute,
+        lanes, given, times, run.every, read, tuple(map(str, run.stops)), relative, absolute,
         None if run.method is None else run.method.lower(), samples, run.ignore_limits, ONE_BY_ONE,
     )  # fmt: skip
     mode, why = choose(task)
