@@ -146,7 +146,7 @@ NOUNS = {
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mechanisms:closed_form",
     "symdyn.dynamics.outputs.named_functions:Equations": "mechanisms:derived",
     "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:equations_of_motion",
-    "symdyn.emit.print.sympy_page:SympyEquations": "mechanisms:sympy_equations",
+    "symdyn.emit.print.sympy_equations:SympyEquations": "mechanisms:sympy_equations",
     "symdyn.identification.identification:Identification": "mechanisms:identification",
     "symdyn.identification.identified_scene:Identified": "mechanisms:identified",
     "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",
