@@ -42,6 +42,8 @@ SPIN = "Omega{}{}"
 class Formulas(Shown):
     """The matrices of a linear system as SymPy matrices, in exact numbers and real symbols.
 
+    Angles at the point that are multiples of 15 degrees, and what is zero there, are put in; all else has symbols.
+
     Attributes:
         name: of the scene.
         states, inputs, outputs: what x, w and y are, as columns of symbols.

@@ -222,18 +222,18 @@ class SympyEquations(Shown):
             EmitError: parameters without a value.
         """
         import numpy as np
-        from sympy import Dummy, cse, lambdify
+        import sympy
 
         check_arguments(SympyEquations.lambdify, locals(), EmitError)
         idle = [*filter(None, self.scene.drives), *(one.name for one in self.scene.inputs)]
         known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known(values or {})}
         x, t = self.q.col_join(self.qd), self.symbols[TIME]
-        places = {one: Dummy() for one in (*reversed(list(x)), t)}
+        places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
         parts = [self._explicit(part).xreplace(known).xreplace(places) for part in self._balance()]
         if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
             raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
-        shared = partial(cse, order="none", list=False)  # the usual order takes minutes of an arm
-        call, n = lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
+        shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
+        call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
         def rates(t: float, x: Any) -> Array:
             A, b = call(t, x)
