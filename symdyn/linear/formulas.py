@@ -44,6 +44,11 @@ class Formulas(Shown):
 
     Angles at the point that are multiples of 15 degrees, and what is zero there, are put in; all else has symbols.
 
+    >>> import symdyn
+    >>> found = symdyn.linearize(symdyn.example("cart_pole")).formulas
+    >>> found.A[3, 1], found.implicit[0][2, 3]
+    (6*g*(mc + mp)/(l*(4*mc + mp)), -l*mp/2)
+
     Attributes:
         name: of the scene.
         states, inputs, outputs: what x, w and y are, as columns of symbols.

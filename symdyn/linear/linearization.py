@@ -223,8 +223,8 @@ class Linearization(StateSpace):
 
         >>> import symdyn
         >>> pendulum = symdyn.linearize(symdyn.example("pendulum"))
-        >>> pendulum.formulas.A
-        Matrix([[0, 1], [-g/l, -b/(l**2*m)]])
+        >>> pendulum.formulas.A[1, :]
+        Matrix([[-g/l, -b/(l**2*m)]])
 
         Raises:
             LinearizeError: the system does not come from a scene's equations.
