@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engine.trials.cases import draw
+from engine.trials.code import told
+from engine.trials.options import choice
 from sympy import Matrix, simplify, symbols
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
@@ -48,7 +51,7 @@ def assert_same(found: Formulas, system: Linearization) -> None:
         assert np.abs(one - number).max(initial=0) <= 1e-12 * max(1, np.abs(number).max(initial=0))
     M, A, B = (np.array(one.xreplace(found.point).tolist(), dtype=float).reshape(one.shape) for one in found.implicit)
     right = np.hstack([system.A, system.B])
-    assert np.hstack([A, B]) == pytest.approx(M @ right, rel=1e-9, abs=1e-10 * np.abs(right).max())
+    assert np.hstack([A, B]) == pytest.approx(M @ right, rel=1e-9, abs=1e-10 * max(1, np.abs(right).max(initial=0)))
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.toml")))
@@ -71,6 +74,21 @@ def test_formulas_hold_in_axes_that_do_not_spin_with_a_body(name: str) -> None:
     assert system.kind == "steady"
     assert system.spin.any()
     assert_same(system.formulas, system)
+
+
+@pytest.mark.parametrize("seed", [2, 5, 6, 11, 12, 13, 15, 19, 78])
+def test_formulas_hold_of_mechanisms_of_all_kinds(seed: int) -> None:
+    scene, values = told(draw(seed, choice(seed)))
+    rates = dict.fromkeys(scene.velocities[: seed % 2], 0.37)
+    system = symdyn.linearize(bind(scene, values), start_rates=rates, anywhere=True)
+    assert_same(system.formulas, system)
+
+
+def test_formulas_are_of_the_states_that_a_system_has() -> None:
+    cart = symdyn.linearize(example("cart_pole"))
+    bar = symdyn.linearize(example("four_bar"), start={"phi": 1.23736964})
+    for system in (cart.without([0]), bar.without([0])):
+        assert_same(system.formulas, system)
 
 
 def test_small_systems_have_the_formulas_that_are_printed() -> None:

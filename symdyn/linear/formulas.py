@@ -18,11 +18,10 @@ import numpy as np
 
 from symdyn.algebra import Array, Nodes, shared_to_sympy
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.outputs import COLUMNS
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, growing, substitute
-from symdyn.linear.symbolic import EXACT, Blocks, assembled, exact, fresh, symbolic
+from symdyn.linear.symbolic import EXACT, Blocks, assembled, exact, fresh, kept, places, symbolic
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed import drive_names
@@ -203,14 +202,8 @@ def _letters(prepared: Prepared) -> dict[Expr, str]:
 
 def _written(prepared: Prepared, system: Linearization, point: Mapping[Expr, float]) -> Blocks:
     """Return a linear system in nodes: zero what is zero at the point, coordinates exact that can be."""
-    v, scene = prepared.functions, system.scene
-    w, n, graph = v.w, v.w.state.n, v.w.graph
-    labels, p = COLUMNS["q"](w), system.positions
-    every = sorted(labels.index(name) for name in (*system.states.names[:p], *system.dropped))
-    velocities = [scene.velocities.index(name) for name in system.states.names[p:]]
-    kept = [k for k, place in enumerate(every) if labels[place] not in system.dropped]
-    kept += range(len(every), len(every) + len(velocities))
-    seen = [prepared.outputs.names.index(name) for name in system.outputs.names]
+    v, w = prepared.functions, prepared.functions.w
+    n, graph = w.state.n, w.graph
     moving = (*w.state.qd, *w.state.qdd, *w.state.tau, *v.multipliers, *map(graph.symbol, v.inputs))
     known = {one: graph.symbol(name) for one, name in _letters(prepared).items()}
     field = Nodes(graph, {**point, **{symbol: point[one] for one, symbol in known.items()}})
@@ -232,8 +225,8 @@ def _written(prepared: Prepared, system: Linearization, point: Mapping[Expr, flo
         blocks = {
             name: [[next(flat) for _ in range(shape[1])] for _ in range(shape[0])] for name, (shape, _) in parts.items()
         }
-        found = assembled(field, blocks | {"ad_u": ad_u, "spin": spin}, prepared, every, velocities)
-        return found.without(kept, seen)
+        found = assembled(field, blocks | {"ad_u": ad_u, "spin": spin}, prepared, *places(prepared, system))
+        return found.without(*kept(prepared, system))
 
     try:
         return tried(exact(prepared, system)[0])

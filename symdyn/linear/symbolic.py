@@ -38,9 +38,18 @@ DIGITS = 12
 
 
 def places(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
-    """Return independent positions and velocities by number of the velocity."""
+    """Return independent positions, dropped ones among them, and velocities, by number of the velocity."""
     labels, names, p = COLUMNS["q"](prepared.functions.w), system.scene.velocities, system.positions
-    return [labels.index(x) for x in system.states.names[:p]], [names.index(x) for x in system.states.names[p:]]
+    positions = sorted(labels.index(x) for x in (*system.states.names[:p], *system.dropped))
+    return positions, [names.index(x) for x in system.states.names[p:]]
+
+
+def kept(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
+    """Return which states, of all those positions and velocities, and which outputs the system has."""
+    labels, (positions, velocities) = COLUMNS["q"](prepared.functions.w), places(prepared, system)
+    states = [k for k, place in enumerate(positions) if labels[place] not in system.dropped]
+    states += range(len(positions), len(positions) + len(velocities))
+    return states, [prepared.outputs.names.index(name) for name in system.outputs.names]
 
 
 def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str, ...]) -> Symbolic | None:
@@ -53,7 +62,8 @@ def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str,
     w, n, graph = v.w, v.w.state.n, v.w.graph
     positions, velocities = places(prepared, system)
     rows = len(v.multipliers)
-    if positions != velocities or len(positions) != 1 or v.inputs or rows > MOST_ROWS or rows != n - 1:
+    many = positions != velocities or len(positions) != 1 or rows > MOST_ROWS or rows != n - 1
+    if many or v.inputs or system.dropped:
         return None
     free = positions[0]
     name, labels = system.states.names[0], COLUMNS["q"](w)
@@ -200,7 +210,7 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
             name: [[next(given) for _ in range(shape[1] if len(shape) > 1 else 1)] for _ in range(shape[0])]
             for name, (shape, _) in parts.items()
         }
-        found = assembled(field, blocks, prepared, *places(prepared, system))
+        found = assembled(field, blocks, prepared, *places(prepared, system)).without(*kept(prepared, system))
         B, C, D = found.B, found.C, found.D
         A = [
             [field.zero if number == 0 else x for x, number in zip(row, numbers, strict=True)]  # forces that cancel
@@ -270,10 +280,9 @@ class Blocks:
 
     def without(self, states: Sequence[int], outputs: Sequence[int]) -> Blocks:
         """Return it with some states and outputs alone."""
-        both = [*states, *range(len(self.A), len(self.side[0]))]
         A, mass = ([[rows[i][k] for k in states] for i in states] for rows in (self.A, self.mass))
         C = [[self.C[i][k] for k in states] for i in outputs]
-        side = [[self.side[i][k] for k in both] for i in states]
+        side = [[self.side[i][k] for k in (*states, *range(len(self.A), len(self.side[i])))] for i in states]
         return Blocks(A, [self.B[i] for i in states], C, [self.D[i] for i in outputs], mass, side)
 
 
