@@ -149,4 +149,8 @@ def test_parameters_without_a_value_are_asked_for() -> None:
     equations = symdyn.equations(symdyn.read(EXAMPLES / "two_link.toml"))
     with pytest.raises(EmitError, match=r"two_link: no value for g, h1, h2, m1, m2; give \{'g': 1\}"):
         equations.lambdify()
+    with pytest.raises(EmitError, match="3 names no values"):
+        equations.lambdify(3)  # type: ignore[arg-type]
+    symbols = equations.sympy()
+    assert equations.lambdify({symbols[name]: 1 for name in ("g", "h1", "h2", "m1", "m2")})(0, np.zeros(4)).any() == 0
     assert equations.lambdify({"g": 10, "h1": 1, "h2": 1, "m1": 1, "m2": 1})(0, np.zeros(4)).shape == (4,)

@@ -266,7 +266,9 @@ class EquationsOfMotion(Shown):
 
 
 def equations(scene: SceneLike) -> EquationsOfMotion:
-    """Return the equations of motion of a scene: `.latex()`, `.text()` and `.sympy()`; a notebook shows them.
+    """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
+
+    A notebook shows them.
 
     Args:
         scene: a scene, a path or an open file.

@@ -18,7 +18,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
-from symdyn.errors import EmitError, UnknownNameError
+from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import acceleration_name, choice, listed
@@ -141,6 +141,9 @@ class SympyEquations(Shown):
 
         from symdyn.algebra import graph_to_sympy
 
+        if not isinstance(values, Mapping):
+            raise EmitError(f"{quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
+
         def read(value: Any) -> Any:
             if not isinstance(value, str):
                 return sympify(value, strict=True)
@@ -224,9 +227,8 @@ class SympyEquations(Shown):
         import numpy as np
         import sympy
 
-        check_arguments(SympyEquations.lambdify, locals(), EmitError)
         idle = [*filter(None, self.scene.drives), *(one.name for one in self.scene.inputs)]
-        known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known(values or {})}
+        known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known({} if values is None else values)}
         x, t = self.q.col_join(self.qd), self.symbols[TIME]
         places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
         parts = [self._explicit(part).xreplace(known).xreplace(places) for part in self._balance()]
