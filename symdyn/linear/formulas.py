@@ -21,7 +21,7 @@ from symdyn.arguments import check_arguments
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, growing, substitute
-from symdyn.linear.symbolic import EXACT, Blocks, assembled, exact, fresh, kept, places, symbolic
+from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed import drive_names
@@ -210,8 +210,6 @@ def _written(prepared: Prepared, system: Linearization, point: Mapping[Expr, flo
     known |= {one: graph.zero for one in moving if abs(point[one]) <= EXACT}
     if system.kind == "rest":
         known |= dict.fromkeys((*w.state.qd, *w.state.qdd), graph.zero)
-    parts = {name: v.motion.parts[name] for name in "GM"} | {name: v.slopes.parts[name] for name in "ecs"}
-    parts |= {"y_": v.outputs.parts["y_"]}
     u, ad_u = substitute(w.state.qd, known), [[graph.zero] * n for _ in range(n)]
     for (j, i), terms in w.directions.brackets.items():
         for k, value in terms:
@@ -221,10 +219,7 @@ def _written(prepared: Prepared, system: Linearization, point: Mapping[Expr, flo
         spin[i][k] = graph.symbol(SPIN.format(i + 1, k + 1))
 
     def tried(place: Mapping[Expr, Expr]) -> Blocks:
-        flat = iter(substitute([x for _, some in parts.values() for x in some], {**known, **place}))
-        blocks = {
-            name: [[next(flat) for _ in range(shape[1])] for _ in range(shape[0])] for name, (shape, _) in parts.items()
-        }
+        blocks = blocks_of(v, substitute(entries_of(v), {**known, **place}))
         found = assembled(field, blocks | {"ad_u": ad_u, "spin": spin}, prepared, *places(prepared, system))
         return found.without(*kept(prepared, system))
 

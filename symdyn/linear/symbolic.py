@@ -9,7 +9,7 @@ mechanism with one freedom at rest mass, stiffness and damping have names of the
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -29,6 +29,7 @@ from symdyn.simulation import opened
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
     from symdyn.linear.prepared import Prepared
+    from symdyn.linear.variations import Entries, Variations
 
 MOST_ROWS = 3
 """Rows of loops in symbols that are small."""
@@ -186,7 +187,6 @@ FAR = 1e4
 def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     """Return a system at rest in formulas, None where it is not small, or not at rest."""
     v = prepared.functions
-    slopes = v.slopes.parts
     if system.kind != "rest" or len(system.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
         return None
     w, n, rows = v.w, v.w.state.n, len(v.multipliers)
@@ -194,22 +194,14 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     if held and v.multipliers:
         return with_definitions(prepared, system, held)
     place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
-    parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
-    parts |= {name: slopes[name] for name in "ecs"} | {"y_": v.outputs.parts["y_"]}
     try:
-        entries = substitute([x for _, some in parts.values() for x in some], place)
-        field = Ratios(entries)
+        entries, forces = substitute(entries_of(v), place), substitute(v.motion.parts["h"][1], place)
+        field = Ratios([*entries, *forces])
         values = field.values()
         if v.multipliers:
-            flat = iter(substitute([*v.motion.parts["G"][1], *v.motion.parts["h"][1]], place))
-            known = evaluate(list(flat), field, values)
-            multipliers = _multipliers(field, known[: rows * n], known[rows * n :], prepared, system)
-            values |= dict(zip(v.multipliers, multipliers, strict=True))
-        given = iter(evaluate(entries, field, values))
-        blocks = {
-            name: [[next(given) for _ in range(shape[1] if len(shape) > 1 else 1)] for _ in range(shape[0])]
-            for name, (shape, _) in parts.items()
-        }
+            G, h = (evaluate(some, field, values) for some in (entries[: rows * n], forces))
+            values |= dict(zip(v.multipliers, _multipliers(field, G, h, prepared, system), strict=True))
+        blocks = blocks_of(v, evaluate(entries, field, values))
         found = assembled(field, blocks, prepared, *places(prepared, system)).without(*kept(prepared, system))
         B, C, D = found.B, found.C, found.D
         A = [
@@ -224,6 +216,23 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
         return None
     forms = [tuple(tuple(map(field.form, row)) for row in matrix) for matrix in (A, B, C, D)]
     return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
+
+
+def _blocks(v: Variations) -> Entries:
+    """Return what `assembled` takes, rows of constraints first."""
+    return {name: v.motion.parts[name] for name in "GM"} | {name: v.slopes.parts[name] for name in "ecs"} | {
+        "y_": v.outputs.parts["y_"]}  # fmt: skip
+
+
+def entries_of(v: Variations) -> list[Expr]:
+    """Return all entries of what `assembled` takes."""
+    return [x for _, some in _blocks(v).values() for x in some]
+
+
+def blocks_of(v: Variations, values: Iterable[Any]) -> dict[str, Rows]:
+    """Return what `assembled` takes of the values of all entries."""
+    given, shapes = iter(values), {name: shape for name, (shape, _) in _blocks(v).items()}
+    return {name: [[next(given) for _ in range(m)] for _ in range(n)] for name, (n, m) in shapes.items()}
 
 
 def exact(prepared: Prepared, system: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
