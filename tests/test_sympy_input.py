@@ -159,6 +159,8 @@ def test_motions_outputs_and_measures_are_expressions_too() -> None:
     assert told.q[1, 0] == pytest.approx(np.sin(0.2) / 3)
     runs = symdyn.sweep(arm, ["m=[1, 2]"], measure=[Function("end")(Symbol("q1") ** 2)], until=0.1)
     assert list(runs.measures) == ["end(q1**2)"]
+    several = symdyn.ensemble(arm, until=0.1, start={"q1": [0.1, 0.2]}, measures=[Function("end")(Symbol("q1") ** 2)])
+    assert list(several.measures) == ["end(q1**2)"]
 
 
 @pytest.mark.runs("cc")

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Op, evaluate, reachable
@@ -185,7 +186,7 @@ def read_task(
     start: object,
     start_rates: object,
     values: object,
-    measures: str | Measure | Sequence[str | Measure],
+    measures: str | Measure | Sequence[str | Measure | SympyExpression],
     samples: bool = False,
     workers: int | None = None,
 ) -> Task:
