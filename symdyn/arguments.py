@@ -18,9 +18,23 @@ from dataclasses import dataclass
 from functools import cache
 from operator import index
 from types import UnionType
-from typing import Any, TypeVar, get_origin
+from typing import Any, Protocol, TypeVar, get_origin
 
 from symdyn.errors import ArgumentError, SymdynError, choice, quoted
+
+
+class SympyExpression(Protocol):
+    """An expression of SymPy, in a formula's place."""
+
+    @property
+    def free_symbols(self) -> set[Any]:
+        """Return its symbols."""
+
+
+def is_sympy(value: object) -> bool:
+    """Tell whether something is of SymPy, which is not imported for that."""
+    return any(str(one.__module__).partition(".")[0] == "sympy" for one in type(value).__mro__)
+
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -141,6 +155,7 @@ KINDS = {
     "int": ArgumentKind(("a whole number", "whole numbers"), _whole),
     "bool": ArgumentKind(("True or False", "True or False"), _flag),
     "str": ArgumentKind(("text", "texts"), lambda value: isinstance(value, str)),
+    "SympyExpression": ArgumentKind(("a SymPy expression", "SymPy expressions"), is_sympy),
     "None": ArgumentKind(("None", "None"), lambda value: value is None),
     "Callable": ArgumentKind(("a function", "functions"), callable),
     "Mapping": ArgumentKind(("values by name, as in {'q1': 0.3}", "mappings"), _named),

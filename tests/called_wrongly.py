@@ -22,7 +22,7 @@ from symdyn.draw.pictures import HtmlText, SvgText
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm
 from symdyn.dynamics.outputs.named_functions import Equations
 from symdyn.emit.print.equations_text import EquationsOfMotion
-from symdyn.emit.print.sympy_page import SympyEquations
+from symdyn.emit.print.sympy_equations import SympyEquations
 from symdyn.errors import SymdynError
 from symdyn.identification import Identification
 from symdyn.linear import FrequencyResponse, Linearization, TimeResponse

@@ -232,7 +232,7 @@ def test_all_are_told_at_once() -> None:
     assert caught.value.faults == (
         "until = 'ten': give a number",
         "rtol = '1e-28': give a number or None",
-        "stops = 3: give text or a list of texts",
+        "stops = 3: give text or a list of texts or SymPy expressions",
     )
     with pytest.raises(IdentifyError, match=r"^units = 'M.=A': give values by name, as in .* or None$"):
         symdyn.identify(CART, {}, units="M*=A")  # type: ignore[arg-type]

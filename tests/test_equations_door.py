@@ -14,7 +14,7 @@ import sympy.physics.mechanics
 from calls import counted
 
 import symdyn
-from symdyn.emit.print.sympy_page import SympyEquations
+from symdyn.emit.print.sympy_equations import SympyEquations
 from symdyn.scene import bind, body, prismatic, read_text, spring
 
 MOTOR = """

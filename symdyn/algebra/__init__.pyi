@@ -23,11 +23,9 @@ from .form import (
     Sum as Sum,
     Symbol as Symbol,
     graph_to_sympy as graph_to_sympy,
+    shared_to_sympy as shared_to_sympy,
 )
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
-from .ratios import (
-    Ratio as Ratio,
-    Ratios as Ratios,
-)
+from .ratios import Nodes as Nodes, Ratio as Ratio, Ratios as Ratios
 from .sums_of_angles import AngleGroup as AngleGroup, rounded as rounded
 from .trigonometric import Polynomial as Polynomial, TrigonometricRing as TrigonometricRing

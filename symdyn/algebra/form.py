@@ -388,9 +388,39 @@ class SympyAlgebra(Arithmetic):
 def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> list[Any]:
     """Return nodes of one graph as SymPy expressions in real symbols, those that are called so positive."""
     algebra = SympyAlgebra()
-    symbols = {}
-    for node in reachable(outputs):
-        if node.op is Op.SYMBOL:
-            name = str(node.value)
-            symbols[node] = algebra.symbol(name, {"positive": True} if name in positive else {})
-    return evaluate(outputs, algebra, symbols)
+    return evaluate(outputs, algebra, _symbols(reachable(outputs), algebra, positive))
+
+
+def _symbols(nodes: Iterable[Expr], algebra: SympyAlgebra, positive: Sequence[str]) -> dict[Expr, Any]:
+    names = {node: str(node.value) for node in nodes if node.op is Op.SYMBOL}
+    return {x: algebra.symbol(name, {"positive": True} if name in positive else {}) for x, name in names.items()}
+
+
+def shared_to_sympy(
+    outputs: Sequence[Expr], positive: Sequence[str], names: Iterator[str], longest: int
+) -> tuple[list[tuple[Any, Any]], list[Any]]:
+    """Return what nodes share, each by a symbol of its own, and the nodes in SymPy, as `sympy.cse` does.
+
+    Args:
+        outputs: nodes of one graph.
+        positive: as of `graph_to_sympy`.
+        names: of what is shared, in the order in which it is defined.
+        longest: operations, all written out, up to which nothing is shared.
+    """
+    algebra, order = SympyAlgebra(), reachable(outputs)
+    length, uses = dict[Expr, int](), Counter(outputs)
+    for node in order:
+        length[node] = 1 + sum(length[one] for one in node.args)
+        uses.update(node.args)
+    shares = sum(length[one] for one in outputs) > longest
+    values, defined = _symbols(order, algebra, positive), list[tuple[Any, Any]]()
+    for node in order:
+        (found,) = evaluate([node], algebra, values, [node], known=values)
+        if shares and uses[node] > 1 and length[node] > SHORT:
+            values[node] = algebra.symbol(next(names), {})
+            defined.append((values[node], found))
+    return defined, [values[node] for node in outputs]
+
+
+SHORT = 3
+"""Nodes of what gets no name of its own: a product of two, a sine."""

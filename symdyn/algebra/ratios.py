@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from symdyn.algebra.form import Form, Number
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 
@@ -47,7 +48,64 @@ class Ratio(NamedTuple):
         return len(self.over) + len(self.under)
 
 
-class Ratios:
+class Solving(Arithmetic):
+    """Small matrices over a field whose pivots have a rank, the best the least."""
+
+    zero: Any
+    one: Any
+
+    def rank(self, pivot: Any) -> float:
+        """Return what is least for the best pivot."""
+        raise NotImplementedError
+
+    def solved(self, A: Sequence[Sequence[Any]], B: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """Return X of A X = B, by Gauss and Jordan; ZeroDivisionError where A is singular."""
+        n = len(A)
+        rows = [[*a, *b] for a, b in zip(A, B, strict=True)]
+        for k in range(n):
+            pivot = min(
+                (r for r in range(k, n) if not rows[r][k].is_zero), key=lambda r: self.rank(rows[r][k]), default=None
+            )
+            if pivot is None:
+                raise ZeroDivisionError
+            rows[k], rows[pivot] = rows[pivot], rows[k]
+            head = rows[k][k]
+            rows[k] = [x if x.is_zero else self.div(x, head) for x in rows[k]]
+            for r in range(n):
+                share = rows[r][k]
+                if r != k and not share.is_zero:
+                    rows[r] = [
+                        x if y.is_zero else self.sub(x, self.mul(share, y))
+                        for x, y in zip(rows[r], rows[k], strict=True)
+                    ]
+        return [row[n:] for row in rows]
+
+    def product(self, A: Sequence[Sequence[Any]], B: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """Return A B."""
+        columns = list(zip(*B, strict=True))
+        return [[self._dot(row, column) for column in columns] for row in A]
+
+    def _dot(self, a: Sequence[Any], b: Sequence[Any]) -> Any:
+        total = self.zero
+        for x, y in zip(a, b, strict=True):
+            if not (x.is_zero or y.is_zero):
+                total = self.add(total, self.mul(x, y))
+        return total
+
+
+class Nodes(Solving):
+    """The nodes of a graph; pivots are those that are largest at a point, where symbols have `values`."""
+
+    def __init__(self, graph: Graph, values: Mapping[Expr, float]) -> None:
+        """Take the point."""
+        self.zero, self.one, self._known = graph.zero, graph.one, dict(values)
+
+    def rank(self, pivot: Expr) -> float:
+        """Return minus its size there."""
+        return -abs(float(evaluate([pivot], Floats(), self._known, known=self._known)[0]))
+
+
+class Ratios(Solving):
     """The field: an `Algebra`."""
 
     def __init__(self, outputs: Iterable[Expr]) -> None:
@@ -124,6 +182,10 @@ class Ratios:
             self._relations[node] = self._generators[node] ** 2 - args[0].over
         return Ratio(self._generators[node], self._one)
 
+    def rank(self, pivot: Ratio) -> float:
+        """Return its length: short pivots are the best."""
+        return pivot.size
+
     def used(self, ratio: Ratio) -> list[Expr]:
         """Return the generators that a quotient uses."""
         powers = [one for part in ratio for one in part.monoms()]
@@ -168,38 +230,6 @@ class Ratios:
         bases = [Form.of(node) for node in self.atoms]
         factors = [base.power(int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
         return Form.product((Number(coefficient), *factors))
-
-    def solved(self, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
-        """Return X of A X = B, by Gauss and Jordan with the shortest pivots; ZeroDivisionError where A is singular."""
-        n = len(A)
-        rows = [[*a, *b] for a, b in zip(A, B, strict=True)]
-        for k in range(n):
-            pivot = min((r for r in range(k, n) if not rows[r][k].is_zero), key=lambda r: rows[r][k].size, default=None)
-            if pivot is None:
-                raise ZeroDivisionError
-            rows[k], rows[pivot] = rows[pivot], rows[k]
-            head = rows[k][k]
-            rows[k] = [x if x.is_zero else self.div(x, head) for x in rows[k]]
-            for r in range(n):
-                share = rows[r][k]
-                if r != k and not share.is_zero:
-                    rows[r] = [
-                        x if y.is_zero else self.sub(x, self.mul(share, y))
-                        for x, y in zip(rows[r], rows[k], strict=True)
-                    ]
-        return [row[n:] for row in rows]
-
-    def product(self, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
-        """Return A B."""
-        columns = list(zip(*B, strict=True))
-        return [[self._dot(row, column) for column in columns] for row in A]
-
-    def _dot(self, a: Sequence[Ratio], b: Sequence[Ratio]) -> Ratio:
-        total = self.zero
-        for x, y in zip(a, b, strict=True):
-            if not (x.is_zero or y.is_zero):
-                total = self.add(total, self.mul(x, y))
-        return total
 
     def characteristic(self, A: Sequence[Sequence[Ratio]]) -> list[Ratio]:
         """Return the coefficients of det(λ - A), that of λⁿ first, by Faddeev and LeVerrier."""

@@ -1,6 +1,7 @@
 """Names that `symdyn.linear` offers; each is imported when it is first used."""
 
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
+from .formulas import Formulas as Formulas
 from .linearization import (
     Linearization as Linearization,
     Point as Point,

@@ -36,6 +36,8 @@ from symdyn.scene.values import listed
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
+    from symdyn.linear.formulas import Formulas
+    from symdyn.linear.prepared import Prepared
     from symdyn.linear.regulator import Compensator, Observer, Regulator
 
 
@@ -151,6 +153,7 @@ class Linearization(StateSpace):
         notes: what a user should know.
         spin: Ω, shape (nv, nv), rad/s, of the axes in which states and drives along axes of a body are; the body spins
             in them (`spinning`); empty where they are its own.
+        prepared: what was linearised.
     """
 
     scene: Scene
@@ -166,6 +169,7 @@ class Linearization(StateSpace):
     feeding: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
     spin: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    prepared: Prepared | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         where = {"rest": "at rest", "steady": "in steady motion", "moving": "in motion"}[self.kind]
@@ -212,6 +216,22 @@ class Linearization(StateSpace):
     def stability(self) -> Stability:
         """What the eigenvalues say."""
         return stability(self)
+
+    @cached_property
+    def formulas(self) -> Formulas:
+        """A, B, C, D as SymPy matrices in parameters, worked out when they are first asked for.
+
+        >>> import symdyn
+        >>> pendulum = symdyn.linearize(symdyn.example("pendulum"))
+        >>> pendulum.formulas.A[1, :]
+        Matrix([[-g/l, -b/(l**2*m)]])
+
+        Raises:
+            LinearizeError: the system does not come from a scene's equations.
+        """
+        from symdyn.linear.formulas import formulas
+
+        return formulas(self)
 
     @property
     def manner(self) -> str:

@@ -34,7 +34,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from symdyn.algebra import Array, TrigonometricRing
-from symdyn.arguments import argument, native, with_fields
+from symdyn.arguments import SympyExpression, argument, native, with_fields
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
@@ -47,7 +47,7 @@ from symdyn.linear.search import nearest
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.rounding import in_digits
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, bind
-from symdyn.scene.values import FormulaError, Parameter
+from symdyn.scene.values import FormulaError, Parameter, formula_text
 from symdyn.simulation import Forces, Problem, Trajectory, opened
 from symdyn.simulation.prescribed import Entries
 
@@ -163,7 +163,7 @@ def _changes(signs: Sequence[Any]) -> int:
 def linearize(
     scene: SceneLike | Problem,
     *,
-    outputs: str | Sequence[str] = (),
+    outputs: str | Sequence[str | SympyExpression] = (),
     independent: str | Sequence[str] = (),
     t: float = 0.0,
     anywhere: bool = False,
@@ -207,7 +207,7 @@ def linearize_at_rest(
     scene: SceneLike | Problem,
     *,
     forces: Forces | Entries = (),
-    outputs: str | Sequence[str] = (),
+    outputs: str | Sequence[str | SympyExpression] = (),
     independent: str | Sequence[str] = (),
     values: Mapping[str, object] | None = None,
 ) -> tuple[tuple[Linearization, ...], Equilibria]:
@@ -225,7 +225,7 @@ def linearize_along(
     run: Trajectory,
     *,
     forces: Forces | Entries = (),
-    outputs: str | Sequence[str] = (),
+    outputs: str | Sequence[str | SympyExpression] = (),
     independent: str | Sequence[str] = (),
 ) -> tuple[Linearization, ...]:
     """Return the systems along a run, one a sample, whose driving forces are inputs that stay at what they are there.
@@ -341,7 +341,7 @@ def systems(
     """
     scene, forces = problem.scene, problem.forces
     parts = (*problem.by_name, forces if isinstance(forces, Mapping) else {"forces": forces})
-    formulas = [str(one) for part in parts for one in part.values()]
+    formulas = [formula_text(one) for part in parts for one in part.values()]
     taken = {
         *scene.coordinates,
         *scene.velocities,

@@ -20,13 +20,14 @@ multibody dynamics equations, J. Comput. Nonlinear Dynam. 1 (2006), for constrai
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import SympyExpression, argument
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import pivots
 from symdyn.dynamics.mechanism import TIME
@@ -242,15 +243,26 @@ CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
 
 
+Looked: TypeAlias = str | Sequence[str | SympyExpression]
+Asked: TypeAlias = tuple[Problem, Looked, Sequence[str]]
+
+
 @dataclass(frozen=True)
 class Prepared:
-    """What is linearised: a scene at its values under forces, and what is looked at; the functions are derived."""
+    """What is linearised: a scene at its values under forces, and what is looked at; the functions are derived.
+
+    It pickles: the other process derives them from what was `asked` of `prepared`.
+    """
 
     scene: Scene
     forces: Forces
     outputs: Outputs
     functions: Variations
     independent: tuple[int, ...]
+    asked: Asked
+
+    def __reduce__(self) -> tuple[Callable[..., Prepared], tuple[object, ...]]:
+        return _again, (self.asked, self.scene, self.forces)
 
     @property
     def drives(self) -> list[int]:
@@ -320,6 +332,7 @@ class Prepared:
             found.A, found.B, found.C, found.D, states, inputs, Axis(self.outputs.names, self.outputs.units), None,
             scene.name, scene, replace(here.point, outputs=found.y), len(choice.positions), found.moves,
             found.directions, found.rates, notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
+            prepared=self,
         )  # fmt: skip
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:
@@ -355,7 +368,7 @@ class Prepared:
         return independent(here, positions, [k for k, name in enumerate(names) if name not in other.states.names[p:]])
 
 
-def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: str | Sequence[str] = ()) -> Prepared:
+def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = ()) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
     independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
     scene, faults = problem.scene, Faults("")
@@ -378,4 +391,9 @@ def prepared(problem: Problem, outputs: str | Sequence[str] = (), independent: s
     v = variations(found.scene, closing, tuple((usual | dict(forces.formulas)).items()), looked.formulas)
     every = range(len(scene.velocities))
     wanted = v.w.loops.decisions.partition.independent if scene.is_constrained else every
-    return Prepared(scene, forces, looked, v, tuple(k for k in wanted if k not in v.w.prescribed.place))
+    kept, asked = tuple(k for k in wanted if k not in v.w.prescribed.place), (problem, outputs, independent)
+    return Prepared(scene, forces, looked, v, kept, asked)
+
+
+def _again(asked: Asked, scene: Scene, forces: Forces) -> Prepared:
+    return replace(prepared(*asked), scene=scene, forces=forces)

@@ -9,22 +9,27 @@ mechanism with one freedom at rest mass, stiffness and damping have names of the
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats, Form, Number, Ratio, Ratios, Symbol, with_added_angles
+from symdyn.algebra import Array, Floats, Form, Nodes, Number, Ratio, Ratios, Symbol, with_added_angles
 from symdyn.dynamics import formulas
 from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.prepared import Prepared
 from symdyn.linear.report import SAME, Root, Symbolic, negated
 from symdyn.rounding import digits_or
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
+    from symdyn.linear.prepared import Prepared
+    from symdyn.linear.variations import Entries, Variations
 
 MOST_ROWS = 3
 """Rows of loops in symbols that are small."""
@@ -34,9 +39,18 @@ DIGITS = 12
 
 
 def places(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
-    """Return independent positions and velocities by number of the velocity."""
+    """Return independent positions, dropped ones among them, and velocities, by number of the velocity."""
     labels, names, p = COLUMNS["q"](prepared.functions.w), system.scene.velocities, system.positions
-    return [labels.index(x) for x in system.states.names[:p]], [names.index(x) for x in system.states.names[p:]]
+    positions = sorted(labels.index(x) for x in (*system.states.names[:p], *system.dropped))
+    return positions, [names.index(x) for x in system.states.names[p:]]
+
+
+def kept(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
+    """Return which states, of all those positions and velocities, and which outputs the system has."""
+    labels, (positions, velocities) = COLUMNS["q"](prepared.functions.w), places(prepared, system)
+    states = [k for k, place in enumerate(positions) if labels[place] not in system.dropped]
+    states += range(len(positions), len(positions) + len(velocities))
+    return states, [prepared.outputs.names.index(name) for name in system.outputs.names]
 
 
 def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str, ...]) -> Symbolic | None:
@@ -49,14 +63,15 @@ def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str,
     w, n, graph = v.w, v.w.state.n, v.w.graph
     positions, velocities = places(prepared, system)
     rows = len(v.multipliers)
-    if positions != velocities or len(positions) != 1 or v.inputs or rows > MOST_ROWS or rows != n - 1:
+    many = positions != velocities or len(positions) != 1 or rows > MOST_ROWS or rows != n - 1
+    if many or v.inputs or system.dropped:
         return None
     free = positions[0]
     name, labels = system.states.names[0], COLUMNS["q"](w)
     taken = {*system.scene.coordinates, *system.scene.velocities, *(one.name for one in system.scene.parameters)}
     dependent = [k for k in range(n) if k != free]
-    slopes = {k: graph.symbol(_fresh(f"{labels[k]}_{name}", taken)) for k in dependent}
-    pulls = [graph.symbol(_fresh(f"lambda{r + 1}", taken)) for r in range(rows)]
+    slopes = {k: graph.symbol(fresh(f"{labels[k]}_{name}", taken)) for k in dependent}
+    pulls = [graph.symbol(fresh(f"lambda{r + 1}", taken)) for r in range(rows)]
     place = dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau], graph.zero)
     place |= dict(zip(v.multipliers, pulls, strict=True))
 
@@ -91,7 +106,7 @@ def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str,
     m, k, d, down, *over = [next(given) for _ in told]
     above = [next(given) for _ in pulled]
     C = [tuple(next(given) for _ in y), tuple(next(given) for _ in y)]
-    letters = [Symbol(_fresh(f"{letter}_{name}", taken)) for letter in "mkd"]
+    letters = [Symbol(fresh(f"{letter}_{name}", taken)) for letter in "mkd"]
     under = letters[0].power(-1)
     zero, one = Number(Fraction(0)), Number(Fraction(1))
     nothing = [not x.terms for x in (k, d)]
@@ -147,7 +162,7 @@ def _is_true(exact: Symbolic, prepared: Prepared, system: Linearization) -> bool
     return True
 
 
-def _fresh(name: str, taken: set[str]) -> str:
+def fresh(name: str, taken: set[str]) -> str:
     """Return a name that is not taken; with an underscore more for every one that is."""
     while name in taken:
         name += "_"
@@ -172,34 +187,26 @@ FAR = 1e4
 def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     """Return a system at rest in formulas, None where it is not small, or not at rest."""
     v = prepared.functions
-    slopes = v.slopes.parts
     if system.kind != "rest" or len(system.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
         return None
     w, n, rows = v.w, v.w.state.n, len(v.multipliers)
-    place, held = _exact(prepared, system)
+    place, held = exact(prepared, system)
     if held and v.multipliers:
         return with_definitions(prepared, system, held)
     place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
-    parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
-    parts |= {name: slopes[name] for name in "ecs"} | {"y_": v.outputs.parts["y_"]}
     try:
-        entries = substitute([x for _, some in parts.values() for x in some], place)
-        field = Ratios(entries)
+        entries, forces = substitute(entries_of(v), place), substitute(v.motion.parts["h"][1], place)
+        field = Ratios([*entries, *forces])
         values = field.values()
         if v.multipliers:
-            flat = iter(substitute([*v.motion.parts["G"][1], *v.motion.parts["h"][1]], place))
-            known = evaluate(list(flat), field, values)
-            multipliers = _multipliers(field, known[: rows * n], known[rows * n :], prepared, system)
-            values |= dict(zip(v.multipliers, multipliers, strict=True))
-        given = iter(evaluate(entries, field, values))
-        blocks = {
-            name: [[next(given) for _ in range(shape[1] if len(shape) > 1 else 1)] for _ in range(shape[0])]
-            for name, (shape, _) in parts.items()
-        }
-        A, B, C, D = _matrices(field, blocks, prepared, system)
+            G, h = (evaluate(some, field, values) for some in (entries[: rows * n], forces))
+            values |= dict(zip(v.multipliers, _multipliers(field, G, h, prepared, system), strict=True))
+        blocks = blocks_of(v, evaluate(entries, field, values))
+        found = assembled(field, blocks, prepared, *places(prepared, system)).without(*kept(prepared, system))
+        B, C, D = found.B, found.C, found.D
         A = [
             [field.zero if number == 0 else x for x, number in zip(row, numbers, strict=True)]  # forces that cancel
-            for row, numbers in zip(A, system.A.tolist(), strict=True)
+            for row, numbers in zip(found.A, system.A.tolist(), strict=True)
         ]
         small = all(x.size <= MOST_TERMS for matrix in (A, B, C, D) for row in matrix for x in row)
         if not small or not _true(field, (A, B, C, D), prepared, system):
@@ -211,7 +218,24 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
 
 
-def _exact(prepared: Prepared, system: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
+def _blocks(v: Variations) -> Entries:
+    """Return what `assembled` takes, rows of constraints first."""
+    return {name: v.motion.parts[name] for name in "GM"} | {name: v.slopes.parts[name] for name in "ecs"} | {
+        "y_": v.outputs.parts["y_"]}  # fmt: skip
+
+
+def entries_of(v: Variations) -> list[Expr]:
+    """Return all entries of what `assembled` takes."""
+    return [x for _, some in _blocks(v).values() for x in some]
+
+
+def blocks_of(v: Variations, values: Iterable[Any]) -> dict[str, Rows]:
+    """Return what `assembled` takes of the values of all entries."""
+    given, shapes = iter(values), {name: shape for name, (shape, _) in _blocks(v).items()}
+    return {name: [[next(given) for _ in range(m)] for _ in range(n)] for name, (n, m) in shapes.items()}
+
+
+def exact(prepared: Prepared, system: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
     """Return exact values of coordinates at the point, and those that there are none of."""
     w, place, held = prepared.functions.w, dict[Expr, Expr](), []
     needed = set(reachable([x for _, some in prepared.functions.slopes.parts.values() for x in some]))
@@ -244,53 +268,98 @@ def _multipliers(
     return [x for (x,) in field.solved(transposed, [[h[k]] for k in dependent])]
 
 
-Ratioed = list[list[Ratio]]
+Rows = list[list[Any]]
 
 
-def _matrices(
-    field: Ratios, blocks: dict[str, Ratioed], prepared: Prepared, system: Linearization
-) -> tuple[Ratioed, Ratioed, Ratioed, Ratioed]:
-    """Return A, B, C, D at rest, as `eliminated.matrices` does in numbers; there S and ad_u vanish."""
+@dataclass(frozen=True)
+class Blocks:
+    """A linear system over a field.
+
+    Attributes:
+        A, B, C, D: as in the linearization.
+        mass, side: [1 0; 0 Nᵀ M N] and what is equal to it times ẋ, by states and inputs: mass ẋ = side [x; w].
+    """
+
+    A: Rows
+    B: Rows
+    C: Rows
+    D: Rows
+    mass: Rows
+    side: Rows
+
+    def without(self, states: Sequence[int], outputs: Sequence[int]) -> Blocks:
+        """Return it with some states and outputs alone."""
+        A, mass = ([[rows[i][k] for k in states] for i in states] for rows in (self.A, self.mass))
+        C = [[self.C[i][k] for k in states] for i in outputs]
+        side = [[self.side[i][k] for k in (*states, *range(len(self.A), len(self.side[i])))] for i in states]
+        return Blocks(A, [self.B[i] for i in states], C, [self.D[i] for i in outputs], mass, side)
+
+
+def assembled(
+    field: Ratios | Nodes,
+    blocks: Mapping[str, Rows],
+    prepared: Prepared,
+    positions: Sequence[int],
+    velocities: Sequence[int],
+) -> Blocks:
+    """Return what `prepared.matrices` does in numbers; all velocities are projected on the independent ones.
+
+        u̇ = N u̇_i + b,  G b = -X c        Nᵀ M N u̇_i = -Nᵀ (X e + M b)        G_dᵀ λ = (M u̇ + X e)_d
+
+    Blocks beside those of the linearised functions are of motions alone: "s", "ad_u", and "spin", Ω, of axes that spin.
+    """
     v = prepared.functions
-    n, rows, drives, inputs = v.w.state.n, len(v.multipliers), prepared.drives, len(v.inputs)
-    positions, velocities = places(prepared, system)
-    holding = [r for r, holds in enumerate(v.holding) if holds]
-    zero, one = field.zero, field.one
-    N_h = _followed(field, [blocks["G"][r] for r in holding], positions, n)
-    N = _followed(field, blocks["G"], velocities, n)
-    p, m = len(positions), len(velocities)
-    width = p + m + len(drives) + inputs
-    moved = [[*row, *[zero] * (width - p)] for row in N_h]
-    moved += [[*[zero] * p, *row, *[zero] * (width - p - m)] for row in N]
-    e, c = blocks["e"], blocks["c"]
-    right = field.product([row[: 2 * n] for row in e], moved)
-    for i in range(n):
-        for column, k in enumerate(drives):
-            right[i][p + m + column] = field.sub(right[i][p + m + column], one if i == k else zero)
-        for column in range(inputs):
-            at = p + m + len(drives) + column
-            right[i][at] = field.add(right[i][at], e[i][3 * n + column])
-    below = field.product(c, moved) if rows else []
-    K = [[*blocks["M"][i], *(field.neg(blocks["G"][r][i]) for r in range(rows))] for i in range(n)]
-    K += [[*blocks["G"][r], *[zero] * rows] for r in range(rows)]
-    x = [[field.neg(entry) for entry in row] for row in field.solved(K, [*right, *below])]
-    upper = [moved[n + k] for k in positions]
-    AB = [*upper, *(x[k] for k in velocities)]
-    driven = [
-        [one if column == p + m + j and k == i else zero for column in range(width)]
-        for i in range(n)
-        for j, k in [next(((j, k) for j, k in enumerate(drives) if k == i), (-1, -1))]
-    ]
-    own = [[one if column == p + m + len(drives) + j else zero for column in range(width)] for j in range(inputs)]
-    CD = field.product(blocks["y_"], [*moved, *x, *driven, *own])
-    split = p + m
-    return (
-        [row[:split] for row in AB], [row[split:] for row in AB], [row[:split] for row in CD],
-        [row[split:] for row in CD],
-    )  # fmt: skip
+    n, drives, inputs, zero, one = v.w.state.n, prepared.drives, len(v.inputs), field.zero, field.one
+    G, e, M = blocks["G"], blocks["e"], blocks["M"]
+    N_h = followed(field, [row for row, holds in zip(G, v.holding, strict=True) if holds], positions, n)
+    N, p, states = followed(field, G, velocities, n), len(positions), len(positions) + len(velocities)
+    width = states + len(drives) + inputs
+    dependent = [k for k in range(n) if k not in velocities]
+    square = [[row[k] for k in dependent] for row in G]
+
+    def plus(A: Rows, B: Rows) -> Rows:
+        return [[*map(field.add, *both)] for both in zip(A, B, strict=True)]
+
+    def following(name: str, moved: Rows) -> Rows:
+        """Return velocities with independent ones zero and G u = -X f of a block; zero where there are no rows."""
+        found = [[zero] * len(moved[0]) for _ in range(n)]
+        if G and name in blocks:
+            for k, row in zip(dependent, field.solved(square, field.product(blocks[name], moved)), strict=True):
+                found[k] = [field.neg(x) for x in row]
+        return found
+
+    rates = [[*x, *y] for x, y in zip(following("s", N_h) if p else [[]] * n, N, strict=True)]
+    moved = [[*row, *[zero] * (width - p)] for row in N_h] + [[*row, *[zero] * (width - states)] for row in rates]
+    own = [[one if column == k else zero for column in range(width)] for k in range(states, width)]
+    driven = [own[drives.index(k)] if k in drives else [zero] * width for k in range(n)]
+    acted = field.product([row[3 * n :] for row in e], own[len(drives) :]) if inputs else [[zero] * width] * n
+    right = plus(field.product([row[: 2 * n] for row in e], moved), acted)
+    right = plus(right, [[field.neg(x) for x in row] for row in driven])
+    beside, along = following("c", moved), [list(row) for row in zip(*N, strict=True)]
+    reduced = field.product(field.product(along, M), N)
+    below = [[field.neg(x) for x in row] for row in field.product(along, plus(right, field.product(M, beside)))]
+    independent = field.solved(reduced, below)
+    a = plus(field.product(N, independent), beside)
+    held, turned = plus(field.product(M, a), right), [list(row) for row in zip(*square, strict=True)]
+    multipliers = field.solved(turned, [held[k] for k in dependent]) if G else []
+    y = field.product(blocks["y_"], [*moved, *a, *multipliers, *driven, *own[len(drives) :]])
+    upper = moved[n:]
+    if "spin" in blocks:
+        spun = [field.product(blocks["spin"], rows) for rows in (moved[:n], moved[n:])]
+        less = field.product(blocks["ad_u"], moved[:n])
+        upper = plus(plus(upper, spun[0]), [[field.neg(x) for x in row] for row in less])
+        more = [spun[1][k] for k in velocities]
+        independent, below = plus(independent, more), plus(below, field.product(reduced, more))
+    upper = [upper[k] for k in positions]
+    mass = [[one if k == i else zero for k in range(states)] for i in range(p)]
+    mass += [[*[zero] * p, *row] for row in reduced]
+    (A, B), (C, D) = (
+        ([row[:states] for row in rows], [row[states:] for row in rows]) for rows in ([*upper, *independent], y)
+    )
+    return Blocks(A, B, C, D, mass, [*upper, *below])
 
 
-def _followed(field: Ratios, G: Ratioed, independent: Sequence[int], n: int) -> Ratioed:
+def followed(field: Ratios | Nodes, G: Rows, independent: Sequence[int], n: int) -> Rows:
     """Return all velocities in terms of the independent ones, shape (n, those)."""
     dependent = [k for k in range(n) if k not in independent]
     found = [[field.one if k == i else field.zero for i in independent] for k in range(n)]
@@ -302,7 +371,7 @@ def _followed(field: Ratios, G: Ratioed, independent: Sequence[int], n: int) -> 
     return found
 
 
-def _true(field: Ratios, exact: Sequence[Ratioed], prepared: Prepared, system: Linearization) -> bool:
+def _true(field: Ratios, exact: Sequence[Rows], prepared: Prepared, system: Linearization) -> bool:
     """Tell whether formulas have the numbers as values at the point."""
     w = prepared.functions.w
     values = {w.graph.symbol(name): x for name, x in opened(system.scene).values.items()}
@@ -318,7 +387,7 @@ def _true(field: Ratios, exact: Sequence[Ratioed], prepared: Prepared, system: L
     return True
 
 
-def _roots(field: Ratios, A: Ratioed) -> tuple[Root, ...]:
+def _roots(field: Ratios, A: Rows) -> tuple[Root, ...]:
     """Return the eigenvalues that have a closed form."""
     found, nothing = [], field.form(field.zero)
     for monic, times in field.factors(field.characteristic(A)):

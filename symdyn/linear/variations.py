@@ -23,13 +23,14 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Batches, Floats
+from symdyn.arguments import SympyExpression
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, Op, growing, reachable, repeated, substitute, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, split_commas
+from symdyn.scene.values import LETTERS, Faults, formula_text, split_commas
 from symdyn.simulation import read_output
 from symdyn.unlocked import cached_property
 
@@ -43,7 +44,7 @@ class Outputs:
     units: tuple[str, ...]
 
 
-def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
+def read_outputs(scene: Scene, texts: str | Sequence[str | SympyExpression]) -> Outputs:
     """Return what is looked at; where nothing is said the outputs of the scene, or else all coordinates.
 
     Raises:
@@ -55,7 +56,7 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
         raise LinearizeError(
             f"outputs: a name is declared in the scene, [outputs.{next(iter(texts), 'y')}]; give formulas"
         )
-    texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
+    texts = tuple(split_commas(texts) if isinstance(texts, str) else map(formula_text, texts)) or tuple(declared)
     if not texts:
         units = tuple(scene.shown_unit(unit) for unit in SceneUnits(scene).coordinates)
         return Outputs(scene.coordinates, tuple(map(Quantity.symbol, scene.coordinates)), units)

@@ -22,7 +22,7 @@ from symdyn.emit.print import (
 from symdyn.errors import SymdynError
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.linear import Linearization, Plotted
+from symdyn.linear import Formulas, Linearization, Plotted
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
 from symdyn.program import Program
 from symdyn.runtime import Loaded, NumericFunction
@@ -220,7 +220,7 @@ def linearization(system: Linearization) -> list[Markup]:
     ]
 
 
-def latex_of_linearization(system: Linearization) -> str:
+def latex_of_linearization(system: Linearization | Formulas) -> str:
     """Return the linear system in LaTeX."""
     return system.latex()
 
@@ -233,6 +233,16 @@ def linear_answer(result: Plotted) -> list[Markup]:
     else:
         plot = note(f"plots need matplotlib: {install('plot')}")
     return [head(first), *map(note, lines), plot, beside(*map(shown, result.tables()))]
+
+
+def linear_formulas(result: Formulas) -> list[Markup]:
+    """Return the matrices of a linear system in SymPy, those in full that are short."""
+    rows = []
+    for name in ("A", "B", "C", "D"):
+        matrix = getattr(result, name)
+        short = matrix and sum(entry.count_ops() for entry in matrix) <= SHORT
+        rows.append((name, formula(result.latex(name)) if short else f"{matrix.rows} × {matrix.cols}"))
+    return [head(result.name, "linearised, in SymPy"), table(("", ""), rows), note(repr(result)[1:-1])]
 
 
 def sensitivity(result: Sensitivity) -> list[Markup]:

@@ -146,11 +146,12 @@ NOUNS = {
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mechanisms:closed_form",
     "symdyn.dynamics.outputs.named_functions:Equations": "mechanisms:derived",
     "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:equations_of_motion",
-    "symdyn.emit.print.sympy_page:SympyEquations": "mechanisms:sympy_equations",
+    "symdyn.emit.print.sympy_equations:SympyEquations": "mechanisms:sympy_equations",
     "symdyn.identification.identification:Identification": "mechanisms:identification",
     "symdyn.identification.identified_scene:Identified": "mechanisms:identified",
     "symdyn.identification.output_error:OutputFit": "mechanisms:output_fit",
     "symdyn.identification.excitation:Excitation": "runs:excitation",
+    "symdyn.linear.formulas:Formulas": "mechanisms:linear_formulas",
     "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
     "symdyn.linear.plots:Plotted": "mechanisms:linear_answer",
     "symdyn.program.routine:Program": "mechanisms:program",
@@ -171,6 +172,7 @@ NOUNS = {
 LATEX = {
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mechanisms:latex_of_closed_form",
     "symdyn.emit.print.equations_text:EquationsOfMotion": "mechanisms:latex_of_equations",
+    "symdyn.linear.formulas:Formulas": "mechanisms:latex_of_linearization",
     "symdyn.linear.linearization:Linearization": "mechanisms:latex_of_linearization",
 }
 """Those that are LaTeX too, for notebooks that become documents; "" where there is none."""

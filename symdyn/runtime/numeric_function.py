@@ -38,7 +38,7 @@ WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "sub
 REAL = "biuf"
 """Kinds of NumPy's types that are real numbers."""
 
-BY_NAME = ("params", "inputs")
+BY_NAME = ("params", "inputs", "tau")
 """Arguments whose entries a call is likely to name."""
 
 
@@ -62,14 +62,15 @@ class NumericFunction(Shown):
     """A function of arrays (n,) or (..., n), whose leading dimensions broadcast.
 
     `f(q, qd, qdd, params)` goes by place; `f(q, qd, qdd, m1=2, h1=1)` names the entries of what is left out, and
-    `f(q, qd, params=x)` whole arguments. It pickles: the other process makes it again.
+    `f(q, qd, params=x)` whole arguments; drives have their names, as in `f(q, qd, F=1)`. It pickles: the other process
+    makes it again.
 
     Attributes:
         name: such as "mass_matrix".
         call: what computes, by place alone.
         operands: its arguments, in order.
         description: how it is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
-        usual: values of entries that a call need not give, such as inputs.
+        usual: values of entries that a call need not give, such as inputs, and zero for joints without a drive.
         fixed: parameters that are numbers in its code, with their values as text.
         again: a function and its arguments, which make it in another process.
     """
@@ -209,11 +210,14 @@ def numeric_function(
     again: tuple[Callable[..., Any], tuple[Any, ...]],
 ) -> NumericFunction:
     """Return a function that computes as `call`, with the names that a scene gives its arguments' entries."""
+    drives = {f"tau[{k}]": drive for k, drive in enumerate(scene.drives) if drive}
     operands = tuple(
-        Operand(one.name, tuple(str(x.value) for x in one.symbols), one.scalar) for one in function.arguments
+        Operand(one.name, tuple(drives.get(str(x.value), str(x.value)) for x in one.symbols), one.scalar)
+        for one in function.arguments
     )
+    passive = {f"tau[{k}]": 0.0 for k, drive in enumerate(scene.drives) if not drive}
     free = {entry for one in operands for entry in one.entries}
-    usual = {**{one.name: float(one.value.at({}) or 0) for one in scene.inputs}, **usual}
+    usual = {**passive, **{one.name: float(one.value.at({}) or 0) for one in scene.inputs}, **usual}
     fixed = {p.name: spell(p.value) for p in scene.parameters if p.value is not None and p.name not in free}
     return NumericFunction(name, call, operands, signature(name, function), usual, fixed, again)
 

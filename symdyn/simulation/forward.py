@@ -215,7 +215,7 @@ def simulate(
     problem, run = Problem.requested(simulate, locals())
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)
-    scene, formulas, faults = problem.scene, (*run.stops, *reports), Faults("")
+    scene, formulas, faults = problem.scene, (*map(str, run.stops), *reports), Faults("")
     given, initial, zeros, times = problem.posed(run, faults, reports)
     axes_of(reactions, faults, scene)
     outside = Control()

@@ -20,7 +20,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, spell, substituted
+from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, formula_text, shorten, spell, substituted
 from symdyn.simulation.columns import column_units, multiplier_columns, unit_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.forward import simulate
@@ -142,7 +142,7 @@ class Measure:
         >>> [fold for _, fold, _ in measure.folds]
         ['max', 'end']
         """
-        said, count, where = str(text), len(faults.lines), "measure"
+        said, count, where = formula_text(text), len(faults.lines), "measure"
         if alone and not any(f"{fold}(" in said.replace(" ", "") for fold in FOLDS):
             said = f"{alone}({said})"
         folds: list[tuple[str, str, Quantity]] = []
@@ -281,7 +281,7 @@ def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tupl
     for k, text in enumerate(texts):
         if isinstance(text, Measure):
             found.append(text)
-        elif str(text) in [str(one) for one in texts[:k]]:
+        elif str(text) in map(str, texts[:k]):
             faults.add("measure", f'"{text}" is given twice')
         else:
             found += [one for one in (Measure.read(scene, text, faults),) if one is not None]

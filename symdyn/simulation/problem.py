@@ -14,10 +14,10 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import SympyExpression, check_arguments, native
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, scene_of
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults, formula_text, suggestion
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
@@ -194,7 +194,7 @@ class Run:
         method: str | None
         rtol: float | None
         atol: float | None
-        stops: str | Sequence[str]
+        stops: str | Sequence[str | SympyExpression]
         ignore_limits: bool
 
     class OfProblem(Problem.Fields, Fields, total=False):
@@ -205,14 +205,15 @@ class Run:
     method: str | None = None
     rtol: float | None = None
     atol: float | None = None
-    stops: str | Sequence[str] = ()
+    stops: str | Sequence[str | SympyExpression] = ()
     ignore_limits: bool = False
 
     def __post_init__(self) -> None:
         """Take numbers of any library as Python's own."""
         for name, kind in {"until": float, "every": float, "rtol": float, "atol": float, "ignore_limits": bool}.items():
             object.__setattr__(self, name, *native(kind, getattr(self, name)))
-        object.__setattr__(self, "stops", (self.stops,) if isinstance(self.stops, str) else tuple(self.stops))
+        stops = (self.stops,) if isinstance(self.stops, str) else map(formula_text, self.stops)
+        object.__setattr__(self, "stops", tuple(stops))
 
     def checked(
         self, scene: Scene, reports: Sequence[str] = (), finest: float = FINEST

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Op, evaluate, reachable
@@ -185,7 +186,7 @@ def read_task(
     start: object,
     start_rates: object,
     values: object,
-    measures: str | Measure | Sequence[str | Measure],
+    measures: str | Measure | Sequence[str | Measure | SympyExpression],
     samples: bool = False,
     workers: int | None = None,
 ) -> Task:
@@ -211,7 +212,7 @@ def read_task(
     relative = usual if run.rtol is None else run.rtol
     absolute = relative if run.atol is None else run.atol
     task = Task(
-        lanes, given, times, run.every, read, tuple(run.stops), relative, absolute,
+        lanes, given, times, run.every, read, tuple(map(str, run.stops)), relative, absolute,
         None if run.method is None else run.method.lower(), samples, run.ignore_limits, ONE_BY_ONE,
     )  # fmt: skip
     mode, why = choose(task)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import native, with_fields
+from symdyn.arguments import SympyExpression, native, with_fields
 from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, SceneLike, bind
 from symdyn.scene.values import Faults, Parameter
@@ -38,7 +38,7 @@ def ensemble(
     start: Mapping[str, Any] | str | None = None,
     start_rates: Mapping[str, Any] | str | None = None,
     values: Mapping[str, Any] | str | None = None,
-    measures: str | Measure | Sequence[str | Measure] = (),
+    measures: str | Measure | Sequence[str | Measure | SympyExpression] = (),
     samples: bool = False,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,

@@ -20,13 +20,13 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, with_fields
+from symdyn.arguments import SympyExpression, check_arguments, native, with_fields
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SimulateError, StudyError
 from symdyn.extras import install
 from symdyn.resources import version
 from symdyn.scene import SceneLike
-from symdyn.scene.values import Faults
+from symdyn.scene.values import Faults, formula_text
 from symdyn.simulation import Problem, Run
 from symdyn.study.distributions import Over
 from symdyn.study.job import Job, block as one_block, executor
@@ -266,7 +266,7 @@ Say = Callable[[str], None]
 def sweep(
     scene: SceneLike | Problem,
     over: Over = (),
-    measure: str | Sequence[str] = (),
+    measure: str | Sequence[str | SympyExpression] = (),
     *,
     design: str | None = None,
     count: int | None = None,
@@ -320,6 +320,7 @@ def sweep(
     """
     problem, run = Problem.requested(sweep, locals())
     count, seed, workers, block = native(int, count, seed, workers, block)
+    measure = measure if isinstance(measure, str) else tuple(map(formula_text, measure))
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:

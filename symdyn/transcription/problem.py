@@ -14,13 +14,14 @@ from operator import index
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import kinks
 from symdyn.errors import SimulateError
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, parse
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, FormulaError, listed, spell, suggestion, velocity_name
+from symdyn.scene.values import Faults, FormulaError, formula_text, listed, spell, suggestion, velocity_name
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, Grid, grid, numbered
@@ -29,7 +30,7 @@ from symdyn.transcription.transcribed import Collocation
 
 Range = tuple[float | None, float | None]
 
-Number = str | float
+Number = str | float | SympyExpression
 """A formula in parameters, or a number."""
 
 CLOSE = 1e-9
@@ -145,7 +146,7 @@ class Layout:
         ):
             known_names(where, tuple(given), names, faults)
             for name, text in given.items():
-                formula = read_formula(str(text), values, f"{where}: {name}", faults, unit=units.get(name, ""))
+                formula = read_formula(text, values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
                     self._fix(-1, kind, names.index(name), name, x, where, lower, upper, faults)
@@ -258,8 +259,8 @@ def collocation(
     until: float | tuple[float, float],
     intervals: int | Sequence[float] = 50,
     method: str = "hermite_simpson",
-    cost: str = "",
-    final_cost: str = "",
+    cost: str | SympyExpression = "",
+    final_cost: str | SympyExpression = "",
     start: Mapping[str, Number] | Start | None = None,
     start_rates: Mapping[str, Number] | None = None,
     end: Mapping[str, Number] | None = None,
@@ -322,8 +323,8 @@ def collocation(
     state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_names)
     formulas = {
         "path": _formulas(scene, tuple(path or ()), state, "path", faults),
-        "running": _formulas(scene, (cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
-        "final": _formulas(scene, (final_cost,) if final_cost else (), state, "final cost", faults),
+        "running": _formulas(scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene)), "cost", faults),
+        "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults),
     }
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))

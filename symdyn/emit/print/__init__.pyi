@@ -17,4 +17,4 @@ from .equations_text import (
 from .formula_text import Latex as Latex, text_of as text_of, value_text as value_text
 from .printable import Coefficient as Coefficient, Printable as Printable
 from .printed_names import Letters as Letters, PrintName as PrintName, latex_symbols as latex_symbols
-from .sympy_page import SympyEquations as SympyEquations
+from .sympy_equations import SympyEquations as SympyEquations

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from symdyn.algebra import Form
+from symdyn.algebra import Array, Form
 from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.emit.print.sympy_page import SympyEquations, sympy_definitions, sympy_equations, sympy_page
+from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
+from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
 from symdyn.emit.print.written_page import (
     base_parameter_name,
     latex_definitions,
@@ -247,9 +248,27 @@ class EquationsOfMotion(Shown):
         check_arguments(EquationsOfMotion.sympy, locals(), EmitError)
         return sympy_equations(self.page, dynamic)
 
+    def subs(self, *given: Any) -> SympyEquations:
+        """Return `.sympy()` with values in place of symbols; see `SympyEquations.subs`."""
+        return self.sympy().subs(*given)
+
+    def solve_accelerations(self) -> tuple[Any, Any]:
+        """Return accelerations and multipliers in SymPy; see `SympyEquations.solve_accelerations`."""
+        return self.sympy().solve_accelerations()
+
+    def state_space(self) -> tuple[Any, Any]:
+        """Return x and f of ẋ = f in SymPy; see `SympyEquations.state_space`."""
+        return self.sympy().state_space()
+
+    def lambdify(self, values: Mapping[Any, Any] | None = None) -> Callable[[float, Any], Array]:
+        """Return f(t, x) of ẋ = f for `solve_ivp`; see `SympyEquations.lambdify`."""
+        return self.sympy().lambdify(values)
+
 
 def equations(scene: SceneLike) -> EquationsOfMotion:
-    """Return the equations of motion of a scene: `.latex()`, `.text()` and `.sympy()`; a notebook shows them.
+    """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
+
+    A notebook shows them.
 
     Args:
         scene: a scene, a path or an open file.

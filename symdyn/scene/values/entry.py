@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
-from symdyn.arguments import argument
+from symdyn.arguments import SympyExpression, argument
 from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
@@ -301,7 +301,7 @@ def compose(*steps: tuple[str, Quantity]) -> Pose:
 
 # In Python
 
-Number = int | float | Fraction | str | Quantity
+Number = int | float | Fraction | str | Quantity | SympyExpression
 Three = Sequence[Number]
 Placement = Pose | Mapping[str, Three] | Sequence[object]
 """What a user writes in Python wherever a scene wants a number, a direction or a placement."""

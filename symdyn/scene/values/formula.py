@@ -28,11 +28,12 @@ from numbers import Integral
 from operator import index
 from typing import Any, SupportsIndex, TypeVar
 
+from symdyn.arguments import is_sympy
 from symdyn.errors import quoted
 from symdyn.graph import Op, arithmetic
 from symdyn.scene.values import folding
-from symdyn.scene.values.grammar import FORMULA_NAMES, nearest
-from symdyn.scene.values.quantity import FormulaError, Quantity
+from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES, nearest
+from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
 __all__ = ["FormulaError", "parse", "quantity"]
@@ -101,8 +102,8 @@ def quantity(value: object) -> Quantity:
     """Return what a user wrote as an exact quantity.
 
     Args:
-        value: an int, Fraction, Decimal, float (its shortest digits count: 0.1 is 1/10), formula text, a quantity, or
-            a table `{"value": 500, "unit": "mm"}`.
+        value: an int, Fraction, Decimal, float (its shortest digits count: 0.1 is 1/10), formula text, a quantity, an
+            expression of SymPy, or a table `{"value": 500, "unit": "mm"}`.
 
     Raises:
         FormulaError: it is none of these, or not finite.
@@ -123,9 +124,62 @@ def quantity(value: object) -> Quantity:
         return folding.constant(_exact(str(value).removeprefix("-")) * (-1 if value.is_signed() else 1))
     if isinstance(value, SupportsIndex) and isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
         return folding.constant(Fraction(index(value)))
+    if is_sympy(value):
+        return parse(formula_text(value))
     if isinstance(value, Mapping) and "value" in value:
         return _of_table(value)
     raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
+
+
+def formula_text(value: object) -> str:
+    """Return what a user wrote as text; of SymPy q(t) is q, its rates are q_dot and q_ddot.
+
+    >>> import sympy
+    >>> k, x = sympy.Symbol("k"), sympy.Function("x")(sympy.Symbol("t"))
+    >>> formula_text(-k * x.diff() / 2 + abs(x))
+    '-k*x_dot/2 + abs(x)'
+
+    Raises:
+        FormulaError: a function of SymPy that formulas do not know.
+    """
+    if isinstance(value, str) or not is_sympy(value):
+        return spell(value) if isinstance(value, Quantity) else str(value)
+    from sympy.core.function import AppliedUndef
+    from sympy.printing.str import StrPrinter
+
+    class Printer(StrPrinter):  # type: ignore[misc]
+        def _print_Symbol(self, one: Any) -> str:
+            if not one.name.isidentifier():
+                raise FormulaError(f"the symbol {quoted(one.name)} is no name; give letters, digits and _")
+            return str(one.name)
+
+        def _print_Function(self, one: Any) -> str:
+            if isinstance(one, AppliedUndef) and [str(x) for x in one.args] == [CLOCK]:
+                return str(one.func.__name__)
+            return str(super()._print_Function(one))
+
+        def _print_Derivative(self, one: Any) -> str:
+            if not isinstance(one.expr, AppliedUndef) or [str(x) for x in one.variables] not in ([CLOCK], [CLOCK] * 2):
+                raise FormulaError(f"{quoted(one)} is no rate of a coordinate; do it first, by .doit()")
+            return f"{self._print(one.expr)}_{'d' * len(one.variables)}ot"
+
+        def _print_Abs(self, one: Any) -> str:
+            return f"abs({self._print(one.args[0])})"
+
+        def _print_Exp1(self, one: Any) -> str:
+            return "exp(1)"
+
+        def _print_Float(self, one: Any) -> str:
+            return repr(float(one)) if one == float(one) else str(super()._print_Float(one))
+
+        def _print_Pow(self, one: Any, rational: bool = False) -> str:
+            n, half = divmod(abs(one.exp), 1) if one.exp.is_Rational else (0, 0)
+            if n and half * 2 == 1:
+                base = f"({self._print(one.base)})"
+                return f"({'1/' if one.exp < 0 else ''}({base}**{n}*sqrt{base}))"
+            return str(super()._print_Pow(one, rational))
+
+    return str(Printer({"order": "lex"}).doprint(value))
 
 
 def _of_table(table: Mapping[str, object]) -> Quantity:

@@ -2,7 +2,7 @@
 
     "F=2*t"                          a formula or a law, as in a shell
     "run.csv", "laws.toml"           files
-    {"F": "2*t", "M": 3}             formulas and numbers by name
+    {"F": "2*t", "M": 3}             formulas, of SymPy too, and numbers by name
     {"F": (t, x)}, {"t": t, "F": x}  numbers over rising times
     {"F": function}                  a function; whoever reads knows of what
     a data frame, a data set, a run  columns over the column or index t; those that mean something here are taken
@@ -22,10 +22,11 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from symdyn.arguments import is_sympy
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
-from symdyn.scene.values import Faults, show, spell
+from symdyn.scene.values import Faults, FormulaError, formula_text, show
 from symdyn.simulation.prescribed.formulas_in_time import Columns, columns_of, read_file, words
 
 
@@ -106,7 +107,11 @@ def _by_name(entries: Mapping[Any, Any], what: str, specified_entries: Specified
     """Sort what is given by name; numbers under "t" are the times of all arrays."""
     times, over = entries.get(TIME), dict[str, Any]()
     for name, value in entries.items():
-        text = _text(value)
+        try:
+            text = _text(value)
+        except FormulaError as error:
+            faults.add(f"{what}: {name}", str(error))
+            continue
         if not isinstance(name, str):
             faults.add(what, f"{name!r} is no name; names are text")
         elif name == TIME:
@@ -140,8 +145,8 @@ def _over(value: Any) -> Any:
 
 def _text(value: Any) -> str | None:
     """Return a formula or a number as text, None for what is neither."""
-    if isinstance(value, Quantity):
-        return spell(value)
+    if isinstance(value, Quantity) or is_sympy(value):
+        return formula_text(value)
     if isinstance(value, str):
         return value.strip()
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (Real, Decimal)):

@@ -25,7 +25,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion
+from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted, suggestion
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -45,7 +45,7 @@ def read_formula(
     """
     known = tuple(dict.fromkeys(allowed))
     try:
-        formula = parse(text if isinstance(text, str) else str(text))
+        formula = parse(formula_text(text))
         fits(formula, Unit.read(unit) if unit else None, known)
         bound(formula, {})
     except FormulaError as error:
@@ -60,7 +60,7 @@ def read_formula(
 
 def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantity | None:
     """Return a formula in what can be looked at: `LETTERS`, parameters, outputs; None after a fault."""
-    words = re.findall(r"\w+", str(text))
+    words = re.findall(r"\w+", formula_text(text))
     parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
     formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs), where, faults)
     if formula is None:

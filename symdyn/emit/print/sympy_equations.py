@@ -1,0 +1,362 @@
+"""Equations as matrices and symbols of SymPy, to substitute, simplify, solve and lambdify.
+
+M q̈ + C q̇ + g + k_E = τ + Gᵀ λ      c = C q̇
+r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from symdyn.algebra import Array, Form, Number, Symbol
+from symdyn.arguments import check_arguments
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.loops import differentiated
+from symdyn.dynamics.mechanism import TIME, State
+from symdyn.emit.print.printable import Printable
+from symdyn.errors import EmitError, UnknownNameError, quoted
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import acceleration_name, choice, listed
+from symdyn.shown import Shown
+from symdyn.unlocked import cached_property
+
+HALF = Number(Fraction(1, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class SympyEquations(Shown):
+    """The equations of motion in SymPy: matrices immutable, numbers exact.
+
+    Attributes:
+        scene: the mechanism.
+        symbols: what stands for each name: parameters, coordinates, velocities (q1_dot), accelerations (q1_ddot),
+            drives, inputs, multipliers (lambda1), t, and lengths of struts (s_sf, s_sf_dot).
+        q, qd, qdd: coordinates, velocities and accelerations, shape (n, 1); rad or m, and per s.
+        M: mass matrix, shape (n, n); kg m^2, kg m or kg.
+        C: by Christoffel symbols, so that Ṁ - 2 C is skew, shape (n, n).
+        c: C q̇, shape (n, 1); N m or N.
+        g: ∂P/∂q of gravity, shape (n, 1); N m or N.
+        k_E: ∂P/∂q of springs, shape (n, 1), zero where there are none; N m or N.
+        tau: drives, declared forces, dampers, friction and loads, shape (n, 1); N m or N.
+        G: rows of loops and contacts, shape (m, n).
+        multipliers: λ, shape (m, 1); N or N m, on the child.
+        bias: Ġ q̇, shape (m, 1).
+        residual: r(q), of position-level rows, shape (p, 1).
+        motions: formulas in t of the coordinates whose motion is prescribed.
+        sub: lengths of struts between points and their rates, which stand in k_E, tau and P as functions of what they
+            depend on, such as s_sf(a, x, y), with their formulas: `.subs(eq.sub).doit()` writes them out, before any
+            values are put in.
+        K, P: kinetic energy; potential energy of gravity and springs; J.
+        unsimplified: why rows have no closed form, "" where they have one; they are then as they were derived, exact
+            and long.
+    """
+
+    scene: Scene
+    symbols: Mapping[str, Any]
+    q: Any
+    qd: Any
+    qdd: Any
+    M: Any
+    C: Any
+    c: Any
+    g: Any
+    k_E: Any
+    tau: Any
+    G: Any
+    multipliers: Any
+    bias: Any
+    residual: Any
+    motions: Mapping[Any, Any]
+    K: Any
+    P: Any
+    sub: Mapping[Any, Any] = field(default_factory=dict)
+    unsimplified: str = ""
+
+    def __repr__(self) -> str:
+        rows = ", G, multipliers, bias, residual" if self.G.rows else ""
+        coordinates = listed(self.scene.coordinates)
+        return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau{rows}, K and P in {coordinates}>"
+
+    def __getitem__(self, name: str) -> Any:
+        """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
+        check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
+        if name not in self.symbols:
+            raise UnknownNameError(f"there is no {name!r}; {choice(name, self.symbols)}")
+        return self.symbols[name]
+
+    @cached_property
+    def values(self) -> dict[Any, Any]:
+        """Values of parameters, exact, as `subs` takes them; parameters without a value are left out.
+
+        >>> import symdyn
+        >>> arm = symdyn.equations(symdyn.example("four_bar")).sympy()
+        >>> arm.M.subs(arm.values)[2, 2]
+        343/24
+        """
+        from symdyn.algebra import graph_to_sympy
+
+        graph = Graph()
+        found = {one.name: one.value.express(graph) for one in self.scene.parameters if one.value is not None}
+        numbers = graph_to_sympy(list(found.values()))
+        return {self.symbols[name]: number for name, number in zip(found, numbers, strict=True)}
+
+    @property
+    def equations(self) -> list[Any]:
+        """The equations of motion, one `Eq` a coordinate.
+
+        >>> import symdyn
+        >>> symdyn.equations(symdyn.example("pendulum")).sympy().equations
+        [Eq(g*l*m*sin(q1) + l**2*m*q1_ddot, -b*q1_dot + tau1)]
+        """
+        from sympy import Eq
+
+        left = self.M * self.qdd + self.c + self.g + self.k_E
+        return [Eq(*sides) for sides in zip(left, self.tau + self.G.T * self.multipliers, strict=True)]
+
+    def subs(self, *given: Any) -> SympyEquations:
+        """Return the equations with values or expressions in place of symbols, as SymPy's `subs` does, or of names.
+
+        Lengths of struts are written out.
+
+        >>> import symdyn
+        >>> arm = symdyn.equations(symdyn.example("two_link")).sympy()
+        >>> arm.subs({"m1": 0, "q2": 0}).M[0, 1], arm.subs("m1", 1).M[1, 1]
+        (h1*h2*m2 + h2**2*m2, h2**2*m2)
+        """
+        pairs = dict(given[0] if len(given) == 1 else [given])
+        known = self._known(pairs)
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        put = {name: self._explicit(part).subs(known) for name, part in parts.items() if hasattr(part, "free_symbols")}
+        motions = {one: form.subs(known) for one, form in self.motions.items()}
+        return replace(self, **put, motions=motions, sub={})
+
+    def _known(self, values: Mapping[Any, Any]) -> dict[Any, Any]:
+        """Return values and expressions, of which texts are formulas of symdyn, by symbol."""
+        from sympy import sympify
+
+        from symdyn.algebra import graph_to_sympy
+
+        if not isinstance(values, Mapping):
+            raise EmitError(f"{quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
+
+        def read(value: Any) -> Any:
+            if not isinstance(value, str):
+                return sympify(value, strict=True)
+            (found,) = graph_to_sympy([parse(value).express(Graph())])
+            return found.xreplace({one: self[str(one)] for one in found.free_symbols})
+
+        return {self[one] if isinstance(one, str) else one: read(value) for one, value in values.items()}
+
+    def _explicit(self, part: Any) -> Any:
+        """Return a matrix or an energy with lengths of struts written out."""
+        return part.subs(self.sub).doit() if self.sub else part
+
+    def _balance(self) -> tuple[Any, Any]:
+        """Return A and b of A [q̈; λ] = b; where a motion is prescribed, q̈ is its own, and the drive follows."""
+        from sympy import zeros
+
+        n, rows, t = self.M.rows, self.G.rows, self.symbols[TIME]
+        A = self.M.row_join(-self.G.T).col_join(self.G.row_join(zeros(rows, rows))).as_mutable()
+        b = (self.tau - self.c - self.g - self.k_E).col_join(-self.bias).as_mutable()
+        for k in range(n):
+            if self.q[k] in self.motions:
+                A[k, :] = zeros(1, n + rows)
+                A[k, k], b[k] = 1, self.motions[self.q[k]].diff(t, 2)
+        return A, b
+
+    def solve_accelerations(self) -> tuple[Any, Any]:
+        """Return q̈, shape (n, 1), and λ, shape (m, 1), solved for.
+
+        >>> import symdyn
+        >>> symdyn.equations(symdyn.example("pendulum")).sympy().solve_accelerations()[0]
+        Matrix([[(-b*q1_dot - g*l*m*sin(q1) + tau1)/(l**2*m)]])
+
+        Raises:
+            EmitError: the solution is too long for anybody; with what works in its place.
+        """
+        from sympy import ImmutableMatrix
+
+        A, b = self._balance()
+        if sum(one.count_ops() for one in (*A, *b)) * GROWTH**A.rows > MOST:
+            raise EmitError(
+                f"{self.scene.name}: {A.rows} equations are too many, or too long, to be solved in symbols; take "
+                ".lambdify(), which solves them in numbers, or symdyn.load(scene).forward_dynamics, the fastest"
+            )
+        found = ImmutableMatrix(A.adjugate() * b / A.det() if A.rows <= CRAMER else A.LUsolve(b))
+        return found[: self.M.rows, :], found[self.M.rows :, :]
+
+    def state_space(self) -> tuple[Any, Any]:
+        """Return x = [q; q̇] and f of ẋ = f, columns in symbols: of drives, inputs, parameters and t, too.
+
+        >>> import symdyn
+        >>> x, f = symdyn.equations(symdyn.example("pendulum")).sympy().state_space()
+        >>> x.T, f[0]
+        (Matrix([[q1, q1_dot]]), q1_dot)
+
+        Raises:
+            EmitError: as of `solve_accelerations`.
+        """
+        rates = self.qd.col_join(self.solve_accelerations()[0])
+        return self.q.col_join(self.qd), self._explicit(rates)
+
+    def lambdify(self, values: Mapping[Any, Any] | None = None) -> Callable[[float, Any], Array]:
+        """Return f(t, x) of ẋ = f as NumPy computes it, for `scipy.integrate.solve_ivp`, x = [q; q̇].
+
+        Accelerations are solved for at every call, so that equations may be of any size.
+
+        >>> import symdyn
+        >>> from scipy.integrate import solve_ivp
+        >>> rates = symdyn.equations(symdyn.example("cart_pole")).sympy().lambdify({"F": "-10*x"})
+        >>> round(float(solve_ivp(rates, (0, 1), [0.1, 0, 0, 0], rtol=1e-9).y[0, -1]), 6)
+        -0.053859
+
+        Args:
+            values: of parameters, drives and inputs, by name or symbol: numbers, or expressions in x and t. Parameters
+                have those of the scene where none is given, drives and inputs zero.
+
+        Raises:
+            UnknownNameError: a name that is none.
+            FormulaError: text that is no formula.
+            EmitError: parameters without a value.
+        """
+        import numpy as np
+        import sympy
+
+        idle = [*filter(None, self.scene.drives), *(one.name for one in self.scene.inputs)]
+        known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known({} if values is None else values)}
+        x, t = self.q.col_join(self.qd), self.symbols[TIME]
+        places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
+        parts = [self._explicit(part).xreplace(known).xreplace(places) for part in self._balance()]
+        if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
+            raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
+        shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
+        call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
+
+        def rates(t: float, x: Any) -> Array:
+            A, b = call(t, x)
+            return np.concatenate([x[n:], np.linalg.solve(A, b)[:n, 0]])
+
+        return rates
+
+
+MOST, GROWTH = 500_000, 3
+"""Operations that are solved in symbols, each equation making them so many times more; a four-bar has 74 thousand."""
+
+CRAMER = 3
+"""Equations that are solved by Cramer's rule, whose result is one quotient."""
+
+
+def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
+    """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
+    from sympy import ImmutableMatrix
+
+    from symdyn.algebra import graph_to_sympy
+
+    scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
+    positive = [one.name for one in scene.parameters if one.positive]
+    rates, accelerations = scene.velocities, [acceleration_name(u) for u in scene.velocities]
+    sizes = [row.multiplier for row in rows]
+    names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
+    names += [*filter(None, scene.drives), *(one.name for one in scene.inputs), *sizes, TIME]
+    plain = {name: Symbol(name).to_sympy(positive) for name in names}
+    symbols = plain | _in_time(scene, sizes) if dynamic else plain
+    moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
+    functions = _functions(page, plain, moved)
+    symbols |= functions
+    moved |= {Symbol(name).to_sympy(positive): function for name, function in functions.items()}
+
+    def write(one: Form | Expr) -> Any:
+        found = graph_to_sympy([one], positive)[0] if isinstance(one, Expr) else one.to_sympy(positive)
+        return found.xreplace(moved)
+
+    def matrix(entries: Iterable[Sequence[Form | Expr]], width: int = 1) -> Any:
+        listed = [write(one) for row in entries for one in row]
+        return ImmutableMatrix(len(listed) // width if width else 0, width, listed)
+
+    def column(entries: Iterable[Form | Expr]) -> Any:
+        return matrix([one] for one in entries)
+
+    def alone(kind: str) -> Any:
+        return column(Form.sum(c.form for c in row if c.kind == kind) for row in page.rows)
+
+    kept = _as_derived(scene) if page.constraints.missing else [(row.G, row.bias, row.residual) for row in rows]
+    return SympyEquations(
+        scene=scene,
+        symbols=symbols,
+        q=column(map(Symbol, scene.coordinates)),
+        qd=column(map(Symbol, rates)),
+        qdd=column(map(Symbol, accelerations)),
+        M=matrix([[c.form for c in page.inertia(i)] for i in n], len(n)),
+        C=matrix([_christoffel(page, i) for i in n], len(n)),
+        c=column(page.coriolis(i) for i in n),
+        g=alone("k_G"),
+        k_E=alone("k_E"),
+        tau=column(page.right),
+        G=matrix((G for G, _, _ in kept), len(n)),
+        multipliers=column(map(Symbol, sizes)),
+        bias=column(bias for _, bias, _ in kept if bias is not None),
+        residual=column(residual for _, _, residual in kept if residual is not None),
+        motions={symbols[name]: write(form) for name, form in page.motions},
+        K=write(page.K),
+        P=write(page.P),
+        sub={function: write(page.lengths.explicit[name]) for name, function in functions.items()},
+        unsimplified=page.constraints.missing,
+    )
+
+
+def _christoffel(page: Printable, i: int) -> list[Form]:
+    """Return row i of C: k_D,ij q̇_j + Σ_k k_C,i,jk q̇_k / 2, half of each product of two velocities to either one."""
+    velocities = [Symbol(u) for u in page.scene.velocities]
+    terms: list[list[Form]] = [[] for _ in velocities]
+    for c in page.rows[i]:
+        if c.of != "qd" or c.vanishes:
+            continue
+        _, j, *other = (index - 1 for index in c.indices)
+        if other:
+            terms[j].append(Form.product((HALF, c.form, velocities[other[0]])))
+            terms[other[0]].append(Form.product((HALF, c.form, velocities[j])))
+        else:
+            terms[j].append(Form.product((c.form, velocities[j])))
+    return [Form.sum(some) for some in terms]
+
+
+def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]]:
+    """Return G, Ġ u and residual of the rows of a scene, for those without a closed form."""
+    graph = Graph()
+    found = differentiated(scene, graph, State.of(scene, graph))
+    return [
+        (found.G[k], found.bias[k], found.residual[k] if found.labels[k].holonomic else None)
+        for k in Workspace(scene).loops.decisions.independent_rows
+    ]
+
+
+def _functions(page: Printable, plain: Mapping[str, Any], moved: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the lengths of struts and their rates as functions of what they depend on, so that these move them."""
+    from sympy import Function
+
+    used = page.lengths.used((*page.forms, page.P))
+    found = {}
+    for name, _ in used:
+        needed = set(page.lengths.explicit[name].symbols)
+        arguments = [plain[one].xreplace(moved) for one in plain if one in needed]
+        found[name] = Function(name, real=True)(*arguments)
+    return found
+
+
+def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:
+    """Return what moves and what drives it as SymPy's `dynamicsymbols`, velocities as derivatives, and its t."""
+    from sympy.physics.vector import dynamicsymbols
+
+    found = {TIME: dynamicsymbols._t}
+    given = [*filter(None, scene.drives), *(one.name for one in scene.inputs), *multipliers]
+    found |= {name: dynamicsymbols(name) for name in given}
+    for coordinate, velocity in zip(scene.coordinates, scene.velocities, strict=True):
+        found[coordinate] = dynamicsymbols(coordinate)
+        found[velocity] = found[coordinate].diff(found[TIME])
+        found[acceleration_name(velocity)] = found[velocity].diff(found[TIME])
+    return found
