@@ -83,6 +83,7 @@ class Trajectory(Shown):
         low: what q and qd are beyond their doubles, shape (N, nq + nv), of runs with 31 digits; else None.
         held: names of the columns that a controller holds from one sample to the next.
         saturations: when a controller's forces were cut at their limits, in order.
+        dense: what the run is between its rows, see `run(t)`; None of motions that were not integrated here.
     """
 
     scene: Scene
@@ -106,6 +107,11 @@ class Trajectory(Shown):
     low: Array | None = None
     held: tuple[str, ...] = ()
     saturations: tuple[Saturation, ...] = ()
+    dense: Callable[[Trajectory, Array], Trajectory] | None = field(default=None, repr=False)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process is sent: the rows, not the equations that go on between them."""
+        return {**self.__dict__, "dense": None}
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} … {self.t[-1]:g} s, " if len(self.t) else ""
@@ -165,6 +171,33 @@ class Trajectory(Shown):
             if not any(letter in name for letter in "*?[") and name not in every and not known(name):
                 raise UnknownNameError(f"{scene.name}: {missing(name, every)}")
 
+    def __call__(self, t: float | Sequence[float] | Array) -> Trajectory:
+        """Return the run at other times, a row for each, as exact as its own rows: all columns, and all that they need.
+
+        The integrator goes on from the row before each time, at the tolerances of the run, so that many times at once
+        cost less than one after the other. What was sampled by a controller is not sampled again; a law that acts all
+        the time, or a function of time, is asked again.
+
+        >>> import symdyn
+        >>> run = symdyn.simulate(symdyn.example("cart_pole"), forces="F=0.5*cos(t)", until=2)
+        >>> run([0.505, 1.0]).q.shape, bool(run(1.0)["x"] == run["x"][100])
+        ((2, 2), True)
+
+        Args:
+            t: times within the run in any order, s, shape (N,); one number gives one row.
+
+        Raises:
+            SimulateError: a time outside of the run, or a motion that was not integrated here: that of `inverse`, of a
+                file or of another process.
+        """
+        check_arguments(Trajectory.__call__, locals(), SimulateError)
+        if self.dense is None:
+            raise SimulateError(
+                f"{self.scene.name}: there are no equations at hand that go on between the rows of this motion: it is "
+                "given, or comes from a file or another process; simulate it, or interpolate its columns"
+            )
+        return self.dense(self, np.atleast_1d(np.asarray(t, dtype=np.float64)))
+
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""
         parts = [self.t[:, None], self.q, self.qd, self.qdd, self.tau]
@@ -179,12 +212,14 @@ class Trajectory(Shown):
         """Yield the names of the columns: `"q1" in run`, `dict(run)`."""
         return iter(self.names)
 
-    def __getitem__(self, name: str) -> Array:
-        """Return a column by its name, shape (N,).
+    def __getitem__(self, name: str | Sequence[str]) -> Array:
+        """Return a column by its name, shape (N,), or several by a list of names, shape (N, len(names)).
 
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
+        if isinstance(name, list | tuple):
+            return np.stack([self[one] for one in name], axis=1) if name else np.empty((len(self.t), 0))
         if not isinstance(name, str) or name not in self.names:
             raise UnknownNameError(f"{self.scene.name}: {missing(name, self.names)}")
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
