@@ -9,7 +9,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -33,10 +33,35 @@ FINE = 120.0  # moments a second of the paths that points leave
 SAMPLES = 6  # moments at which labels keep clear of lines
 
 
+@runtime_checkable
+class Moved(Protocol):
+    """A scene in motion, as a run is: times t, s, and positions q, shapes (N,) and (N, nq)."""
+
+    @property
+    def scene(self) -> Scene: ...  # noqa: D102
+    @property
+    def t(self) -> Array: ...  # noqa: D102
+    @property
+    def q(self) -> Array: ...  # noqa: D102
+
+
+def motion_of(
+    scene: SceneLike | Moved, times: Sequence[float] | Array | None, positions: Sequence[Sequence[float]] | Array | None
+) -> tuple[Scene, Sequence[float] | Array, Sequence[Sequence[float]] | Array]:
+    """Return a scene, times and positions, those of a run or those that are given; DrawError where they are not."""
+    if isinstance(scene, Moved):
+        if times is not None or positions is not None:
+            raise DrawError(f"{scene.scene.name}: a run has times and positions of its own; leave others out")
+        return scene.scene, scene.t, scene.q
+    if times is None or positions is None:
+        raise DrawError("a scene moves by times and positions: give both behind it, or a run alone")
+    return scene_of(scene), times, positions
+
+
 def animation(
-    scene: SceneLike,
-    times: Sequence[float] | Array,
-    positions: Sequence[Sequence[float]] | Array,
+    scene: SceneLike | Moved,
+    times: Sequence[float] | Array | None = None,
+    positions: Sequence[Sequence[float]] | Array | None = None,
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
     scheme: str = "auto",
@@ -54,9 +79,9 @@ def animation(
     '<!DOCTYPE html>'
 
     Args:
-        scene: any scene.
-        times: increasing, s; shape (N,).
-        positions: q at every time, shape (N, nq).
+        scene: a run; or any scene, and how it moves.
+        times: of a scene, increasing, s; shape (N,).
+        positions: of a scene, q at every time, shape (N, nq).
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses.
         scheme: "auto", "light" or "dark".
@@ -68,7 +93,7 @@ def animation(
             position.
     """
     check_arguments(animation, locals(), DrawError)
-    (fps,), scene = native(float, fps), scene_of(scene)
+    (fps,), (scene, times, positions) = native(float, fps), motion_of(scene, times, positions)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}

@@ -25,6 +25,7 @@ from symdyn.simulation.prescribed.forces import drive_names
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -243,16 +244,16 @@ class Trajectory(Shown):
                 raise EmitError(f"{self.scene.name}: file = {quoted(file)} takes no text: {fault}") from None
         return text
 
-    def save(self, file: str | Path) -> None:
-        """Write the columns to a .csv or .npz file, the latter with how it was made.
+    def to_npz(self, file: str | Path) -> None:
+        """Write the columns, their names and how the run was made to a .npz file, which `numpy.load` reads.
 
         Raises:
             SimulateError: another ending, or a file that cannot be written.
         """
-        check_arguments(Trajectory.save, locals(), SimulateError)
-        from symdyn.simulation.panels import record
+        check_arguments(Trajectory.to_npz, locals(), SimulateError)
+        from symdyn.simulation.panels import write_npz
 
-        record(self, Path(file))
+        write_npz(self, Path(file))
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the columns as a data frame over the index t, s; `attrs["units"]` has a unit for each.
@@ -286,24 +287,36 @@ class Trajectory(Shown):
             "monitors": dict(self.monitors),
         }
 
-    def plot(self, *names: str | Sequence[str]) -> Figure:
-        """Return a figure of matplotlib, which a notebook shows: an axis a unit.
+    def plot(
+        self,
+        *names: str | Sequence[str | Sequence[str]],
+        axes: Axes | Sequence[Axes] | None = None,
+        width: float | str | None = None,
+    ) -> Figure:
+        """Return a figure of matplotlib, which a notebook shows and whose axes are yours to change.
 
         Args:
-            names: of columns, or patterns such as "point_*"; without any, the coordinates, velocities, driving forces
-                that are not zero, energies, and what is off.
+            names: of columns, or patterns such as "point_*", one panel a unit; or lists of them, one panel each:
+                `plot([["x"], ["F", "reaction_*"]])`. Without any, the coordinates, velocities, inputs, driving forces,
+                reactions that the run has, outputs and energies; forces that are zero all the time are left out.
+            axes: of a figure of yours, as many as panels, to draw into; its figure is returned.
+            width: "column" of a paper, 3.3 in, with small letters and without a heading; "slide", 11 in, with large
+                ones; or inches. Usually 8.
 
         Raises:
             UnknownNameError: there is no such column.
-            SimulateError: matplotlib is not installed.
+            SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
         """
         check_arguments(Trajectory.plot, locals(), UnknownNameError)
         from symdyn.simulation.panels import figure
 
-        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+        each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
+        return figure(self, each, axes, width)
 
-    def save_plot(self, file: str | Path, names: Sequence[str] = ()) -> None:
-        """Write a plot to a .svg, .pdf, .png or .html file; `names` as of `plot`.
+    def save_plot(
+        self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
+    ) -> None:
+        """Write a plot to a .svg, .pdf, .png or .html file; `names` and `width` as of `plot`.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -312,7 +325,7 @@ class Trajectory(Shown):
         check_arguments(Trajectory.save_plot, locals(), SimulateError)
         from symdyn.simulation.panels import plot
 
-        plot(self, Path(file), list(names))
+        plot(self, Path(file), list(names), width)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the usual plot as a picture; the same run, the same bytes.
@@ -325,7 +338,17 @@ class Trajectory(Shown):
 
         return draw(self, kind)
 
-    def animate(
+    def animate(self, fps: float = 30.0, loop: bool = True) -> str:
+        """Return the mechanism as it moves, a page that a notebook shows; all as of `symdyn.animation`.
+
+        Raises:
+            DrawError: a rate that is none, or a motion that cannot be drawn.
+        """
+        from symdyn.draw import animation
+
+        return animation(self, fps=fps, loop=loop)
+
+    def film(
         self,
         file: str | Path,
         fps: float | None = None,
@@ -340,7 +363,7 @@ class Trajectory(Shown):
         """
         from symdyn.draw import film
 
-        return film(self.scene, self.t, self.q, file, fps=fps, size=size, loop=loop, note=note)
+        return film(self, file, fps=fps, size=size, loop=loop, note=note)
 
     @property
     def _about(self) -> dict[str, str | float]:

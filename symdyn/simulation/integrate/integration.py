@@ -80,7 +80,7 @@ class InitialValueProblem:
     @property
     def bound(self) -> float:
         """Time beyond which no step may go: where a controller is due, else the end."""
-        return self.until if self.system.loop is None else self.system.loop.due
+        return self.until if self.system.loop is None else min(self.until, self.system.loop.due)
 
 
 @dataclass(frozen=True)

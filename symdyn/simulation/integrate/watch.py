@@ -258,7 +258,9 @@ class Watch:
         self.entered: dict[int, tuple[float, Array]] = {}
         if problem.stops:
             self._stand(problem.begin, problem.x)
-            self.armed = np.where(np.abs(self.values) <= self._noise(problem.begin, problem.x), 0.0, np.sign(self.values))
+            self.armed = np.where(
+                np.abs(self.values) <= self._noise(problem.begin, problem.x), 0.0, np.sign(self.values)
+            )
 
     def copy(self) -> Watch:
         """Return one that stands where this one does."""
