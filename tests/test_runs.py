@@ -126,7 +126,8 @@ def test_every_axis_of_a_plot_has_one_unit_and_forces_that_are_zero_are_left_out
     axes = run.plot().axes
 
     assert [axis.get_title(loc="left") for axis in axes] == [
-        "coordinates, m", "coordinates, rad", "velocities, m/s", "velocities, rad/s", "driving forces, N", "energies, J",
+        "coordinates, m", "coordinates, rad", "velocities, m/s", "velocities, rad/s", "driving forces, N",
+        "energies, J",
     ]  # fmt: skip
     assert not any(panel.mixed for panel in panels(run))
     labels = [[line.get_label() for line in axis.get_lines() if line.get_label()[0] != "_"] for axis in axes]

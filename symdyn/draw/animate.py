@@ -19,7 +19,7 @@ from symdyn.draw.pictures import HtmlText, body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, Put, places, put
 from symdyn.draw.shapes import Item, Shape, Title, path
 from symdyn.draw.stage import Stage, View, pose, values_of
-from symdyn.draw.svg import Drawing, order, svg
+from symdyn.draw.svg import Drawing, number, order, svg
 from symdyn.emit import in_html, render
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneLike, scene_of
@@ -98,6 +98,7 @@ def animation(
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
     data |= {} if loop else {"once": True}
+    data |= {} if drawing.camera is None else {"view": _frames(drawing)}
     page = render(
         "draw/animation.html.jinja",
         {
@@ -127,7 +128,7 @@ def moving(
     kept = _kept(fine, fps, most)
     t, q = fine[kept], ways[kept]
     stage = Stage(scene, q, values, view)
-    found, seen = stage.places, stage.view
+    found, (seen, camera) = stage.places, stage.filmed(t)
     items, labels = mechanism(scene, found, seen)
     items = (*_traces(places(scene, ways, values), seen), *items)
     sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)
@@ -136,8 +137,9 @@ def moving(
     few = [type(one)(one.id, one.text, one.at[sampled], one.gap, one.away, one.look) for one in named]
     puts = put(few, segments)
     whole = {one.id: one for one in named}
-    drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts))
-    return with_corner(drawing, scene, found, seen, segments), t
+    drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts), camera)
+    shown = segments if camera is None else segments - camera[sampled][:, None, None]
+    return with_corner(drawing, scene, found, seen, shown), t
 
 
 def moments(
@@ -275,10 +277,19 @@ def moving_picture(
     if len(t) < 2:
         return TAGGED.sub(_still, text)
     clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} {REPEATED[loop]}'
+    if frames := _frames(drawing):
+        moved = f'<animate attributeName="viewBox" values="{";".join(frames)}" {clock}/>'
+        text = text.replace("</title>", f"</title>\n{moved}", 1)
     return TAGGED.sub(partial(_animated, rows, clock), text)
 
 
 REPEATED = {True: 'repeatCount="indefinite"', False: 'fill="freeze"'}
+
+
+def _frames(drawing: Drawing) -> list[str]:
+    """Return the frame of a drawing at every moment, as SVG has it."""
+    corners = (drawing.corner(k) for k in range(0 if drawing.camera is None else len(drawing.camera)))
+    return [" ".join(map(number, (*corner, *drawing.box[2:]))) for corner in corners]
 
 
 def _key_times(t: Array) -> str:

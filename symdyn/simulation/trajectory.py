@@ -197,7 +197,13 @@ class Trajectory(Shown):
                 f"{self.scene.name}: there are no equations at hand that go on between the rows of this motion: it is "
                 "given, or comes from a file or another process; simulate it, or interpolate its columns"
             )
-        return self.dense(self, np.atleast_1d(np.asarray(t, dtype=np.float64)))
+        try:
+            times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        except (TypeError, ValueError):
+            times = np.empty((0, 0))
+        if times.ndim != 1:
+            raise SimulateError(f"{self.scene.name}: t = {quoted(t)}: give a time, s, or a list of times")
+        return self.dense(self, times)
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""
@@ -363,7 +369,7 @@ class Trajectory(Shown):
         """
         from symdyn.draw import film
 
-        return film(self, file, fps=fps, size=size, loop=loop, note=note)
+        return film(self, file=file, fps=fps, size=size, loop=loop, note=note)
 
     @property
     def _about(self) -> dict[str, str | float]:
