@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import native
 from symdyn.draw import FilledFigure, Reel, check_film as check_reel
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import Contents, in_html, render, write
@@ -158,13 +159,17 @@ def panels(trajectory: Trajectory, names: Names = ()) -> list[Panel]:
     every, (_, table) = trajectory.columns, trajectory.table()
     numbers = {one.name: x for one, x in reversed(list(zip(every, table.T, strict=True)))}
     groups: dict[Hashable, list[Column]] = {}
-    if names:
-        column, where = {one.name: one for one in reversed(every)}, trajectory.scene.name
-        for k, one in enumerate(names):
-            for name in chosen(trajectory.names, [one] if isinstance(one, str) else one, where):
-                group = groups.setdefault(column[name].unit if isinstance(one, str) else k, [])
-                group += [] if column[name] in group else [column[name]]
-    else:
+    for k, one in enumerate(names := list(names)):
+        column, loose = (
+            {one.name: one for one in reversed(every)},
+            isinstance(one, str) or not isinstance(one, Iterable),
+        )
+        for name in chosen(trajectory.names, [one] if loose else one, trajectory.scene.name):
+            group = groups.setdefault(column[name].unit if loose else k, [])
+            group += [] if column[name] in group else [column[name]]
+    if names and not groups:
+        raise UnknownNameError(f"{trajectory.scene.name}: {missing('', trajectory.names)}")
+    if not names:
         for usual in sorted((one for one in every if one.kind in USUAL), key=lambda one: USUAL.index(one.kind)):
             groups.setdefault((usual.kind, usual.unit), []).append(usual)
         groups = {key: _moved(some, numbers) if some[0].kind in PUSHING else some for key, some in groups.items()}
@@ -246,9 +251,10 @@ def size_of(width: float | str | None) -> PlotSize:
         if width not in SIZES:
             raise SimulateError(f'width = "{width}": write "column", "slide" or inches')
         return SIZES[width]
-    if not 1 <= width <= 50:
-        raise SimulateError(f"width = {width:g} in: give 1 to 50 inches")
-    return PlotSize(float(width)) if width >= 5 else replace(SIZES["column"], width=float(width))
+    (inches,) = native(float, width)
+    if not 1 <= inches <= 50:
+        raise SimulateError(f"width = {inches:g} in: give 1 to 50 inches")
+    return PlotSize(inches) if inches >= 5 else replace(SIZES["column"], width=inches)
 
 
 def plot(trajectory: Trajectory, path: Path, names: Names = (), width: float | str | None = None) -> None:

@@ -225,12 +225,15 @@ class Trajectory(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        if isinstance(name, list | tuple):
-            return np.stack([self[one] for one in name], axis=1) if name else np.empty((len(self.t), 0))
-        if not isinstance(name, str) or name not in self.names:
-            raise UnknownNameError(f"{self.scene.name}: {missing(name, self.names)}")
+        names = self.names
+        for one in name if isinstance(name, list | tuple) else [name]:
+            if not isinstance(one, str) or one not in names:
+                raise UnknownNameError(f"{self.scene.name}: {missing(one, names)}")
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
-        return np.array([*state, *self.extra.values()][self.names.index(name)])
+        every = [*state, *self.extra.values()]
+        if isinstance(name, str):
+            return np.array(every[names.index(name)])
+        return np.array([every[names.index(one)] for one in name]).reshape(-1, len(self.t)).T
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
