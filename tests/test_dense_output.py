@@ -9,7 +9,7 @@ import pytest
 import symdyn
 from symdyn.errors import SimulateError
 from symdyn.scene import read
-from symdyn.simulation import Feedback, Trajectory, inverse, simulate
+from symdyn.simulation import Feedback, Trajectory, inverse, linear_law, simulate
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "cart_pole.toml"
@@ -95,6 +95,21 @@ def test_samples_of_a_controller_are_not_taken_twice() -> None:
     acted = Feedback(lambda t, q, u: forces[min(round(t / 0.01), len(forces) - 1)], ("F",), period=0.01)
     exact = simulate(ARM, until=1.0, every=0.005, start="theta=0.2", feedback=acted, rtol=1e-12)
     assert np.abs(exact.q[1:-1:2] - found.q).max() < 1e-8
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("period", [None, 0.05])
+def test_states_of_a_controller_go_on_between_rows(period: float | None) -> None:
+    law = linear_law(
+        -20 if period is None else 0.4, 1 if period is None else 0.03, -340, 20, "theta", "F", period=period
+    )
+    options = {"until": 1.0, "start": {"theta": "0.1"}, "feedback": law}
+    exact = simulate(ARM, every=0.01, rtol=1e-12, **options)
+    found = simulate(ARM, every=0.25, **options)(exact.t)
+    assert found.names == exact.names
+    assert np.abs(found.q - exact.q).max() < 1e-8
+    for name in ("controller_x1", "F", "command_F"):
+        assert np.abs(found[name] - exact[name]).max() < 1e-6 * np.abs(exact[name]).max()
 
 
 @pytest.mark.runs("cc")

@@ -160,13 +160,12 @@ def panels(trajectory: Trajectory, names: Names = ()) -> list[Panel]:
     numbers = {one.name: x for one, x in reversed(list(zip(every, table.T, strict=True)))}
     groups: dict[Hashable, list[Column]] = {}
     for k, one in enumerate(names := list(names)):
-        column, loose = (
-            {one.name: one for one in reversed(every)},
-            isinstance(one, str) or not isinstance(one, Iterable),
-        )
-        for name in chosen(trajectory.names, [one] if loose else one, trajectory.scene.name):
-            group = groups.setdefault(column[name].unit if loose else k, [])
-            group += [] if column[name] in group else [column[name]]
+        loose = isinstance(one, str) or not isinstance(one, Iterable)
+        some: Iterable[Any] = [one] if loose else one
+        for name in chosen(trajectory.names, some, trajectory.scene.name):
+            column = next(one for one in every if one.name == name)
+            group = groups.setdefault(column.unit if loose else k, [])
+            group += [] if column in group else [column]
     if names and not groups:
         raise UnknownNameError(f"{trajectory.scene.name}: {missing('', trajectory.names)}")
     if not names:
