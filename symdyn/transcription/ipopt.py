@@ -25,7 +25,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from operator import index
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,9 @@ from symdyn.extras import install
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
 from symdyn.transcription.solution import Searched, Solution, lagrangian
-from symdyn.transcription.transcribed import Collocation
+
+if TYPE_CHECKING:
+    from symdyn.transcription.transcribed import Collocation
 
 WAVES = 4
 """Half waves that a motion which is drawn has beside the guess."""

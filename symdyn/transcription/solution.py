@@ -28,12 +28,13 @@ from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
 from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.grid import Places, Row
-from symdyn.transcription.local import Source, appearing, argument_of, inputs_of, symbols_of
-from symdyn.transcription.transcribed import PLACES, Collocation
+from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from symdyn.transcription.transcribed import Collocation
 
 
 @dataclass(frozen=True)

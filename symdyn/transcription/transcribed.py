@@ -34,25 +34,13 @@ from symdyn.scene import Scene
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
-from symdyn.transcription.local import Local, Source
+from symdyn.transcription.local import PLACES, Local, Source
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from symdyn.transcription.solution import Solution
-
-
-PLACES = {
-    "balance": "stage",
-    "rates": "stage",
-    "running": "stage",
-    "held": "node",
-    "pull": "node",
-    "path": "node",
-    "final": "end",
-}
-"""Where each local function is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
