@@ -334,9 +334,9 @@ def _dot(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
     )
 
 
-def _put(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str, more: str = "") -> str:
+def _put(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
     values = _values(rows, lambda row: f"{row[k] / 10:g} {row[k + 1] / 10:g}")
-    return f'<animateTransform attributeName="transform" type="translate" {values} {clock}{more}/>'
+    return f'<animateTransform attributeName="transform" type="translate" {values} {clock}/>'
 
 
 def _disc(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
@@ -344,7 +344,7 @@ def _disc(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str
     jump = ' calcMode="discrete"'
     angles = _values(rows, lambda row: f"{row[k + 3] / 10:g}")
     return (
-        _put(rows, k, clock, parts, end, jump)
+        _put(rows, k, clock, parts, end)
         + f'<animateTransform attributeName="transform" type="rotate" additive="sum" {angles} {clock}{jump}/>'
         + f'<animate attributeName="ry" {_values(rows, lambda row: f"{row[k + 2] / 10:g}")} {clock}{jump}/>'
     )
