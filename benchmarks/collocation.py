@@ -38,7 +38,7 @@ import symdyn
 from symdyn.dynamics import Equations, Function, derive_one, row_of
 from symdyn.program import lower
 from symdyn.simulation.equations.compiled_routines import plain
-from symdyn.transcription import Collocation, solve
+from symdyn.transcription import Collocation
 from symdyn.transcription.local import argument_of, inputs_of, partials, slopes_of, written
 from symdyn.transcription.solution import lagrangian
 
@@ -162,7 +162,7 @@ def main(python: str | None, rounds: int, wanted: Sequence[str], rules: Sequence
         for method, problem in problems.items():
             for exact in (True, False) if method in rules else (True,):
                 began = time.process_time()
-                found = solve(problem, exact=exact, max_iter=MOST)
+                found = problem.solve(exact=exact, max_iter=MOST)
                 words = f"{time.process_time() - began:.2f} s, {found.iterations} iterations, "
                 words += f"cost {found.objective:.6f}, {found.status}"
                 print(f"  symdyn {method}, {'with' if exact else 'without'} Hessian: {words}", flush=True)

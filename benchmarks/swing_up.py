@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_bvp
 
 import symdyn
-from symdyn.transcription import METHODS, Collocation, Solution, along, solve
+from symdyn.transcription import METHODS, Collocation, Solution, along
 from symdyn.transcription.solution import lagrangian
 
 Array = NDArray[np.float64]
@@ -85,17 +85,17 @@ def pendulum() -> None:
     from collocation import fixed_pendulum
 
     def told(method: str, where: str, found: Solution) -> None:
-        end, turns = found.simulated(rtol=1e-11).q[-1, 0], np.diff(np.sign(found.motion.qd[:, 0]))
+        end, turns = found.simulated(rtol=1e-11).q[-1, 0], np.diff(np.sign(found.run.qd[:, 0]))
         words = f"cost {found.objective:.4f}, {np.count_nonzero(turns)} changes of sign, {found.iterations} iterations"
         print(f"pendulum, {method} from {where}: {words}, simulated to {end:.4f} rad")
 
-    best = solve(fixed_pendulum("hermite_simpson"), max_iter=1000)
+    best = fixed_pendulum("hermite_simpson").solve(max_iter=1000)
     told("hermite_simpson", "a straight way", best)
     run = best.simulated(rtol=1e-11, every=best.duration / 500)
     for method in ("implicit_midpoint", "trapezoidal"):
-        told(method, "a straight way", solve(fixed_pendulum(method), max_iter=1000))
+        told(method, "a straight way", fixed_pendulum(method).solve(max_iter=1000))
         there = fixed_pendulum(method)
-        told(method, "that motion", solve(there, along(there, run), max_iter=1000))
+        told(method, "that motion", there.solve(along(there, run), max_iter=1000))
 
 
 def curvature(found: Collocation, z: Array, multipliers: Array) -> float:
@@ -116,10 +116,10 @@ def curvature(found: Collocation, z: Array, multipliers: Array) -> float:
 
 def optima() -> None:
     """Print which optima of the cart-pole eight starts find, and what conditions each fulfils."""
-    found = solve(problem(25), starts=8)
+    found = problem(25).solve(starts=8)
     print(found.searched)
     for one in found.optima:
-        bends, pushes = curvature(one.problem, one.z, one.multipliers), one.motion.tau[:, 0]
+        bends, pushes = curvature(one.problem, one.z, one.multipliers), one.run.tau[:, 0]
         words = f"cost {one.objective:.4f}, forces {pushes.min():.2f} … {pushes.max():.2f} N, curvature {bends:.1e}"
         at_bounds = np.abs(pushes).max() > 19.99  # where the principle is another one
         told = "" if at_bounds else f"; minimum principle: {truth(one.problem, one.z, one.multipliers):.9f} N² s"
@@ -131,8 +131,8 @@ def main() -> None:
     optima()
     for method in METHODS:
         for intervals in (25, 50, 100, 200):
-            found = solve(problem(intervals, method))
-            off = abs(found.simulated(rtol=1e-11).q[-1] - found.motion.q[-1]).max()
+            found = problem(intervals, method).solve()
+            off = abs(found.simulated(rtol=1e-11).q[-1] - found.run.q[-1]).max()
             words = f"{intervals} intervals, cost {found.objective:.7f}, end error {off:.1e}"
             print(f"{method}: {words}, {found.iterations} iterations")
     pendulum()

@@ -16,7 +16,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import SimulateError
-from symdyn.transcription import Collocation, Solution, solve
+from symdyn.transcription import Collocation, Solution
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -57,7 +57,7 @@ def test_what_ipopt_found_fulfils_the_conditions_of_an_optimum(name, request):
     """Equations hold, and the gradient is one of the equations wherever no bound is met (Karush, Kuhn, Tucker)."""
     problem = PROBLEMS[name]()
     if request.config.getoption("--update-golden"):
-        found = solve(problem, tol=1e-11, starts=STARTS.get(name, 1))
+        found = problem.solve(tol=1e-11, starts=STARTS.get(name, 1))
         known = json.loads(GOLDEN.read_text()) if GOLDEN.exists() else {}
         known[name] = {"z": found.z.tolist(), "multipliers": found.multipliers.tolist(), "objective": found.objective}
         GOLDEN.write_text(json.dumps(known) + "\n")
@@ -80,7 +80,7 @@ def test_the_forces_that_were_found_swing_the_pole_up():
     end = found.simulated(rtol=1e-9)
 
     assert end.q[-1] == pytest.approx([1, np.pi], abs=0.03)
-    assert found.motion.q[-1] == pytest.approx([1, np.pi])
+    assert found.run.q[-1] == pytest.approx([1, np.pi])
     assert found.objective == pytest.approx(PONTRYAGIN, rel=1e-4)
 
 
@@ -114,7 +114,7 @@ def test_no_motion_next_to_an_optimum_of_the_swing_up_is_better(name):
 @pytest.mark.targets
 @pytest.mark.parametrize("seed", [0, 1])
 def test_eight_starts_find_both_optima_and_tell_the_better_one_first(seed):
-    found = solve(swing_up(25), starts=8, seed=seed)
+    found = swing_up(25).solve(starts=8, seed=seed)
 
     costs = [one.objective for one in found.optima]
     assert costs[:2] == pytest.approx([57.938709, 58.805425], abs=1e-5)
@@ -137,7 +137,7 @@ def test_the_five_bar_keeps_to_its_line_and_its_loop_closes():
 
 @pytest.mark.targets
 def test_the_cost_goes_to_that_of_the_minimum_principle_with_the_order():
-    off = [solve(swing_up(intervals, tol_method)).objective - PONTRYAGIN for intervals, tol_method in MESHES]
+    off = [swing_up(intervals, tol_method).solve().objective - PONTRYAGIN for intervals, tol_method in MESHES]
 
     assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.1)
     assert abs(off[2]) < 1e-5 * PONTRYAGIN
@@ -149,9 +149,9 @@ MESHES = ((100, "trapezoidal"), (200, "trapezoidal"), (60, "hermite_simpson"))
 @pytest.mark.targets
 def test_second_derivatives_and_none_lead_to_the_same_motion():
     problem = swing_up(15)
-    near = solve(problem, max_iter=100).z
+    near = problem.solve(max_iter=100).z
 
-    newton, limited = (solve(problem, near, exact=exact, tol=1e-7) for exact in (True, False))
+    newton, limited = (problem.solve(near, exact=exact, tol=1e-7) for exact in (True, False))
 
     assert newton.success
     assert limited.success
@@ -162,21 +162,21 @@ def test_second_derivatives_and_none_lead_to_the_same_motion():
 @pytest.mark.targets
 def test_contradictions_and_wrong_options_are_told():
     with pytest.raises(SimulateError, match=r"given at t = 0 s contradicts itself.*a formula of the path is missed"):
-        solve(symdyn.collocation(FIVE, 1, 4, path={"point_tool_y": (1, 1)}))
+        symdyn.collocation(FIVE, 1, 4, path={"point_tool_y": (1, 1)}).solve()
     with pytest.raises(SimulateError, match=r"given at t = 1 s contradicts itself.*loops do not close"):
-        solve(symdyn.collocation(FIVE, 1, 4, end={"q1": 1, "q2": 2, "q3": 0.3, "q4": 0.3}))
+        symdyn.collocation(FIVE, 1, 4, end={"q1": 1, "q2": 2, "q3": 0.3, "q4": 0.3}).solve()
     with pytest.raises(SimulateError, match=r"IPOPT: No such IPOPT option: max_itr"):
-        solve(swing_up(4), max_itr=3)
+        swing_up(4).solve(max_itr=3)
     with pytest.raises(SimulateError, match=r"has the shape \(3,\); the problem has"):
-        solve(swing_up(4), np.zeros(3))
+        swing_up(4).solve(np.zeros(3))
     with pytest.raises(SimulateError, match="have no value there"):
-        solve(symdyn.collocation(SWING, 2, 4, cost="1/q1"))
+        symdyn.collocation(SWING, 2, 4, cost="1/q1").solve()
 
 
 def test_without_casadi_it_is_said_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(SimulateError, match=r"pip install .symdyn\[optimal\].; or hand the problem's residual"):
-        solve(swing_up(4))
+        swing_up(4).solve()
 
 
 @pytest.mark.parametrize(

@@ -70,9 +70,10 @@ def test_all_optima_are_told_best_first_and_how_many_starts_led_there(
         return solution(problem, start, 1.0, success=False) if there is None else solution(problem, *there)
 
     monkeypatch.setattr(ipopt, "_solved", one)
-    found = ipopt.solve(problem, starts=5, seed=7)
+    found = problem.solve(starts=5, seed=7)
     assert [one.objective for one in found.optima] == [2.0, 3.0, 3.0]
     assert found.objective == 2.0
+    assert repr(found) == "<Solution of swing_up: 2, ended after 1 iterations; 3 optima from 5 starts>"
     assert found.searched.led == ((2.0, 1), (3.0, 2), (3.0, 1))
     assert found.searched.failed == (("gave up", 1),)
     assert found.notes[-1] == (
@@ -84,8 +85,9 @@ def test_all_optima_are_told_best_first_and_how_many_starts_led_there(
 @pytest.mark.runs("cc")
 def test_one_start_is_said_to_be_one(problem: Collocation, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ipopt, "_solved", lambda problem, start, *_: solution(problem, start, 1.5))
-    found = ipopt.solve(problem)
+    found = problem.solve()
     assert found.optima == (found,)
+    assert repr(found) == "<Solution of swing_up: 1.5, ended after 1 iterations>"
     assert found.notes[-1].endswith("1.5 (1 start); another start may find a better one: starts=8")
     assert found.notes[-1] in found._repr_mimebundle_()["text/html"]
 
@@ -100,7 +102,7 @@ def test_a_page_of_an_optimum_says_how_it_was_searched(problem: Collocation, mon
     monkeypatch.setitem(sys.modules, "casadi", MagicMock(nlpsol=lambda *_: solver))
     for name in ("_callback", "_hessian"):
         monkeypatch.setattr(ipopt, name, MagicMock())
-    page = ipopt.solve(problem)._repr_mimebundle_()["text/html"]
+    page = problem.solve()._repr_mimebundle_()["text/html"]
 
     assert "searched from 1 start: 1 optimum by the conditions of first order" in page
     assert "another start may find a better one" in page
@@ -111,7 +113,7 @@ def test_where_no_start_ends_the_first_is_returned_with_what_was_said(
     problem: Collocation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ipopt, "_solved", lambda problem, start, *_: solution(problem, start, 1.5, success=False))
-    found = ipopt.solve(problem, starts=3)
+    found = problem.solve(starts=3)
     assert not found.success
     assert_allclose(found.z, problem.guess)
     assert "3 starts (the guess, and 2 drawn by seed 0): no optimum; 3 ended with gave up" in found.notes[-1]
@@ -129,4 +131,4 @@ def test_where_no_start_ends_the_first_is_returned_with_what_was_said(
 )
 def test_what_is_no_number_of_starts_is_told(problem: Collocation, given: dict[str, object], said: str) -> None:
     with pytest.raises(SimulateError, match=said):
-        ipopt.solve(problem, **given)
+        problem.solve(**given)

@@ -11,6 +11,7 @@ import pytest
 from arms import EXAMPLES, two_link
 from browser import chromium, opened
 
+import symdyn
 from symdyn.cli import main
 from symdyn.draw import film
 from symdyn.draw.animate import moving
@@ -237,9 +238,71 @@ def test_pages_and_pictures_keep_as_many_moments_a_second(tmp_path: Path) -> Non
 @pytest.mark.long(0)
 def test_a_run_writes_its_film(tmp_path: Path) -> None:
     run = simulate(read(EXAMPLES / "double_pendulum.toml"), until=0.2, start={"q1": 1.0}, method="dop853")
-    path = run.animate(tmp_path / "a.gif", fps=10, size=64, loop=False)
+    path = run.film(tmp_path / "a.gif", fps=10, size=64, loop=False)
 
     assert len(gif(path)) == 3
+    assert symdyn.film(run, tmp_path / "b.gif", fps=10, size=64, loop=False).read_bytes() == path.read_bytes()
+    assert run.animate() == symdyn.animation(run) == symdyn.animation(run.scene, run.t, run.q)
+    for wrong, message in (
+        (lambda: symdyn.film(run), "film: there is no file; give a name such as film.gif"),
+        (lambda: symdyn.film(run, run.t, run.q, tmp_path / "c.gif"), "a run has times and positions of its own"),
+        (lambda: symdyn.animation(run.scene, run.t), "a scene moves by times and positions: give both behind it, or a"),
+        (lambda: symdyn.film(run.scene, tmp_path / "c.gif"), "a scene moves by times and positions: give both behind"),
+    ):
+        with pytest.raises(DrawError, match=message):
+            wrong()
+
+
+FAR = np.linspace(0.0, 5.0, 101)
+
+
+def ridden(length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a motion of a cart that goes so far, its pole turning."""
+    return FAR, np.stack([length * FAR / 5, 0.3 * np.sin(3 * FAR)], axis=1)
+
+
+def test_a_film_goes_with_what_travels_far_and_fills_the_frame(tmp_path: Path) -> None:
+    scene = read(EXAMPLES / "cart_pole.toml")
+    near, _ = moving(scene, *ridden(0.3), None, None)
+    far, t = moving(scene, *ridden(20.0), None, None)
+    assert near.camera is None
+    assert far.camera is not None
+    assert far.camera.shape == (len(t), 2)
+    assert np.ptp(far.camera[:, 1]) == 0.0
+    assert np.diff(far.camera[:, 0]) == pytest.approx(float(np.ptp(far.camera[:, 0])) / (len(t) - 1), rel=0.05)
+
+    (left, top, width, height), sizes = far.box, []
+    for item in far.items:
+        if item.id in ("body-pole", "joint-hinge", "gravity"):
+            inside = far.framed(
+                np.concatenate([shape.points for shape in item.shapes if len(shape.points) > 1], axis=1)
+            )
+            assert inside[..., 0].min() > left
+            assert inside[..., 1].min() > top
+            assert inside[..., 0].max() < left + width
+            assert inside[..., 1].max() < top + height
+            sizes.append(float(np.ptp(inside[..., 1])))
+    assert max(sizes) > 0.5 * height
+
+    page, shown = (film(scene, *ridden(20.0), tmp_path / name).read_text() for name in ("a.html", "a.svg"))
+    frames = json.loads(re.search(r'type="application/json">(.*?)</script>', page)[1])["view"]
+    assert len(frames) == len(t)
+    assert f'viewBox="{frames[0]}"' in page
+    assert f'<animate attributeName="viewBox" values="{";".join(frames)}" dur="5s"' in shown
+    assert "view" not in json.loads(
+        re.search(r'type="application/json">(.*?)</script>', symdyn.animation(scene, *ridden(0.3)))[1]
+    )
+
+
+def test_frames_of_a_film_that_goes_along_are_painted_where_the_page_shows_them() -> None:
+    """The pole stands still in the frame of a steady ride, and the ground goes by."""
+    scene = read(EXAMPLES / "cart_pole.toml")
+    t, q = ridden(20.0)
+    drawing, _ = moving(scene, t, q * [1, 0], None, None)
+    first, last = (Painter(drawing, (400, 400))(moment).astype(int) for moment in (30, 70))
+    red = [np.argwhere(one[:, :, 0] > one[:, :, 2] + 60).mean(axis=0) for one in (first, last)]
+    assert np.abs(red[0] - red[1]).max() < 2
+    assert np.abs(first - last).max() > 100
 
 
 def test_paths_of_points_are_finer_than_frames() -> None:

@@ -45,6 +45,10 @@ def test_columns_come_by_name_and_a_wrong_name_is_told_the_right_one(run: Trajec
         run["thetta"]
     with pytest.raises(KeyError, match=r"^cart_pole: 3 is no name of a column; there are t, x, theta, "):
         run[3]  # type: ignore[index]
+    assert np.array_equal(run[["theta", "F"]], np.stack([run.q[:, 1], run.tau[:, 0]], axis=1))
+    assert run[[]].shape == (21, 0)
+    with pytest.raises(UnknownNameError, match="there is no column thetta; did you mean theta"):
+        run[["x", "thetta"]]
     assert issubclass(UnknownNameError, SymdynError)
 
 
@@ -121,29 +125,31 @@ def test_every_axis_of_a_plot_has_one_unit_and_forces_that_are_zero_are_left_out
     pytest.importorskip("matplotlib")
     axes = run.plot().axes
 
-    assert [(axis.get_title(loc="left"), axis.get_ylabel()) for axis in axes] == [
-        ("coordinates", "m"), ("coordinates", "rad"), ("velocities", "m/s"), ("velocities", "rad/s"),
-        ("driving forces", "N"), ("energies", "J"), ("error of the energy balance", "J"),
+    assert [axis.get_title(loc="left") for axis in axes] == [
+        "coordinates, m", "coordinates, rad", "velocities, m/s", "velocities, rad/s", "driving forces, N",
+        "energies, J",
     ]  # fmt: skip
-    assert all(len({one.column.unit for one in panel.curves}) == 1 for panel in panels(run))
+    assert not any(panel.mixed for panel in panels(run))
     labels = [[line.get_label() for line in axis.get_lines() if line.get_label()[0] != "_"] for axis in axes]
     assert labels[:5] == [["$x$"], [r"$\theta$"], [r"$\dot x$"], [r"$\dot{\theta}$"], ["$F$"]]
     assert labels[5] == ["kinetic energy", "potential energy", "work"]
     still = simulate(ARM, until=0.1, start="theta=0.2", method="dop853")
-    assert "driving forces" not in [panel.title for panel in panels(still)]
+    assert not any("forces" in panel.title for panel in panels(still))
     rest = simulate(ARM, until=0.1, method="dop853")
     assert not rest.q.any()
-    assert [panel.title for panel in panels(rest)][:2] == ["coordinates"] * 2
+    assert [panel.title for panel in panels(rest)][:2] == ["coordinates, m", "coordinates, rad"]
 
 
 @pytest.mark.runs("cc")
 def test_columns_of_a_plot_are_chosen_by_name_and_by_pattern_also_where_they_are_zero(run: Trajectory) -> None:
     found = panels(run, ["theta", "tau_*", "theta", "x", "point_tip_?"])
-    assert [(panel.title, panel.unit, [one.column.name for one in panel.curves]) for panel in found] == [
-        ("coordinates", "rad", ["theta"]), ("driving forces", "N m", ["tau_theta"]),
-        ("coordinates, points", "m", ["x", "point_tip_x", "point_tip_y", "point_tip_z"]),
+    assert [(panel.title, [one.column.name for one in panel.curves]) for panel in found] == [
+        ("coordinates, rad", ["theta"]), ("driving forces, N m", ["tau_theta"]),
+        ("coordinates, points, m", ["x", "point_tip_x", "point_tip_y", "point_tip_z"]),
     ]  # fmt: skip
-    assert [panel.unit for panel in panels(run, ["x_ddot"])] == ["m/s²"]
+    assert [panel.title for panel in panels(run, ["x_ddot", "energy_error"])] == [
+        "accelerations, m/s²", "error of the energy balance, J",
+    ]  # fmt: skip
     assert found[2].curves[1].label == r"$x_{\mathrm{tip}}$"
     with pytest.raises(UnknownNameError, match="there is no column thetta; did you mean theta"):
         run.plot("x", "thetta")
@@ -154,11 +160,52 @@ def test_columns_of_a_plot_are_chosen_by_name_and_by_pattern_also_where_they_are
 
 
 @pytest.mark.runs("cc")
+def test_panels_are_those_that_a_user_groups_with_titles_of_their_own(run: Trajectory) -> None:
+    found = panels(run, [["x", "theta"], ["point_tip_x"], ["point_tip_y"], "theta_dot"])
+    assert [panel.title for panel in found] == [
+        "coordinates, m and rad", "point tip x, m", "point tip y, m", "velocities, rad/s",
+    ]  # fmt: skip
+    pytest.importorskip("matplotlib")
+    first = run.plot([["x", "theta"]]).axes[0]
+    assert [line.get_label() for line in first.get_lines()] == ["$x$, m", r"$\theta$, rad"]
+
+
+@pytest.mark.runs("cc")
+def test_reactions_are_drawn_where_a_run_has_them_but_for_those_that_are_zero() -> None:
+    pulled = simulate(ARM, forces="F=1", until=0.1, start="theta=0.2", method="dop853", reactions=True)
+    drawn = {panel.title: [one.column.name for one in panel.curves] for panel in panels(pulled)}
+    assert drawn["reactions, N"] == [f"reaction_{name}_f{axis}" for name in ("rail", "hinge") for axis in "xy"]
+    assert "reactions, N m" in drawn or not np.abs(pulled["reaction_rail_mz"]).max() > 1e-9
+    back = inverse(ARM, pulled, pulled.t, reactions=True)
+    assert [panel.title for panel in panels(back)].count("reactions, N") == 1
+
+
+@pytest.mark.runs("cc")
+def test_plots_fit_a_column_and_a_slide_and_go_into_axes_of_others(run: Trajectory) -> None:
+    plt = pytest.importorskip("matplotlib.pyplot")
+    sizes = [run.plot("x", "theta", width=width).get_size_inches() for width in (None, "column", "slide", 4.0)]
+    assert [width for width, _ in sizes] == [8.0, 3.3, 11.0, 4.0]
+    letters = [run.plot("x", width=w).axes[0].get_legend().get_texts()[0].get_size() for w in (None, "column", "slide")]
+    assert letters == [9.0, 7.0, 16.0]
+    with pytest.raises(SimulateError, match=r'width = "poster": write "column", "slide" or inches'):
+        run.plot("x", width="poster")
+    with pytest.raises(SimulateError, match=r"width = 0 in: give 1 to 50"):
+        run.plot("x", width=0)
+    mine, axes = plt.subplots(2, 1)
+    assert run.plot("x", "theta", axes=axes) is mine
+    assert [len(axis.get_lines()) for axis in axes] == [1, 1]
+    for wrong in (axes, axes[0], 3, [3, 4]):
+        with pytest.raises(SimulateError, match=r"axes: give axes of matplotlib, one for each of \d panels: coord"):
+            run.plot("x", *([] if wrong is axes else ["theta"]), axes=wrong)
+    plt.close(mine)
+
+
+@pytest.mark.runs("cc")
 def test_energies_far_from_zero_are_counted_from_their_least_value() -> None:
     """A pendulum that hangs 1 km up moves by millijoules; nearer to zero its energy is drawn as it is."""
     text = (EXAMPLES / "pendulum.toml").read_text()
     high = simulate(read_text(text), until=1.0, start="q1=1e-2", method="dop853", values={"g": 9.81})
-    (energies,) = [panel for panel in panels(high) if panel.title == "energies"]
+    (energies,) = [panel for panel in panels(high) if panel.title == "energies, J"]
     potential = energies.curves[1]
 
     assert potential.zero == high["potential_energy"].min()
@@ -168,7 +215,7 @@ def test_energies_far_from_zero_are_counted_from_their_least_value() -> None:
     (alone,) = panels(high, ["potential_energy"])
     assert np.array_equal(alone.curves[0].values, high["potential_energy"])
     swinging = simulate(ARM, until=2.0, start="theta=0.2", method="dop853")
-    (near,) = [panel for panel in panels(swinging) if panel.title == "energies"]
+    (near,) = [panel for panel in panels(swinging) if panel.title == "energies, J"]
     assert [one.zero for one in near.curves] == [0.0] * len(near.curves)
 
 
@@ -224,7 +271,7 @@ def test_units_of_a_stranger_are_text() -> None:
     (u,) = scene.inputs
     run = simulate(scene, forces="u=1", until=1.0, method="dop853")
     run = replace(run, scene=replace(scene, inputs=(replace(u, unit="$\\frac <b>"),)))
-    assert b"<!-- $\\frac &lt;b&gt; -->" in draw(run, "svg", ["u"])
+    assert b"<!-- inputs, $\\frac &lt;b&gt; -->" in draw(run, "svg", ["u"])
     assert run.to_pandas().attrs["units"]["u"] == "$\\frac <b>"
 
 
@@ -271,8 +318,11 @@ def test_the_shell_picks_columns_and_tells_a_wrong_one_before_it_computes(
     assert main([*command, "--plot", str(picture), "--plot-columns", "theta,point_tip_*"]) == 0
     text = picture.read_text()
     assert "<text" not in text  # outlines, which every program draws alike, dots above letters as well
-    assert "<!-- points -->" in text
+    assert "<!-- points, m -->" in text
     assert "velocities" not in text
+    assert main([*command, "--plot", str(picture), "--plot-columns", "theta+point_tip_x, x_dot"]) == 0
+    assert "<!-- coordinates, points, rad and m -->" in picture.read_text()
+    assert "<!-- velocities, m/s -->" in picture.read_text()
     capsys.readouterr()
 
     table.unlink()

@@ -17,7 +17,6 @@ from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, sim
 from symdyn.simulation.equations.implicit import Implicit
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.panels import record
 
 pytestmark = pytest.mark.runs()
 
@@ -237,7 +236,7 @@ axis = [1, 0, 0]
 
 def test_inverse_finds_the_forces_of_a_run_that_has_a_prescribed_motion(tmp_path: Path) -> None:
     run = simulate(carried(), until=1.0, method="dop853", rtol=1e-12)
-    record(run, tmp_path / "run.csv")
+    run.to_csv(tmp_path / "run.csv")
     found = inverse(carried(), read_motion(carried(), [str(tmp_path / "run.csv")]), run.t)
 
     assert found.tau == pytest.approx(run.tau, abs=1e-8)

@@ -188,7 +188,7 @@ def test_series_are_the_choice_for_loops_and_keep_them_closed(capsys: pytest.Cap
 
 def test_thousands_of_steps_that_advance_are_no_fault() -> None:
     def integrated(way: float) -> None:
-        problem: Any = SimpleNamespace(system=SimpleNamespace(once=lambda _: False), until=10.0)
+        problem: Any = SimpleNamespace(system=SimpleNamespace(once=lambda _: False), begin=0.0, until=10.0)
         pace = Pace(problem)
         for k in range(Pace.STEPS):
             step: Any = SimpleNamespace(t1=1.0 + way * (k + 1) / Pace.STEPS)

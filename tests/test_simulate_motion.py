@@ -23,7 +23,6 @@ from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.forward import is_stiff
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.panels import record
 from symdyn.simulation.prescribed.forces import SceneMotion
 from symdyn.simulation.prescribed.motion_laws import Law, read_law
 
@@ -96,7 +95,7 @@ def test_forces_of_a_motion_give_the_motion_back(tmp_path: Path) -> None:
     scene = read(EXAMPLES / "puma560.toml")
     motion = read_motion(scene, ["q1=0.3*sin(2*t)", "q2=quintic(0, 0.5, 1)", "q3=cycloidal(0.2, -0.3, 1)"])
     forces = inverse(scene, motion, np.linspace(0, 1, 2001))
-    record(forces, tmp_path / "forces.csv")
+    forces.to_csv(tmp_path / "forces.csv")
 
     start = {"q3": "0.2"}
     found = simulate(
@@ -115,7 +114,7 @@ def test_forces_of_a_motion_give_the_motion_back(tmp_path: Path) -> None:
 def test_a_recorded_motion_gives_its_forces_back_digit_for_digit(tmp_path: Path) -> None:
     scene = read(EXAMPLES / "cart_pole.toml")
     found = simulate(scene, forces=read_forces(scene, ["F=-3*x - x_dot + sin(t)"]), until=2.0, start={"theta": "0.3"})
-    record(found, tmp_path / "motion.csv")
+    found.to_csv(tmp_path / "motion.csv")
 
     again = inverse(scene, read_motion(scene, [str(tmp_path / "motion.csv")]), found.t)
 
@@ -125,7 +124,7 @@ def test_a_recorded_motion_gives_its_forces_back_digit_for_digit(tmp_path: Path)
 
 def test_a_recorded_top_gives_its_forces_back(tmp_path: Path) -> None:
     found = simulate(heavy_top(), until=0.1)
-    record(found, tmp_path / "motion.csv")
+    found.to_csv(tmp_path / "motion.csv")
 
     again = inverse(heavy_top(), read_motion(heavy_top(), [str(tmp_path / "motion.csv")]), found.t)
 
@@ -144,7 +143,7 @@ def test_a_turning_quaternion_takes_the_torque_of_its_axis() -> None:
 def test_a_crank_drives_its_four_bar_and_the_same_torque_moves_it(tmp_path: Path) -> None:
     scene = crank_rocker()
     motion = inverse(scene, read_motion(scene, ["q_A=0.8 + 0.3*sin(2*t)"]), np.linspace(0, 1, 2001))
-    record(motion, tmp_path / "forces.csv")
+    motion.to_csv(tmp_path / "forces.csv")
 
     forces = read_forces(scene, [str(tmp_path / "forces.csv")])
     found = simulate(

@@ -23,7 +23,7 @@ import numpy as np
 
 from symdyn.cli.scene_options import again, read_scene, say_values_alone
 from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
-from symdyn.cli.trajectory_options import flattened, pairs
+from symdyn.cli.trajectory_options import flattened, pairs, write_table
 from symdyn.emit import write
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import Identification, Outcome, Payload, excite, identify
@@ -244,7 +244,7 @@ def run_exciting(options: argparse.Namespace) -> int:
             say=lambda line: say(f"symdyn: {line}"),
         )
     for name in options.output:
-        found.run.save(name)
+        write_table(found.run, Path(name))
         wrote(name)
     if options.plot:
         found.run.save_plot(options.plot)

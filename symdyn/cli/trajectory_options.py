@@ -42,14 +42,16 @@ def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
     if options.plot_columns and not options.plot:
         raise SimulateError("--plot-columns: of --plot, which is not given")
     try:
-        Trajectory.check_columns(scene, _chosen(options))
+        groups = ([one] if isinstance(one, str) else one for one in _chosen(options))
+        Trajectory.check_columns(scene, [name for some in groups for name in some])
     except UnknownNameError as fault:
         raise SimulateError(f"--plot-columns: {fault}") from None
 
 
-def _chosen(options: argparse.Namespace) -> list[str]:
-    """Return the names and patterns that --plot-columns says."""
-    return [name for part in split_commas(options.plot_columns or "") if (name := part.strip())]
+def _chosen(options: argparse.Namespace) -> list[str | list[str]]:
+    """Return the names and patterns that --plot-columns says, those of one panel, `x+theta`, as a list."""
+    parts = [part.strip() for part in split_commas(options.plot_columns or "")]
+    return [[one.strip() for one in part.split("+")] if "+" in part else part for part in parts if part]
 
 
 def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
@@ -70,17 +72,19 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     return tuple(found)
 
 
+def write_table(trajectory: Trajectory, path: Path) -> None:
+    """Write a trajectory to a .csv or .npz file."""
+    (trajectory.to_csv if path.suffix.lower() == ".csv" else trajectory.to_npz)(path)
+
+
 def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> None:
     with Bar(f"drawing {path.name}") as progress:
         shown, note = reel(options), lambda line: say(f"symdyn: {line}")
-        film(
-            trajectory.scene, trajectory.t, trajectory.q, path,
-            fps=shown.fps, size=shown.size, loop=shown.loop, reported=progress, note=note,
-        )  # fmt: skip
+        film(trajectory, path, fps=shown.fps, size=shown.size, loop=shown.loop, reported=progress, note=note)
 
 
 OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {
-    "output": (lambda path, _: CHECKS["table"](path), lambda found, path, _: found.save(path)),
+    "output": (lambda path, _: CHECKS["table"](path), lambda found, path, _: write_table(found, path)),
     "plot": (lambda path, _: CHECKS["plot"](path), lambda found, path, more: found.save_plot(path, _chosen(more))),
     "animate": (lambda path, more: CHECKS["film"](path, reel(more)), _film),
 }

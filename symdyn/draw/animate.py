@@ -9,7 +9,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from symdyn.draw.pictures import HtmlText, body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, Put, places, put
 from symdyn.draw.shapes import Item, Shape, Title, path
 from symdyn.draw.stage import Stage, View, pose, values_of
-from symdyn.draw.svg import Drawing, order, svg
+from symdyn.draw.svg import Drawing, number, order, svg
 from symdyn.emit import in_html, render
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneLike, scene_of
@@ -33,10 +33,35 @@ FINE = 120.0  # moments a second of the paths that points leave
 SAMPLES = 6  # moments at which labels keep clear of lines
 
 
+@runtime_checkable
+class Moved(Protocol):
+    """A scene in motion, as a run is: times t, s, and positions q, shapes (N,) and (N, nq)."""
+
+    @property
+    def scene(self) -> Scene: ...  # noqa: D102
+    @property
+    def t(self) -> Array: ...  # noqa: D102
+    @property
+    def q(self) -> Array: ...  # noqa: D102
+
+
+def motion_of(
+    scene: SceneLike | Moved, times: Sequence[float] | Array | None, positions: Sequence[Sequence[float]] | Array | None
+) -> tuple[Scene, Sequence[float] | Array, Sequence[Sequence[float]] | Array]:
+    """Return a scene, times and positions, those of a run or those that are given; DrawError where they are not."""
+    if isinstance(scene, Moved):
+        if times is not None or positions is not None:
+            raise DrawError(f"{scene.scene.name}: a run has times and positions of its own; leave others out")
+        return scene.scene, scene.t, scene.q
+    if times is None or positions is None:
+        raise DrawError("a scene moves by times and positions: give both behind it, or a run alone")
+    return scene_of(scene), times, positions
+
+
 def animation(
-    scene: SceneLike,
-    times: Sequence[float] | Array,
-    positions: Sequence[Sequence[float]] | Array,
+    scene: SceneLike | Moved,
+    times: Sequence[float] | Array | None = None,
+    positions: Sequence[Sequence[float]] | Array | None = None,
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
     scheme: str = "auto",
@@ -54,9 +79,9 @@ def animation(
     '<!DOCTYPE html>'
 
     Args:
-        scene: any scene.
-        times: increasing, s; shape (N,).
-        positions: q at every time, shape (N, nq).
+        scene: a run; or any scene, and how it moves.
+        times: of a scene, increasing, s; shape (N,).
+        positions: of a scene, q at every time, shape (N, nq).
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses.
         scheme: "auto", "light" or "dark".
@@ -68,11 +93,12 @@ def animation(
             position.
     """
     check_arguments(animation, locals(), DrawError)
-    (fps,), scene = native(float, fps), scene_of(scene)
+    (fps,), (scene, times, positions) = native(float, fps), motion_of(scene, times, positions)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
     data |= {} if loop else {"once": True}
+    data |= {} if drawing.camera is None else {"view": _frames(drawing)}
     page = render(
         "draw/animation.html.jinja",
         {
@@ -102,7 +128,7 @@ def moving(
     kept = _kept(fine, fps, most)
     t, q = fine[kept], ways[kept]
     stage = Stage(scene, q, values, view)
-    found, seen = stage.places, stage.view
+    found, (seen, camera) = stage.places, stage.filmed(t)
     items, labels = mechanism(scene, found, seen)
     items = (*_traces(places(scene, ways, values), seen), *items)
     sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)
@@ -111,8 +137,9 @@ def moving(
     few = [type(one)(one.id, one.text, one.at[sampled], one.gap, one.away, one.look) for one in named]
     puts = put(few, segments)
     whole = {one.id: one for one in named}
-    drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts))
-    return with_corner(drawing, scene, found, seen, segments), t
+    drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts), camera)
+    shown = segments if camera is None else segments - camera[sampled][:, None, None]
+    return with_corner(drawing, scene, found, seen, shown), t
 
 
 def moments(
@@ -250,10 +277,19 @@ def moving_picture(
     if len(t) < 2:
         return TAGGED.sub(_still, text)
     clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} {REPEATED[loop]}'
+    if frames := _frames(drawing):
+        moved = f'<animate attributeName="viewBox" values="{";".join(frames)}" {clock}/>'
+        text = text.replace("</title>", f"</title>\n{moved}", 1)
     return TAGGED.sub(partial(_animated, rows, clock), text)
 
 
 REPEATED = {True: 'repeatCount="indefinite"', False: 'fill="freeze"'}
+
+
+def _frames(drawing: Drawing) -> list[str]:
+    """Return the frame of a drawing at every moment, as SVG has it."""
+    corners = (drawing.corner(k) for k in range(0 if drawing.camera is None else len(drawing.camera)))
+    return [" ".join(map(number, (*corner, *drawing.box[2:]))) for corner in corners]
 
 
 def _key_times(t: Array) -> str:
@@ -298,9 +334,9 @@ def _dot(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
     )
 
 
-def _put(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str, more: str = "") -> str:
+def _put(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
     values = _values(rows, lambda row: f"{row[k] / 10:g} {row[k + 1] / 10:g}")
-    return f'<animateTransform attributeName="transform" type="translate" {values} {clock}{more}/>'
+    return f'<animateTransform attributeName="transform" type="translate" {values} {clock}/>'
 
 
 def _disc(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
@@ -308,7 +344,7 @@ def _disc(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str
     jump = ' calcMode="discrete"'
     angles = _values(rows, lambda row: f"{row[k + 3] / 10:g}")
     return (
-        _put(rows, k, clock, parts, end, jump)
+        _put(rows, k, clock, parts, end)
         + f'<animateTransform attributeName="transform" type="rotate" additive="sum" {angles} {clock}{jump}/>'
         + f'<animate attributeName="ry" {_values(rows, lambda row: f"{row[k + 2] / 10:g}")} {clock}{jump}/>'
     )

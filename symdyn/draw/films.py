@@ -13,13 +13,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import index
+from os import PathLike
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from symdyn.arguments import check_arguments, native
-from symdyn.draw.animate import animation, as_arrays, moments, moving, moving_picture
+from symdyn.draw.animate import Moved, animation, as_arrays, moments, motion_of, moving, moving_picture
 from symdyn.draw.gltf import glb, standing
 from symdyn.draw.paint import File, Frame, Painter, write_whole
 from symdyn.draw.places import Array
@@ -29,7 +30,7 @@ from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing
 from symdyn.emit import Contents
 from symdyn.errors import DrawError
-from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike
 
 FRAMES, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and colours that are not mixed
 
@@ -135,10 +136,10 @@ class Film:
 
 
 def film(
-    scene: SceneLike,
-    times: Sequence[float] | Array,
-    positions: Sequence[Sequence[float]] | Array,
-    file: File,
+    scene: SceneLike | Moved,
+    times: Sequence[float] | Array | File | None = None,
+    positions: Sequence[Sequence[float]] | Array | None = None,
+    file: File | None = None,
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
     scheme: str = "auto",
@@ -150,13 +151,14 @@ def film(
 ) -> Path:
     """Write a motion to a .html, .svg, .gif, .mp4 or .glb file and return its path; all of it or nothing.
 
-    Between two positions that are given, points of the picture go straight ways.
+    `film(run, "arm.gif")` is all that a run takes, `film(scene, times, positions, "arm.gif")` any other motion. Between
+    two positions that are given, points of the picture go straight ways.
 
     Args:
-        scene: any scene, or where it is.
-        times: increasing, s; shape (N,).
-        positions: q at every time, shape (N, nq).
-        file: where it goes; the ending says what it becomes.
+        scene: a run; or any scene, or where it is.
+        times: of a scene, increasing, s; shape (N,).
+        positions: of a scene, q at every time, shape (N, nq).
+        file: where it goes, of a run behind it; the ending says what it becomes.
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses. A .glb is looked at from anywhere.
         scheme: "auto" (as the reader prefers; light in .gif, .mp4), "light" or "dark".
@@ -178,13 +180,18 @@ def film(
     cart.svg True
     """
     check_arguments(film, locals(), DrawError)
-    (fps,), (loop,), scene = native(float, fps), native(bool, loop), scene_of(scene)
+    if isinstance(times, str | PathLike):
+        times, file = None, times if file is None else file
+    if file is None:
+        raise DrawError("film: there is no file; give a name such as film.gif, whose ending says what it becomes")
+    shown = motion_of(scene, times, positions)
+    (fps,), (loop,) = native(float, fps), native(bool, loop)
     reel = Reel(fps, _sides(size), loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]
     reported, note = reported or (lambda share: None), note or (lambda line: None)
-    shown = Motion(scene, *as_arrays(scene, times, positions), parameters, view, scheme, reported, note)
-    write_whole(path, kind.write(shown, reel, fps or kind.fps))
+    motion = Motion(shown[0], *as_arrays(*shown), parameters, view, scheme, reported, note)
+    write_whole(path, kind.write(motion, reel, fps or kind.fps))
     return path
 
 

@@ -188,7 +188,7 @@ NEAR = 100.0  # so that no line leads to the letters
 
 
 def with_corner(drawing: Drawing, scene: Scene, places: Places, view: View, segments: Array) -> Drawing:
-    """Return the drawing with arrows in a free corner, or beside it where no corner is free."""
+    """Return the drawing with arrows in a free corner, or beside it where none is; segments are as it is framed."""
     blocks = []
     if np.any(places.gravity):
         blocks.append(_gravity(scene, places, view))
@@ -197,8 +197,10 @@ def with_corner(drawing: Drawing, scene: Scene, places: Places, view: View, segm
     for items, labels in blocks:
         shift = _free_place(drawing, items, labels, segments)
         moved = tuple(_moved(item, shift) for item in items)
-        named = tuple(Put(replace(one.label, at=one.label.at + shift), one.offset) for one in labels)
-        drawing = replace(drawing, items=drawing.items + moved, labels=drawing.labels + named)
+        way = np.zeros((1, 2)) if drawing.camera is None else drawing.camera  # what stands in the frame goes with it
+        named = tuple(Put(replace(one.label, at=one.label.at + shift + way), one.offset) for one in labels)
+        standing = tuple(_moved(item, way[:, None]) for item in moved)
+        drawing = replace(drawing, items=drawing.items + standing, labels=drawing.labels + named)
         new = np.concatenate([shape.segments for item in moved for shape in item.shapes], axis=1)
         segments = np.concatenate([segments, np.broadcast_to(new, (len(segments), *new.shape[1:]))], axis=1)
     return drawing
@@ -261,7 +263,7 @@ def _free_place(drawing: Drawing, items: Sequence[Item], labels: Sequence[Put], 
     """Return where to put a block: the corners first, then along the edges, then beside the drawing."""
     left, top, wide, high = Drawing("", tuple(items), tuple(labels)).box
     x, y, width, height = drawing.box
-    taken = np.concatenate([one.box for one in drawing.labels] or [np.zeros((0, 2, 2))])
+    taken = np.concatenate([drawing.framed(one.box) for one in drawing.labels] or [np.zeros((0, 2, 2))])
     places = itertools.product((0.0, 1.0, 0.25, 0.75, 0.5), (0.0, 1.0, 0.5))
     for across, down in sorted(places, key=lambda place: (place[0] not in (0, 1)) + (place[1] not in (0, 1))):
         corner = np.array([x + (width - wide) * across, y + (height - high) * down])

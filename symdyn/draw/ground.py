@@ -206,6 +206,8 @@ AROUND, SHARE = 1.5, 0.3
 
 STROKES = 9
 
+LONG = 600.0  # units of the picture, beyond which there are more strokes: a view sees a part of that ground
+
 
 def ground(scene: Scene, places: Places, view: View) -> tuple[Item, ...]:
     """Return the supports, one item each."""
@@ -257,7 +259,8 @@ def _hatched_rail(hinge: JointAxis, view: View, rail: MarkPart) -> tuple[Shape, 
 def hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:
     """Return a line with strokes on one side of it."""
     way = unit(b - a)
-    count = max(4, min(40, round(float(np.linalg.norm(b[0] - a[0])) / (0.75 * s))))
+    length = float(np.linalg.norm(b[0] - a[0]))
+    count = max(4, round(min(40 * max(1.0, length / LONG), length / (0.75 * s))))
     strokes = []
     for k in range(count):
         top = a + (b - a) * ((k + 0.7) / count)
@@ -341,7 +344,8 @@ def _shown(corners: Array, normal: Array, view: View) -> tuple[Shape, ...]:
         far = b if float(np.linalg.norm(b[0] - a[0])) > float(np.linalg.norm(d[0] - a[0])) else d
         return hatches(a, far, -normal, view.size)
     a, b, c, d = (corners[:, k] for k in range(4))
-    shares = np.linspace(0, 1, STROKES + 2)[1:-1]
+    count = round(STROKES * max(1.0, float(np.linalg.norm(b[0] - a[0])) / LONG))
+    shares = np.linspace(0, 1, count + 2)[1:-1]
     strokes = [np.stack([a + (b - a) * s, d + (c - d) * s], axis=1) for s in shares]
     return (path("stand", corners, closed=True), path("hatch", *strokes, size=0.8))
 

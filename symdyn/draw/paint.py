@@ -244,6 +244,9 @@ def _draw(renderer: Any, drawing: Drawing, scheme: str, width: float, height: fl
     from matplotlib.transforms import Affine2D
 
     left, top, wide, high = drawing.box
+    if drawing.camera is not None:
+        x, y = (float(one) for one in between(drawing.camera, moment))
+        left, top = left + x, top + y
     scale = min(width / wide, height / high)
     frame = Affine2D().translate(-left - wide / 2, -top - high / 2).scale(scale, -scale)
     pen = _Pen(renderer, plain(scheme), scale, frame.translate(width / 2, height / 2))

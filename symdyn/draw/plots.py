@@ -100,7 +100,7 @@ MOST_POINTS = 20_000
 
 DPI = 150
 
-SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "font.size": 9.0, "axes.formatter.useoffset": False}
+SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "axes.formatter.useoffset": False}
 """Letters are outlines: what is above another one, as the dots of rates, librsvg and Qt would put elsewhere."""
 
 
@@ -112,24 +112,33 @@ class FilledFigure:
         title: above it; no mathematics, whatever a scene is called.
         size: width and height, inches.
         fill: draws on a figure that has no axes yet.
+        letters: size of letters, points.
+        headed: whether the title is shown.
     """
 
     title: str
     size: tuple[float, float]
     fill: Callable[[Any], None]
+    letters: float = 9.0
+    headed: bool = True
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings of matplotlib that it is drawn with."""
+        return SETTINGS | {"font.size": self.letters, "svg.hashsalt": self.title}
 
     def picture(self, kind: str) -> bytes:
         """Return it as "svg", "pdf" or "png"; the same plot, the same bytes."""
         import_matplotlib()
-        with settings(SETTINGS | {"svg.hashsalt": self.title}):
+        with settings(self.settings):
             return saved(self._made(), kind, DPI)
 
     def figure(self, points: int) -> Figure:
         """Return a figure that a notebook shows: as SVG, or as PNG where it has many points."""
-        with settings(SETTINGS):
+        with settings(self.settings):
             found = self._made()
         kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")
-        found._repr_mimebundle_ = partial(_bundle, found, self.title, *kind)  # type: ignore[attr-defined]
+        found._repr_mimebundle_ = partial(_bundle, found, self.settings, *kind)  # type: ignore[attr-defined]
         return found
 
     def _made(self) -> Figure:
@@ -139,15 +148,16 @@ class FilledFigure:
         made = Figure(figsize=self.size, layout="constrained")
         FigureCanvasAgg(made)
         self.fill(made)
-        made.suptitle(self.title, x=0.01, ha="left").set_parse_math(False)
+        if self.headed:
+            made.suptitle(self.title, x=0.01, ha="left").set_parse_math(False)
         return made
 
 
 def _bundle(
-    figure: Figure, title: str, kind: str, media: str, include: object = None, exclude: object = None
+    figure: Figure, chosen: Mapping[str, Any], kind: str, media: str, include: object = None, exclude: object = None
 ) -> dict[str, str | bytes]:
     """Return what a notebook shows of a figure, as it is now."""
-    with settings(SETTINGS | {"svg.hashsalt": title}):
+    with settings(chosen):
         picture = saved(figure, kind, DPI)
     return {media: picture.decode() if kind == "svg" else picture, "text/plain": repr(figure)}
 

@@ -1,7 +1,8 @@
 """A scene in its positions as pictures see it: where its parts are, and the view in which they fit.
 
-A view is face-on where the scene is planar, else along a direction, always without perspective. Where nothing else is
-asked for the position is chosen here, and values for parameters without any.
+A view is face-on where the scene is planar, else along a direction, always without perspective. That of a film holds
+the whole motion, or goes with a mechanism that travels far. Where nothing else is asked for the position is chosen
+here, and values for parameters without any.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -31,6 +32,9 @@ LARGEST, SMALLEST = 8.0, 2.5  # half the width of a joint's symbol
 TOUCHING = 4.0  # units of the picture within which two points are one for the choice of that size
 EDGE_ON = 60.0  # what a turn costs whose plane is seen edge-on, against crowded points
 PLANE = 1e-9  # how far a unit axis may lean and still be parallel
+FILM = 1.35  # times as large as a picture is a film, in which most of the frame is empty most of the time
+FAR = 1.8  # times as large as in a view of the whole way must what travels be for the view to follow it
+STEADY, PART = 1.0, 0.2  # s, and part of a film: the view follows what is left when so much is averaged
 FARTHEST = 1e300  # m a unit of the picture: beyond it, the other way round is nothing
 
 
@@ -321,19 +325,55 @@ class Stage:
         first = [self.places, places(self.scene, nudged, self.values)]
         return look(first, points_to_hold(self.scene, self.places), self.direction)
 
+    def filmed(self, t: Array) -> tuple[View, Array | None]:
+        """Return the view of a film at times, shape (N,), and the way of its middle in the picture, shape (N, 2).
+
+        The way is None where the view is fixed, which it is along an axis of the picture where little of the way is.
+        """
+        seen, found = self.view, self.places
+        spots = seen.flat(np.stack(_travelling(found) or [np.zeros((found.count, 3))], axis=1))
+        way = _steady((spots.min(axis=1) + spots.max(axis=1)) / 2, t)
+        own = np.ptp((spots - way[:, None]).reshape(-1, 2), axis=0)
+        still = np.ptp(way, axis=0) < own / 2
+        way[:, still] = ((way.min(axis=0) + way.max(axis=0)) / 2)[still]
+        near = float(np.max(np.ptp((spots - way[:, None]).reshape(-1, 2), axis=0) / (WIDE, HIGH)))
+        follows = 0 < near < 1 / FAR
+        closer = FILM / near if follows else FILM
+        joints = np.array([hinge.moved.p[0] for hinge in found.hinges]).reshape(-1, 3)
+        size = _symbol(joints @ np.stack([seen.right, seen.up], 1) * seen.scale * closer)
+        return replace(seen, scale=seen.scale * closer, size=size), way * closer if follows else None
+
     @property
     def extent(self) -> float:
         """The largest extent of all that a picture must hold, m; 1 of what has none."""
         return float(np.ptp(points_to_hold(self.scene, self.places), axis=0).max()) or 1.0
 
 
-def points_to_hold(scene: Scene, result: Places) -> Array:
-    """Return all points that a picture must hold, shape (K, 3)."""
-    spots = result.spots + [at for ends in result.ends.values() for at in ends]
+def _travelling(result: Places) -> list[Array]:
+    """Return the points of the mechanism itself, shape (N, 3) each: no ground that it slides or flies along."""
+    spots = [hinge.moved.p for hinge in result.hinges]
+    spots += [body.com for body in result.bodies if body.com is not None]
+    spots += [at for body in result.bodies for _, at in body.particles]
+    spots += [frame.p for _, frame in result.points.values()]
     for centre, _, radius in result.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
     for body in result.bodies:
         if (outline := result.outlines.get(body.name)) is not None:
             spots += [body.frame.point(outline.centre + sign * x) for x in outline.ways for sign in (-1, 1)]
+    return spots
+
+
+def _steady(way: Array, t: Array) -> Array:
+    """Return a way, shape (N, 2), without what is quick in it; straight at its ends as it was."""
+    half = int(min(STEADY / 2 / max(float(np.diff(t).mean()), 1e-9), PART / 2 * len(t))) if len(t) > 1 else 0
+    padded = np.pad(way, ((half, half), (0, 0)), "reflect", reflect_type="odd")
+    kernel = np.full(2 * half + 1, 1 / (2 * half + 1))
+    return np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+
+
+def points_to_hold(scene: Scene, result: Places) -> Array:
+    """Return all points that a picture must hold, shape (K, 3)."""
+    spots = [*_travelling(result), *(hinge.fixed.p for hinge in result.hinges)]
+    spots += [at for ends in result.ends.values() for at in ends]
     spots += [corners[:, k] for _, corners in patches(scene, result) for k in range(4)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))

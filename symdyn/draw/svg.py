@@ -19,8 +19,10 @@ from symdyn.draw.shapes import ENGLISH, Item, Shape, Title, dot, path
 from symdyn.draw.style import FONT, Text, lowered, style
 from symdyn.emit import in_html
 from symdyn.errors import DrawError
+from symdyn.unlocked import cached_property
 
 MARGIN = 12.0
+ROOM = 18.0  # of a frame that goes with bodies, around them: for joints, and the ground below
 
 
 @dataclass(frozen=True)
@@ -31,27 +33,42 @@ class Drawing:
         title: of the picture, for readers and screen readers.
         items: in any order; `order` sorts them.
         labels: where the names are.
+        camera: by how much the frame goes with what travels, shape (N, 2); None of a frame that stands.
     """
 
     title: str
     items: tuple[Item, ...]
     labels: tuple[Put, ...]
+    camera: Array | None = None
 
-    @property
+    @cached_property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, width and height that hold everything at every moment."""
+        """Left, top, width and height that hold everything at every moment; of a frame that goes, what it goes with."""
         low, high = np.full(2, np.inf), np.full(2, -np.inf)
-        for shape in (shape for item in self.items for shape in item.shapes):
-            flat = shape.points.reshape(-1, 2)
-            room = shape.size if shape.kind != "path" else shape.size / 2
+        for shape in (shape for item in self.items if self.holds(item) for shape in item.shapes):
+            flat = self.framed(shape.points).reshape(-1, 2)
+            room = (shape.size if shape.kind != "path" else shape.size / 2) + (0.0 if self.camera is None else ROOM)
             low, high = np.minimum(low, flat.min(axis=0) - room), np.maximum(high, flat.max(axis=0) + room)
-        for one in self.labels:
-            low = np.minimum(low, one.box[:, 0].min(axis=0))
-            high = np.maximum(high, one.box[:, 1].max(axis=0))
+        for box in map(self.framed, (one.box for one in self.labels)):
+            low = np.minimum(low, box[:, 0].min(axis=0))
+            high = np.maximum(high, box[:, 1].max(axis=0))
         if not np.isfinite(low).all():
             low, high = np.zeros(2), np.zeros(2)
         low, high = np.floor(low - MARGIN), np.ceil(high + MARGIN)
         return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+    def holds(self, item: Item) -> bool:
+        """Tell whether the frame is as large as an item: one that goes with bodies leaves the ground behind."""
+        return self.camera is None or item.layer == 2 or item.id.startswith("body-")
+
+    def framed(self, points: Array) -> Array:
+        """Return points, shape (N, K, 2), as the frame shows them."""
+        return points if self.camera is None else np.asarray(points - self.camera[:, None])
+
+    def corner(self, moment: int = 0) -> tuple[float, float]:
+        """Return left and top of the frame at a moment."""
+        x, y = (0.0, 0.0) if self.camera is None else self.camera[moment]
+        return self.box[0] + float(x), self.box[1] + float(y)
 
 
 def order(items: Sequence[Item], moment: int) -> list[int]:
@@ -71,14 +88,14 @@ def svg(
     titles: Mapping[str, str] = ENGLISH,
 ) -> str:
     """Return a drawing at its first moment; `tag` gives attributes for a shape or label, such as ` data-k="3"`."""
-    left, top, width, height = (number(x) for x in drawing.box)
+    left, top, width, height = (number(x) for x in (*drawing.corner(), *drawing.box[2:]))
     title = in_html(drawing.title)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" class="symdyn" role="img" aria-label="{title}" '
         f'viewBox="{left} {top} {width} {height}" width="{width}" height="{height}">',
         f"<title>{title}</title>",
         f"<style>\n{style(scheme)}</style>",
-        f'<rect class="sheet" x="{left}" y="{top}" width="{width}" height="{height}"/>',
+        f'<rect class="sheet" {_sheet(drawing)}/>',
     ]
     tagged = tag or (lambda _: "")
     for k in order(drawing.items, 0):
@@ -89,6 +106,14 @@ def svg(
         lines.append("</g>")
     lines += [_label(one, prefix, tagged(one)) for one in drawing.labels]
     return "\n".join([*lines, "</svg>", ""])
+
+
+def _sheet(drawing: Drawing) -> str:
+    """Return place and size of the paper, which is there wherever the frame goes."""
+    ways = np.zeros((1, 2)) if drawing.camera is None else drawing.camera
+    place, size = drawing.box[:2] + ways.min(axis=0), drawing.box[2:] + np.ptp(ways, axis=0)
+    x, y, width, height = (number(float(one)) for one in (*place, *size))
+    return f'x="{x}" y="{y}" width="{width}" height="{height}"'
 
 
 def name(text: str) -> str:

@@ -107,7 +107,7 @@ def solution(result: Solution) -> list[Markup]:
         if result.others
         else Markup(""),
         *notes(result.notes),
-        _plots(result.motion),
+        _plots(result.run),
     ]
 
 

@@ -45,6 +45,7 @@ from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory
 from symdyn.simulation.trajectory_builder import (
+    DenseOutput,
     at_start,
     nothing_ignored,
     on_the_way,
@@ -261,7 +262,13 @@ def simulate(
     if choice.otherwise is not None and made.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {made.stopped}")
         made, asked, others = attempt(choice)
-    found = outside.reported(trajectory_of(system, made, formulas, flags, reactions), made.x, given, system.loop)
+
+    def reported(made: Integration) -> Trajectory:
+        rows = trajectory_of(system, made, formulas, flags, reactions)
+        return outside.reported(rows, made.x, given, system.loop)
+
+    found = reported(made)
+    between = METHODS[OTHERWISE] if choice.method.beyond_doubles else choice.method
     seen = (*found.notes, *on_the_way(system, made.t, made.x, made.hits, limits))
     seen += (*overlooked(asked.unsure, formulas),)
     for note in seen:
@@ -270,6 +277,7 @@ def simulate(
     found = replace(
         found, low=low, method=choice.name, rtol=asked.rtol, atol=asked.atol, steps=made.steps,
         evaluations=made.evaluations, preparing=made.preparing, wall=made.wall, notes=(*notes, *others, *seen),
+        dense=DenseOutput(made, asked, between, reported),
     )  # fmt: skip
     if say is None and not found.complete and found.stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {found.stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)

@@ -1,22 +1,24 @@
 """Runs in files: CSV and NumPy's .npz, plots as svg, pdf, png or html, and what moving pictures may be.
 
-A plot of a run has axes of one unit each: coordinates, velocities, driving forces and energies over time.
+A plot of a run has panels of one unit each, or those that a user groups: coordinates, velocities, driving forces and
+energies over time, and reactions where the run has them. How well laws were kept is told by monitors, and drawn where
+it is asked for.
 """
 
 from __future__ import annotations
 
 import fnmatch
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import groupby
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.arguments import native
 from symdyn.draw import FilledFigure, Reel, check_film as check_reel
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import Contents, in_html, render, write
@@ -26,38 +28,39 @@ from symdyn.simulation.columns import ENERGIES, FORCES, Column, missing
 from symdyn.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from symdyn.simulation.trajectory import Trajectory
 
 
-def write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    """Write t, q, qd, qdd, tau, each extra column by its name, the names of columns, and JSON of how it was made.
+def write_npz(trajectory: Trajectory, path: Path) -> None:
+    """Write a .npz file with t, q, qd, qdd, tau, each extra column and JSON of how it was made, and names of columns.
 
     Of runs with 31 digits, `low` is what q and qd are beyond their doubles.
+
+    Raises:
+        SimulateError: another ending, or a file that cannot be written.
     """
+    check_record(path, (".npz",))
     scene = trajectory.scene
     arrays: dict[str, Any] = {name: getattr(trajectory, name) for name in ("t", "q", "qd", "qdd", "tau")}
     arrays |= dict(trajectory.extra) | ({} if trajectory.low is None else {"low": trajectory.low})
     arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
     told = trajectory.about() | {"notes": list(trajectory.notes)}
     arrays["about"] = np.array(json.dumps(told, ensure_ascii=False))
-    np.savez_compressed(file, **arrays)
+    write_whole(path, lambda file: np.savez_compressed(file, **arrays))
 
 
-WRITERS: Mapping[str, Callable[[Trajectory], Contents]] = {
-    ".csv": lambda trajectory: trajectory.to_csv(),
-    ".npz": lambda trajectory: partial(write_npz, trajectory),
-}
-
+TABLES = (".csv", ".npz")
 
 PLOTS = (".svg", ".pdf", ".png", ".html")
 
 
-def check_record(path: Path) -> None:
+def check_record(path: Path, endings: Sequence[str] = TABLES) -> None:
     """Raise SimulateError for an ending that no table has."""
-    if path.suffix.lower() not in WRITERS:
-        raise SimulateError(f"{path}: trajectories are written to {' or '.join(WRITERS)} files")
+    if path.suffix.lower() not in endings:
+        raise SimulateError(f"{path}: trajectories are written to {' or '.join(endings)} files")
 
 
 def check_film(path: Path, reel: Reel | None = None) -> None:
@@ -83,16 +86,6 @@ CHECKS: Mapping[str, Callable[..., None]] = {"table": check_record, "plot": chec
 """What raises SimulateError where a file cannot be a table of a run, a plot or a film, before anything is computed."""
 
 
-def record(trajectory: Trajectory, path: Path) -> None:
-    """Write a trajectory to a .csv or .npz file.
-
-    Raises:
-        SimulateError: another ending, or a file that cannot be written.
-    """
-    check_record(path)
-    write_whole(path, WRITERS[path.suffix.lower()](trajectory))
-
-
 def write_whole(path: Path, contents: Contents) -> None:
     """Write a file, all of it or nothing.
 
@@ -110,15 +103,17 @@ USUAL = (
     "velocities",
     "inputs",
     FORCES,
+    "reactions",
+    "multipliers",
     "outputs",
     ENERGIES,
-    "error of the energy balance",
-    "residual of the loops",
 )
 """Kinds of columns that are drawn where nobody chooses."""
 
+PUSHING = (FORCES, "reactions", "multipliers")
+
 NOTHING = 1e-12
-"""Forces below it, over the largest of them and at least 1 N, are zero: left out where nobody asks for them."""
+"""Forces of a kind and unit below it, over the largest or 1, are zero: left out where nobody asks for them."""
 
 
 @dataclass(frozen=True)
@@ -138,45 +133,59 @@ class Curve:
         return name + (f" {sign} {abs(self.zero):.5g} {self.column.unit}".rstrip() if self.zero else "")
 
 
+Names = Sequence[str | Sequence[str]]
+"""Names of columns or patterns; those of a list within share a panel."""
+
+
 @dataclass(frozen=True)
 class Panel:
-    """Curves that share an axis, and so a unit."""
+    """Curves that share an axis, and what they are with their unit, as "coordinates, rad"."""
 
     curves: tuple[Curve, ...]
+    title: str
 
     @property
-    def title(self) -> str:
-        """What they are."""
-        return ", ".join(dict.fromkeys(one.column.kind for one in self.curves))
-
-    @property
-    def unit(self) -> str:
-        """Their unit as it is printed, such as "m/s²"."""
-        return self.curves[0].column.printed_unit
+    def mixed(self) -> bool:
+        """Whether they have several units."""
+        return len({one.column.unit for one in self.curves}) > 1
 
 
-def panels(trajectory: Trajectory, names: Sequence[str] = ()) -> list[Panel]:
-    """Return the axes of a plot, one a unit: of the columns that names choose, or of the usual kinds.
+def panels(trajectory: Trajectory, names: Names = ()) -> list[Panel]:
+    """Return the panels of a plot: of the columns that names choose, or of the usual kinds.
 
     Raises:
         UnknownNameError: a name or pattern that chooses nothing.
     """
     every, (_, table) = trajectory.columns, trajectory.table()
     numbers = {one.name: x for one, x in reversed(list(zip(every, table.T, strict=True)))}
-    if names:
-        wanted = chosen([one.name for one in every], names, trajectory.scene.name)
-        picked = [one for name in wanted for one in every if one.name == name]
-        by_unit = {unit: [one for one in picked if one.unit == unit] for unit in (one.unit for one in picked)}
-        groups = list(by_unit.values())
-    else:
-        still = _zero([one for one in every if one.kind == FORCES], numbers)
-        shown = sorted((one for one in every if one.kind in USUAL), key=lambda one: USUAL.index(one.kind))
-        moved = [one for one in shown if one.name not in still]
-        groups = []
-        for _, kind in groupby(moved, key=lambda one: one.kind):
-            some = list(kind)
-            groups += [[one for one in some if one.unit == unit] for unit in dict.fromkeys(one.unit for one in some)]
-    return [Panel(_from_zeros([(one, numbers[one.name]) for one in group])) for group in groups]
+    groups: dict[Hashable, list[Column]] = {}
+    for k, one in enumerate(names := list(names)):
+        loose = isinstance(one, str) or not isinstance(one, Iterable)
+        some: Iterable[Any] = [one] if loose else one
+        for name in chosen(trajectory.names, some, trajectory.scene.name):
+            column = next(one for one in every if one.name == name)
+            group = groups.setdefault(column.unit if loose else k, [])
+            group += [] if column in group else [column]
+    if names and not groups:
+        raise UnknownNameError(f"{trajectory.scene.name}: {missing('', trajectory.names)}")
+    if not names:
+        for usual in sorted((one for one in every if one.kind in USUAL), key=lambda one: USUAL.index(one.kind)):
+            groups.setdefault((usual.kind, usual.unit), []).append(usual)
+        groups = {key: _moved(some, numbers) if some[0].kind in PUSHING else some for key, some in groups.items()}
+    found = [some for some in groups.values() if some]
+    titles = [_title(some, [one.kind for one in some]) for some in found]
+    return [
+        Panel(
+            _from_zeros([(one, numbers[one.name]) for one in some]),
+            title if titles.count(title) == 1 else _title(some, [one.words for one in some]),
+        )
+        for some, title in zip(found, titles, strict=True)
+    ]
+
+
+def _title(group: Sequence[Column], words: Sequence[str]) -> str:
+    units = filter(None, dict.fromkeys(one.printed_unit for one in group))
+    return ", ".join(dict.fromkeys([*words, " and ".join(units)])).removesuffix(", ")
 
 
 def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str, ...]:
@@ -194,10 +203,10 @@ def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str,
     return tuple(one for one in dict.fromkeys(found) if one != TIME or TIME in names)
 
 
-def _zero(forces: Sequence[Column], numbers: dict[str, Array]) -> set[str]:
-    """Return the names of forces that are zero all the time."""
-    sizes = {one.name: float(np.abs(numbers[one.name]).max(initial=0.0)) for one in forces}
-    return {name for name, size in sizes.items() if size <= NOTHING * max(1.0, *sizes.values())}
+def _moved(forces: Sequence[Column], numbers: Mapping[str, Array]) -> list[Column]:
+    """Return the forces that are not zero all the time."""
+    sizes = [float(np.abs(numbers[one.name]).max(initial=0.0)) for one in forces]
+    return [one for one, size in zip(forces, sizes, strict=True) if not size <= NOTHING * max(1.0, *sizes)]
 
 
 def _from_zeros(group: Sequence[tuple[Column, Array]]) -> tuple[Curve, ...]:
@@ -217,7 +226,37 @@ MOST_LINES = 12
 """Curves of one axis; further ones are left out, and the title says so."""
 
 
-def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
+@dataclass(frozen=True)
+class PlotSize:
+    """Width of a plot and height of its panels, inches, size of its letters, points, and whether it has a heading."""
+
+    width: float
+    height: float = 1.9
+    letters: float = 9.0
+    headed: bool = True
+
+
+SIZES: Mapping[str | None, PlotSize] = {
+    None: PlotSize(8.0),
+    "column": PlotSize(3.3, 1.1, 7.0, headed=False),
+    "slide": PlotSize(11.0, 2.7, 16.0),
+}
+"""Sizes by name: of a paper's column, 84 mm, whose caption is its heading, and of a slide."""
+
+
+def size_of(width: float | str | None) -> PlotSize:
+    """Return the size of a plot; SimulateError of a width that is none."""
+    if width is None or isinstance(width, str):
+        if width not in SIZES:
+            raise SimulateError(f'width = "{width}": write "column", "slide" or inches')
+        return SIZES[width]
+    (inches,) = native(float, width)
+    if not 1 <= inches <= 50:
+        raise SimulateError(f"width = {inches:g} in: give 1 to 50 inches")
+    return PlotSize(inches) if inches >= 5 else replace(SIZES["column"], width=inches)
+
+
+def plot(trajectory: Trajectory, path: Path, names: Names = (), width: float | str | None = None) -> None:
     """Write a plot of a trajectory: of columns that names or patterns choose, or of the usual ones.
 
     Raises:
@@ -225,7 +264,7 @@ def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
         UnknownNameError: a name that chooses nothing.
     """
     check_plot(path)
-    write_picture(path, trajectory.scene.name, partial(draw, trajectory, names=names), _facts(trajectory))
+    write_picture(path, trajectory.scene.name, partial(draw, trajectory, names=names, width=width), _facts(trajectory))
 
 
 def write_picture(
@@ -245,61 +284,81 @@ def write_picture(
     write_whole(path, render("plot/page.html.jinja", inside))
 
 
-def figure(trajectory: Trajectory, names: Sequence[str] = ()) -> Figure:
-    """Return a plot as a figure of matplotlib, which a notebook shows; arguments as for `plot`.
+def figure(
+    trajectory: Trajectory,
+    names: Names = (),
+    axes: Axes | Sequence[Axes] | None = None,
+    width: float | str | None = None,
+) -> Figure:
+    """Return a plot as a figure of matplotlib, which a notebook shows; arguments as of `Trajectory.plot`.
 
     Raises:
-        SimulateError: matplotlib is not installed.
+        SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
         UnknownNameError: a name that chooses nothing.
     """
     parts = panels(trajectory, names)
     check_plot()
-    count = len(trajectory.t) * sum(len(part.curves) for part in parts)
-    return _plot(trajectory, parts).figure(count)
+    if axes is None:
+        count = len(trajectory.t) * sum(len(part.curves) for part in parts)
+        return _plot(trajectory, parts, size_of(width)).figure(count)
+    given: list[Any] = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
+    if len(given) != len(parts) or not all(hasattr(one, "plot") for one in given):
+        titles = "; ".join(part.title for part in parts)
+        raise SimulateError(f"axes: give axes of matplotlib, one for each of {len(parts)} panels: {titles}")
+    _fill(given, trajectory, parts)
+    found: Figure = given[0].figure
+    return found
 
 
-def draw(trajectory: Trajectory, kind: str, names: Sequence[str] = ()) -> bytes:
+def draw(trajectory: Trajectory, kind: str, names: Names = (), width: float | str | None = None) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same trajectory, the same bytes."""
-    return _plot(trajectory, panels(trajectory, names)).picture(kind)
+    return _plot(trajectory, panels(trajectory, names), size_of(width)).picture(kind)
 
 
-def _plot(trajectory: Trajectory, parts: Sequence[Panel]) -> FilledFigure:
-    """Return the axes of a run, one below the other."""
+def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize) -> FilledFigure:
+    """Return the panels of a run, one below the other."""
 
     def fill(figure: Any) -> None:
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, part in zip(axes, parts, strict=True):
-            _draw(axis, part, trajectory)
-        if parts:
-            axes[-1].set_xlabel("$t$, s" if trajectory.columns[0].unit else "$t$")
-            figure.align_ylabels(axes)
+        _fill(axes, trajectory, parts, size.headed, size.letters / 9.0)
 
-    return FilledFigure(trajectory.scene.name, (8.0, max(2.2, 0.4 + 1.9 * len(parts))), fill)
+    height = max(2.2 if size.headed else 0.0, 0.4 + size.height * len(parts))
+    return FilledFigure(trajectory.scene.name, (size.width, height), fill, size.letters, size.headed)
 
 
-def _draw(axis: Any, part: Panel, trajectory: Trajectory) -> None:
-    """Draw the curves of one axis."""
-    for one in part.curves[:MOST_LINES]:
-        style = "steps-post" if one.column.name in trajectory.held else "default"
-        axis.plot(trajectory.t, one.values, label=_label(one), linewidth=1.0, drawstyle=style)
-    more = len(part.curves) - MOST_LINES
-    axis.set_title(part.title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
-    axis.set_ylabel(part.unit).set_parse_math(False)  # a unit is a stranger's text
-    axis.grid(alpha=0.3)
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
-    for event in trajectory.events:
-        axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
+def _fill(
+    axes: Sequence[Any], trajectory: Trajectory, parts: Sequence[Panel], beside: bool = False, line: float = 1.0
+) -> None:
+    """Draw panels into axes, what curves are called inside or beside, in lines of a width, points."""
+    for axis, part in zip(axes, parts, strict=True):
+        for one in part.curves[:MOST_LINES]:
+            style = "steps-post" if one.column.name in trajectory.held else "default"
+            axis.plot(trajectory.t, one.values, label=_label(one, part.mixed), linewidth=line, drawstyle=style)
+        more = len(part.curves) - MOST_LINES
+        title = part.title + (f" (and {more} more)" if more > 0 else "")
+        axis.set_title(title, loc="left", fontsize="medium").set_parse_math(False)  # a unit is a stranger's text
+        axis.grid(alpha=0.3)
+        outside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "frameon": False}
+        axis.legend(**(outside if beside else {"loc": "best", "framealpha": 0.7}), fontsize="medium")
+        for event in trajectory.events:
+            axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
+    if parts:
+        axes[-1].set_xlabel("$t$, s" if trajectory.columns[0].unit else "$t$")
 
 
-def _label(curve: Curve) -> str:
-    """Return what a curve is called; by its name where matplotlib does not know a letter of its symbol."""
+def _label(curve: Curve, mixed: bool = False) -> str:
+    """Return what a curve is called, among mixed ones with its unit.
+
+    It is its name where matplotlib does not know a letter of its symbol.
+    """
     from matplotlib.mathtext import MathTextParser
 
+    unit = f", {curve.column.printed_unit}" if mixed and curve.column.unit else ""
     try:
-        MathTextParser("path").parse(curve.label)
+        MathTextParser("path").parse(curve.label + unit)
     except ValueError:
         return curve.column.words
-    return curve.label
+    return curve.label + unit
 
 
 def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:

@@ -25,6 +25,7 @@ from symdyn.simulation.prescribed.forces import drive_names
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -83,6 +84,7 @@ class Trajectory(Shown):
         low: what q and qd are beyond their doubles, shape (N, nq + nv), of runs with 31 digits; else None.
         held: names of the columns that a controller holds from one sample to the next.
         saturations: when a controller's forces were cut at their limits, in order.
+        dense: what the run is between its rows, see `run(t)`; None of motions that were not integrated here.
     """
 
     scene: Scene
@@ -106,6 +108,11 @@ class Trajectory(Shown):
     low: Array | None = None
     held: tuple[str, ...] = ()
     saturations: tuple[Saturation, ...] = ()
+    dense: Callable[[Trajectory, Array], Trajectory] | None = field(default=None, repr=False)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process is sent: the rows, not the equations that go on between them."""
+        return {**self.__dict__, "dense": None}
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} … {self.t[-1]:g} s, " if len(self.t) else ""
@@ -165,6 +172,39 @@ class Trajectory(Shown):
             if not any(letter in name for letter in "*?[") and name not in every and not known(name):
                 raise UnknownNameError(f"{scene.name}: {missing(name, every)}")
 
+    def __call__(self, t: float | Sequence[float] | Array) -> Trajectory:
+        """Return the run at other times, a row for each, as exact as its own rows: all columns, and all that they need.
+
+        The integrator goes on from the row before each time, at the tolerances of the run, so that many times at once
+        cost less than one after the other. What was sampled by a controller is not sampled again; a law that acts all
+        the time, or a function of time, is asked again.
+
+        >>> import symdyn
+        >>> run = symdyn.simulate(symdyn.example("cart_pole"), forces="F=0.5*cos(t)", until=2)
+        >>> run([0.505, 1.0]).q.shape, bool(run(1.0)["x"] == run["x"][100])
+        ((2, 2), True)
+
+        Args:
+            t: times within the run in any order, s, shape (N,); one number gives one row.
+
+        Raises:
+            SimulateError: a time outside of the run, or a motion that was not integrated here: that of `inverse`, of a
+                file or of another process.
+        """
+        check_arguments(Trajectory.__call__, locals(), SimulateError)
+        if self.dense is None:
+            raise SimulateError(
+                f"{self.scene.name}: there are no equations at hand that go on between the rows of this motion: it is "
+                "given, or comes from a file or another process; simulate it, or interpolate its columns"
+            )
+        try:
+            times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        except (TypeError, ValueError):
+            times = np.empty((0, 0))
+        if times.ndim != 1:
+            raise SimulateError(f"{self.scene.name}: t = {quoted(t)}: give a time, s, or a list of times")
+        return self.dense(self, times)
+
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""
         parts = [self.t[:, None], self.q, self.qd, self.qdd, self.tau]
@@ -179,16 +219,21 @@ class Trajectory(Shown):
         """Yield the names of the columns: `"q1" in run`, `dict(run)`."""
         return iter(self.names)
 
-    def __getitem__(self, name: str) -> Array:
-        """Return a column by its name, shape (N,).
+    def __getitem__(self, name: str | Sequence[str]) -> Array:
+        """Return a column by its name, shape (N,), or several by a list of names, shape (N, len(names)).
 
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        if not isinstance(name, str) or name not in self.names:
-            raise UnknownNameError(f"{self.scene.name}: {missing(name, self.names)}")
+        names = self.names
+        for one in name if isinstance(name, list | tuple) else [name]:
+            if not isinstance(one, str) or one not in names:
+                raise UnknownNameError(f"{self.scene.name}: {missing(one, names)}")
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
-        return np.array([*state, *self.extra.values()][self.names.index(name)])
+        every = [*state, *self.extra.values()]
+        if isinstance(name, str):
+            return np.array(every[names.index(name)])
+        return np.array([every[names.index(one)] for one in name]).reshape(-1, len(self.t)).T
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
@@ -208,16 +253,16 @@ class Trajectory(Shown):
                 raise EmitError(f"{self.scene.name}: file = {quoted(file)} takes no text: {fault}") from None
         return text
 
-    def save(self, file: str | Path) -> None:
-        """Write the columns to a .csv or .npz file, the latter with how it was made.
+    def to_npz(self, file: str | Path) -> None:
+        """Write the columns, their names and how the run was made to a .npz file, which `numpy.load` reads.
 
         Raises:
             SimulateError: another ending, or a file that cannot be written.
         """
-        check_arguments(Trajectory.save, locals(), SimulateError)
-        from symdyn.simulation.panels import record
+        check_arguments(Trajectory.to_npz, locals(), SimulateError)
+        from symdyn.simulation.panels import write_npz
 
-        record(self, Path(file))
+        write_npz(self, Path(file))
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the columns as a data frame over the index t, s; `attrs["units"]` has a unit for each.
@@ -251,24 +296,36 @@ class Trajectory(Shown):
             "monitors": dict(self.monitors),
         }
 
-    def plot(self, *names: str | Sequence[str]) -> Figure:
-        """Return a figure of matplotlib, which a notebook shows: an axis a unit.
+    def plot(
+        self,
+        *names: str | Sequence[str | Sequence[str]],
+        axes: Axes | Sequence[Axes] | None = None,
+        width: float | str | None = None,
+    ) -> Figure:
+        """Return a figure of matplotlib, which a notebook shows and whose axes are yours to change.
 
         Args:
-            names: of columns, or patterns such as "point_*"; without any, the coordinates, velocities, driving forces
-                that are not zero, energies, and what is off.
+            names: of columns, or patterns such as "point_*", one panel a unit; or lists of them, one panel each:
+                `plot([["x"], ["F", "reaction_*"]])`. Without any, the coordinates, velocities, inputs, driving forces,
+                reactions that the run has, outputs and energies; forces that are zero all the time are left out.
+            axes: of a figure of yours, as many as panels, to draw into; its figure is returned.
+            width: "column" of a paper, 3.3 in, with small letters and without a heading; "slide", 11 in, with large
+                ones; or inches. Usually 8.
 
         Raises:
             UnknownNameError: there is no such column.
-            SimulateError: matplotlib is not installed.
+            SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
         """
         check_arguments(Trajectory.plot, locals(), UnknownNameError)
         from symdyn.simulation.panels import figure
 
-        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+        each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
+        return figure(self, each, axes, width)
 
-    def save_plot(self, file: str | Path, names: Sequence[str] = ()) -> None:
-        """Write a plot to a .svg, .pdf, .png or .html file; `names` as of `plot`.
+    def save_plot(
+        self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
+    ) -> None:
+        """Write a plot to a .svg, .pdf, .png or .html file; `names` and `width` as of `plot`.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -277,7 +334,7 @@ class Trajectory(Shown):
         check_arguments(Trajectory.save_plot, locals(), SimulateError)
         from symdyn.simulation.panels import plot
 
-        plot(self, Path(file), list(names))
+        plot(self, Path(file), list(names), width)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the usual plot as a picture; the same run, the same bytes.
@@ -290,7 +347,17 @@ class Trajectory(Shown):
 
         return draw(self, kind)
 
-    def animate(
+    def animate(self, fps: float = 30.0, loop: bool = True) -> str:
+        """Return the mechanism as it moves, a page that a notebook shows; all as of `symdyn.animation`.
+
+        Raises:
+            DrawError: a rate that is none, or a motion that cannot be drawn.
+        """
+        from symdyn.draw import animation
+
+        return animation(self, fps=fps, loop=loop)
+
+    def film(
         self,
         file: str | Path,
         fps: float | None = None,
@@ -305,7 +372,7 @@ class Trajectory(Shown):
         """
         from symdyn.draw import film
 
-        return film(self.scene, self.t, self.q, file, fps=fps, size=size, loop=loop, note=note)
+        return film(self, file=file, fps=fps, size=size, loop=loop, note=note)
 
     @property
     def _about(self) -> dict[str, str | float]:

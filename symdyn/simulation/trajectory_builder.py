@@ -13,13 +13,14 @@ motion. Limits of velocity and effort say what a drive can do; the equations hol
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
+from symdyn.errors import SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
@@ -28,7 +29,18 @@ from symdyn.simulation.columns import apart, axes_of, multipliers, output_column
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.integration import END, INTERRUPTED, STOPPED, Hit, Integration, valueless
+from symdyn.simulation.integrate.integration import (
+    DOUBLES,
+    END,
+    INTERRUPTED,
+    STOPPED,
+    Hit,
+    InitialValueProblem,
+    Integration,
+    Method,
+    integrated,
+    valueless,
+)
 from symdyn.simulation.trajectory import Event, Trajectory
 
 DATA = "the limit is data for controllers, nothing in the equations keeps it"
@@ -238,6 +250,68 @@ def trajectory_of(
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
     return replace(found, extra=apart(scene, columns), monitors=monitors, notes=tuple(seen))
+
+
+@dataclass(frozen=True, eq=False)
+class DenseOutput:
+    """A run between its samples: its integrator goes on from the sample before, at the same tolerances.
+
+    It keeps the samples and the equations, and costs nothing before it is asked. Samples of a controller and its forces
+    are those of the run. Of runs with 31 digits it computes in doubles.
+
+    Attributes:
+        run: what was found.
+        problem: what was integrated.
+        method: the integrator.
+        reported: makes rows of it, those of all its columns.
+    """
+
+    run: Integration
+    problem: InitialValueProblem
+    method: Method
+    reported: Callable[[Integration], Trajectory]
+
+    def __call__(self, whole: Trajectory, t: Array) -> Trajectory:
+        """Return a run at times, shape (N,), in any order.
+
+        Raises:
+            SimulateError: a time outside of the run, or what an integrator cannot pass.
+        """
+        first, last = self.run.t[0], self.run.t[-1]
+        if len(outside := t[~((t >= first) & (t <= last))]):
+            raise SimulateError(
+                f"{whole.scene.name}: t = {outside[0]:.9g} s is outside of the run, {first:g} … {last:g} s; nothing is "
+                "extrapolated, simulate a longer one"
+            )
+        times = np.concatenate([[first], t])  # errors of balances count from the begin
+        rows = self.reported(replace(self.run, t=times, x=self._states(times), hits=(), stopped=END, low=None))
+        arrays = {name: getattr(rows, name)[1:] for name in ("t", "q", "qd", "qdd", "tau")}
+        return replace(whole, **arrays, extra={name: x[1:] for name, x in rows.extra.items()}, low=None)
+
+    def _states(self, t: Array) -> Array:
+        """Return the states at times of the run, shape (N, nx); those at samples as they are."""
+        asked, places = np.unique(t, return_inverse=True)
+        before = np.searchsorted(self.run.t, asked, side="right") - 1
+        found = self.run.x[before]
+        between = asked > self.run.t[before]
+        for k in np.unique(before[between]):
+            inside = between & (before == k)
+            found[inside] = self._after(int(k), asked[inside])
+        return np.asarray(found[places])
+
+    def _after(self, k: int, t: Array) -> Array:
+        """Return the states, shape (N, nx), at times after the sample k and before the next one."""
+        begin, system = float(self.run.t[k]), self.problem.system
+        loop = None if system.loop is None else system.loop.again(begin)
+        times = np.concatenate([[begin], t])
+        problem = replace(
+            self.problem, system=replace(system, loop=loop), x=self.run.x[k], times=times, stops=(), low=None,
+            atol=max(self.problem.atol, DOUBLES), unsure={},
+        )  # fmt: skip
+        part = integrated(problem, self.method)
+        if part.stopped != END:
+            raise SimulateError(f"{system.scene.name}: between t = {begin:.9g} s and the next sample: {part.stopped}")
+        return part.x[1:]
 
 
 def _events(

@@ -1,7 +1,6 @@
 """Names that `symdyn.transcription` offers; each is imported when it is first used."""
 
 from .grid import METHODS as METHODS, Method as Method
-from .ipopt import solve as solve
 from .problem import collocation as collocation
 from .solution import Solution as Solution, along as along
 from .transcribed import Collocation as Collocation

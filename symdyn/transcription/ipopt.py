@@ -25,24 +25,28 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from operator import index
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, quoted
 from symdyn.extras import install
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
 from symdyn.transcription.solution import Searched, Solution, lagrangian
-from symdyn.transcription.transcribed import Collocation
+
+if TYPE_CHECKING:
+    from symdyn.transcription.transcribed import Collocation
 
 WAVES = 4
 """Half waves that a motion which is drawn has beside the guess."""
 
 SIZES = {"rad": math.pi / 2, "m": 0.5, "1": 0.3}
 """Of what is drawn for a coordinate without bounds, by its unit."""
+
+MOST_STARTS = 10_000
 
 ALIKE, NEAR = 1e-6, 1e-3
 """Costs over their size, and coordinates over the largest or 1, that are those of one optimum."""
@@ -122,31 +126,22 @@ CLOSE = 1e-6
 
 def solve(
     problem: Collocation,
-    guess: Array | None = None,
-    exact: bool | None = None,
-    starts: int = 1,
-    seed: int = 0,
-    **options: Any,
+    guess: Sequence[float] | Array | None,
+    exact: bool | None,
+    starts: int,
+    seed: int,
+    options: Mapping[str, Any],
 ) -> Solution:
-    """Return what IPOPT finds: of several starts the best optimum, the others beside it (`Solution.optima`).
-
-    Args:
-        problem: what to solve.
-        guess: z to start from, shape (size,); None takes the problem's own.
-        exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory; None
-            computes them for as many velocities as `EXACT`.
-        starts: how many searches: the first from the guess, the others from motions drawn about it.
-        seed: of these.
-        options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
-
-    Raises:
-        SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
-            unknowns that are given does not hold; starts or a seed that are none.
-    """
-    z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)
+    """Return what IPOPT finds; all as of `Collocation.solve`."""
+    try:
+        z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SimulateError(f"guess = {quoted(guess)}: give an array of {problem.size} numbers") from None
     if z.shape != (problem.size,):
         raise SimulateError(f"guess: has the shape {z.shape}; the problem has {problem.size} unknowns")
     (starts, seed) = (_whole("starts", starts, 1), _whole("seed", seed, 0))
+    if starts > MOST_STARTS:
+        raise SimulateError(f"starts = {quoted(starts)}: give at most {MOST_STARTS}")
     found = []
     for k, start in enumerate(drawn(problem, z, starts, seed)):
         if not k or _has_values(problem, start):
@@ -155,13 +150,13 @@ def solve(
 
 
 def _whole(name: str, given: int, least: int) -> int:
-    """Return a whole number of those that `solve` takes."""
+    """Return a whole number that `solve` takes."""
     try:
         found = index(given)
     except TypeError:
         found = least - 1
     if not least <= found or isinstance(given, bool):
-        raise SimulateError(f"{name} = {given!r:.40}: give a whole number, {least} or more")
+        raise SimulateError(f"{name} = {quoted(given)}: give a whole number, {least} or more")
     return found
 
 

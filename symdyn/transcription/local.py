@@ -40,6 +40,17 @@ from symdyn.scene.values import Faults
 from symdyn.simulation import compiled_entries, points
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values
 
+PLACES = {
+    "balance": "stage",
+    "rates": "stage",
+    "running": "stage",
+    "held": "node",
+    "pull": "node",
+    "path": "node",
+    "final": "end",
+}
+"""Where each local function is asked for."""
+
 Pattern = tuple[tuple[int, str, int], ...]
 
 

@@ -11,10 +11,10 @@ gives the column of T.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,13 @@ from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
 from symdyn.simulation.prescribed import ForceTable
 from symdyn.transcription.grid import Places, Row
-from symdyn.transcription.local import Source, appearing, argument_of, inputs_of, symbols_of
-from symdyn.transcription.transcribed import PLACES, Collocation
+from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from symdyn.transcription.transcribed import Collocation
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,11 @@ class Solution(Shown):
     others: tuple[Solution, ...] = field(default=(), repr=False)
     searched: Searched = Searched()
 
+    def __repr__(self) -> str:
+        found = f"{in_digits(self.objective, 9)}, {self.status} after {self.iterations} iterations"
+        others = f"; {len(self.optima)} optima from {self.searched.starts} starts" if self.others else ""
+        return f"<Solution of {self.problem.scene.name}: {found}{others}>"
+
     @property
     def optima(self) -> tuple[Solution, ...]:
         """All optima that were found, this one and the others, best first."""
@@ -167,7 +176,7 @@ class Solution(Shown):
         return bind(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
 
     @property
-    def motion(self) -> Trajectory:
+    def run(self) -> Trajectory:
         """The motion at all points; accelerations and forces of others than stages lie in between."""
         problem, grid = self.problem, self.problem.grid
         t, at = self.duration * grid.share, self.duration * grid.share[grid.stage]
@@ -175,6 +184,10 @@ class Solution(Shown):
         a, tau = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), 2, axis=1)
         q, u = self.z[problem.place["q"]], self.z[problem.place["u"]]
         return Trajectory(self.scene, t, q, u, a, tau, notes=(*problem.notes, self.status), wall=self.wall)
+
+    def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
+        """Return a figure of the motion, all as of `Trajectory.plot`."""
+        return self.run.plot(*names, **options)
 
     @property
     def forces(self) -> Forces:

@@ -19,7 +19,7 @@ who hold the three levels in this way too, with Hermite-Simpson collocation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -29,28 +29,18 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import ArgumentError, quoted
+from symdyn.errors import ArgumentError, SimulateError, quoted
 from symdyn.scene import Scene
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
-from symdyn.transcription.local import Local, Source
+from symdyn.transcription.local import PLACES, Local, Source
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-
-PLACES = {
-    "balance": "stage",
-    "rates": "stage",
-    "running": "stage",
-    "held": "node",
-    "pull": "node",
-    "path": "node",
-    "final": "end",
-}
-"""Where each local function is asked for."""
+    from symdyn.transcription.solution import Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +96,36 @@ class Collocation(Shown):
     def locals(self) -> Mapping[str, Local]:
         """The functions of one place, by name."""
         return self.source.locals
+
+    def solve(
+        self,
+        guess: Sequence[float] | Array | None = None,
+        exact: bool | None = None,
+        starts: int = 1,
+        seed: int = 0,
+        **options: Any,
+    ) -> Solution:
+        """Return what IPOPT finds: of several starts the best optimum, the others beside it (`Solution.optima`).
+
+        What it finds is a local optimum, among neighbouring motions: `starts=8` looks for others, and tells how many
+        there are and what each costs.
+
+        Args:
+            guess: z to start from, shape (size,); None takes the problem's own.
+            exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory;
+                None computes them for up to 8 velocities.
+            starts: how many searches: the first from the guess, the others from motions drawn about it.
+            seed: of these.
+            options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
+
+        Raises:
+            SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
+                unknowns that are given does not hold; starts or a seed that are none.
+        """
+        check_arguments(Collocation.solve, {"guess": guess, "exact": exact}, SimulateError)
+        from symdyn.transcription.ipopt import solve
+
+        return solve(self, guess, exact, starts, seed, options)
 
     # Values
 

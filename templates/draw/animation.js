@@ -49,6 +49,7 @@
   const show = frame => {
     shown = frame;
     for (const m of moving) draw[m.kind](m, motion.x[frame]);
+    if (motion.view) svg.setAttribute("viewBox", motion.view[frame]);
     sorted(frame);
     slider.value = frame;
     const text = "t = " + (motion.first + t[frame]).toFixed(2) + " s";

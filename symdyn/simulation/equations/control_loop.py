@@ -14,6 +14,7 @@ samples are few, a period is divided, so that there are `SAMPLES` rows at least.
 
 from __future__ import annotations
 
+import copy
 import math
 from bisect import bisect_right
 from collections import deque
@@ -82,6 +83,7 @@ class Loop:
         nz: how many states of the controller are states of the run.
         z: its states at the start, or at the next sample.
         taken: what columns show of its samples, in order.
+        over: whether it takes no more samples.
         cuts: when forces were cut at their limits.
     """
 
@@ -96,6 +98,7 @@ class Loop:
         self.law, self.period = feedback.law, feedback.period
         self.nz, self.z = 0, NOTHING
         self.taken: list[Array] = []
+        self.over = False
         self.late, self.rest = (0, 0.0) if self.period is None else lateness(feedback)
         self.cuts = Cuts(placed.names, placed.units, placed.least, placed.most)
         self._since, self._held = [-math.inf], [self._cut(np.array(placed.initial))]
@@ -122,6 +125,16 @@ class Loop:
             self.z, self.nz = found.states, len(found.states)
             self.cuts.change(0.0, self.cuts.of(found.command))
 
+    def again(self, t: float) -> Loop:
+        """Return what acted from a time of the run on, which is over: nobody asks the law for a sample twice."""
+        found = copy.copy(self)
+        found.cuts = Cuts(self.placed.names, self.placed.units, self.placed.least, self.placed.most)
+        if self.period is not None:
+            now, found.over = self._now(t), True
+            found._since, found._held = self._since[: now + 1], self._held[: now + 1]
+            found._waiting = deque(zip(self._since[now + 1 :], self._held[now + 1 :], strict=True))
+        return found
+
     def look(self, t0: float, t1: float, states: Callable[[Array], Array]) -> None:
         """Look, of a controller that acts all the time, where its forces pass their limits in a step from t0 to t1.
 
@@ -140,7 +153,8 @@ class Loop:
         """The next time at which a sample is taken or a force may change; the end of the run if there is none."""
         if self.period is None:
             return self.until
-        found = min([self.samples * self.period, *(when for when, _ in self._waiting)])
+        sample = math.inf if self.over else self.samples * self.period
+        found = min([sample, *(when for when, _ in self._waiting)])
         return self.until if found > self.until - SAME * self.period else found
 
     def halt(self, t: float, q: Array, u: Array) -> bool:
@@ -148,7 +162,7 @@ class Loop:
         if t >= self.until or t < self.due:
             return False
         assert self.period is not None, "else only the end is due"
-        if t >= self.samples * self.period:
+        if not self.over and t >= self.samples * self.period:
             self._sample(q, u)
         self._act(t)
         return True
@@ -180,8 +194,11 @@ class Loop:
     def _acting(self, t: float, q: Array, u: Array, z: Array) -> Array:
         if self.period is None:
             return self._cut(self.computed(t, q, u, z).command)
-        slack = SAME * self.period  # a row's time and a sample's may be rounded differently
-        return self._held[bisect_right(self._since, t + slack) - 1]
+        return self._held[self._now(t)]
+
+    def _now(self, t: float) -> int:
+        slack = SAME * (self.period or 0.0)  # a row's time and a sample's may be rounded differently
+        return bisect_right(self._since, t + slack) - 1
 
     def computed(self, t: float, q: Array, u: Array, z: Array | None) -> Computed:
         """Return what the controller computes from a state of the run and its own, shape (n,); None is its start.

@@ -39,12 +39,12 @@ class IntegrationError(SimulateError):
 
 @dataclass(frozen=True)
 class InitialValueProblem:
-    """One integration from t = 0.
+    """One integration.
 
     Attributes:
         system: the equations.
-        x: state at t = 0, shape (nx,).
-        times: where samples are wanted, ascending, from 0 to the end; shape (N,).
+        x: state at its begin, shape (nx,).
+        times: where samples are wanted, ascending, from its begin, 0 of a run, to the end; shape (N,).
         rtol, atol: tolerances on a step, relative and absolute.
         stops: whether the event of each of the system's formulas ends the run.
         project: brings states back to their constraints.
@@ -63,6 +63,11 @@ class InitialValueProblem:
     unsure: dict[int, float] = field(default_factory=dict)
 
     @property
+    def begin(self) -> float:
+        """Time of the begin."""
+        return float(self.times[0])
+
+    @property
     def until(self) -> float:
         """Time of the end."""
         return float(self.times[-1])
@@ -75,7 +80,7 @@ class InitialValueProblem:
     @property
     def bound(self) -> float:
         """Time beyond which no step may go: where a controller is due, else the end."""
-        return self.until if self.system.loop is None else self.system.loop.due
+        return self.until if self.system.loop is None else min(self.until, self.system.loop.due)
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,7 @@ def integrate(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
     Raises:
         IntegrationError: the integrator cannot go on.
     """
-    t = 0.0
+    t = problem.begin
     try:
         with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
             for piece in method.run(problem):
@@ -259,7 +264,7 @@ def integrated(
     except IntegrationError as fault:
         stopped = str(fault)
     wall, flags = time.perf_counter() - ready, problem.stops
-    now = pieces[-1].now if pieces else (0.0, problem.x)
+    now = pieces[-1].now if pieces else (problem.begin, problem.x)
     t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
     x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
     low = _low(pieces)

@@ -43,8 +43,7 @@ def follow(
     events, pace, loop = Watch(problem), Pace(problem), problem.system.loop
     nq, nv = problem.system.nq, problem.system.nv
     seen = 0
-    if problem.times[0] == 0.0:
-        yield Piece(problem.times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
+    yield Piece(problem.times[:1], problem.x[None], (), (problem.begin, problem.x), 0, 0)
     for step in steps:
         if not np.all(np.isfinite(step.x1)):
             raise IntegrationError(f"the motion leaves what doubles hold after t = {step.t0:g} s")
@@ -95,7 +94,7 @@ class Pace:
     def __init__(self, problem: InitialValueProblem) -> None:
         """Look whether anything jumps."""
         self.jumps = problem.system.once(_jumps)
-        self.until, self.begin, self.steps = problem.until, 0.0, 0
+        self.until, self.begin, self.steps = problem.until, problem.begin, 0
 
     def check(self, step: IntegrationStep) -> None:
         """Raise IntegrationError where the last steps lead nowhere."""
@@ -142,7 +141,7 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
     options: dict[str, Any] = {"rtol": max(share * problem.rtol, SMALLEST_SCIPY), "atol": share * problem.atol}
     if name in IMPLICIT:
         options["jac"] = slopes_in_turn(problem.system)
-    solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.bound, **options)
+    solver: Any = kind(problem.system.rates, problem.begin, problem.x, problem.bound, **options)
     spent = 0
 
     def steps() -> Iterator[IntegrationStep]:
@@ -260,10 +259,10 @@ def _followed(
 ) -> Iterator[Piece]:
     """Yield the pieces of a solver's steps; `whole` makes its own state, whose first part is the problem's."""
     size = len(problem.x)
-    solver.init_step(0.0, *whole(0.0, problem.x))
+    solver.init_step(problem.begin, *whole(problem.begin, problem.x))
 
     def steps() -> Iterator[IntegrationStep]:
-        t, again = 0.0, 0
+        t, again = problem.begin, 0
         while t < problem.until:
             with redirect_stdout(StringIO()):  # where scikit-sundae prints why a step failed, beside returning it
                 found = solver.step(problem.bound, method="onestep", tstop=problem.bound)

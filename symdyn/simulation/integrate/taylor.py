@@ -63,7 +63,7 @@ def integrator(problem: InitialValueProblem) -> Iterator[Any]:
     system, tolerance = problem.system, problem.rtol
     idle = system.once(_idle).setdefault(tolerance, [])
     ta = idle.pop() if idle else _integrator(system, tolerance)
-    ta.time, ta.state[:] = 0.0, problem.x
+    ta.time, ta.state[:] = problem.begin, problem.x
     ta.pars[:] = parameters(system)[: len(ta.pars)]  # behind the last one that is used heyoka has none
     yield ta
     idle.append(ta)
@@ -104,8 +104,8 @@ def run(problem: InitialValueProblem) -> Iterator[Piece]:
 def _stretches(problem: InitialValueProblem, ta: Any) -> Iterator[Piece]:
     stretch = Stretch(ta, problem)
     times, done = problem.times, 1
-    yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
-    goal = min(_sure_step(ta), problem.until)
+    yield Piece(times[:1], problem.x[None], (), (problem.begin, problem.x), 0, 0)
+    goal = min(problem.begin + _sure_step(ta), problem.until)
     while ta.time < problem.until:
         inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
         x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
@@ -132,7 +132,7 @@ class Stretch:
         """Take an integrator that stands at the start."""
         self.ta, self.problem = ta, problem
         self.watch, self.found = Watch(problem), list[Hit]()
-        self.begin = 0.0
+        self.begin = problem.begin
         self.guard = Guard(problem) if guarded(problem.system) else None
         self.longest = math.inf
         self.patience = 0.0 if problem.system.swerves else PATIENT

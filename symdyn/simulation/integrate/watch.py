@@ -253,12 +253,14 @@ class Watch:
     armed: Array
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        """Stand at t = 0."""
+        """Stand at the begin."""
         self.problem = problem
         self.entered: dict[int, tuple[float, Array]] = {}
         if problem.stops:
-            self._stand(0.0, problem.x)
-            self.armed = np.where(np.abs(self.values) <= self._noise(0.0, problem.x), 0.0, np.sign(self.values))
+            self._stand(problem.begin, problem.x)
+            self.armed = np.where(
+                np.abs(self.values) <= self._noise(problem.begin, problem.x), 0.0, np.sign(self.values)
+            )
 
     def copy(self) -> Watch:
         """Return one that stands where this one does."""
