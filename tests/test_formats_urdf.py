@@ -90,8 +90,8 @@ def test_what_was_changed_or_left_out_is_noted():
         "1.57079633 is read as pi/2 in line 45: joint shoulder <origin> rpy",
         "-0.7853981634 is read as -pi/4 in line 45: joint shoulder <origin> rpy",
         "damping enters the equations as -damping * rate (slide_right, shoulder)",
-        "friction is kept as data and enters no equation (shoulder); a scene says "
-        "friction = { coulomb = 0.5, smoothing = 0.01 } to have it act",
+        "friction is kept as data and enters no equation (shoulder); write "
+        "friction = { coulomb = 0.5, smoothing = 0.01 } in the scene to have it act",
         "coordinates: q1 shoulder, q2 elbow, q3 slide_left",
     ]
 

@@ -70,7 +70,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     "until: it belongs to a run": lambda: symdyn.uncertainty(CART, {"mp": 1}, motion="x=t", times=[0, 1], until=2),
     "start rates: of runs, and a function": lambda: symdyn.sweep(PROBLEM, **MASS),
     "until: of runs, and a function": lambda: symdyn.sweep(CART, **MASS, until=10),
-    "forces: those that are read": lambda: symdyn.sweep(Problem(CART, PROBLEM.driving), "mc=[1,2]", "end(x)"),
+    "forces: parsed forces have no text": lambda: symdyn.sweep(Problem(CART, PROBLEM.driving), "mc=[1,2]", "end(x)"),
     "start: rest is looked for": lambda: symdyn.linear.linearize_at_rest(PROBLEM),
 }
 

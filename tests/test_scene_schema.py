@@ -257,4 +257,4 @@ def test_the_command_prints_it(judge):
 
     assert json.loads(plain.stdout) == json.loads(told.stdout)["result"] == judge.schema
     assert more.returncode == 2
-    assert more.stderr.splitlines()[-1].endswith("--schema is that of all scenes; leave a.toml out")
+    assert more.stderr.splitlines()[-2].endswith("--schema is that of all scenes; leave a.toml out")

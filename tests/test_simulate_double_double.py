@@ -166,7 +166,7 @@ def test_digits_are_those_of_the_sum():
         ("cart_pole", {"forces": "F=abs(x)"}, "abs bends where it is zero, which its steps may go past unseen"),
         ("cart_pole", {"forces": "F=sign(x_dot)"}, "there is no sign of 31 digits in it"),
         ("cart_pole", {"forces": {"F": lambda t: 0.0}}, "a force comes from outside the equations"),
-        ("cart_pole", {"method": "dop853"}, "method dop853 computes in doubles: give --rtol 1e-16 or more"),
+        ("cart_pole", {"method": "dop853"}, "method dop853 computes in doubles: give rtol=1e-16 or more"),
         ("cart_pole", {"rtol": 1e-31}, "rtol = 1e-31 is not a tolerance; give one between 1e-30 and 1"),
     ],
 )
@@ -179,8 +179,8 @@ def test_what_it_is_not_for_is_refused_in_words(name, more, why):
     ("more", "remedy"),
     [
         ({"method": "gauss"}, "take dop853"),
-        ({"rtol": 1e-28}, "give --rtol 1e-16 or more"),
-        ({"method": "gauss", "rtol": 1e-28}, "take dop853 and give --rtol 1e-16 or more"),
+        ({"rtol": 1e-28}, "give rtol=1e-16 or more"),
+        ({"method": "gauss", "rtol": 1e-28}, "take dop853 and give rtol=1e-16 or more"),
     ],
 )
 def test_a_refusal_says_what_would_do(more, remedy):

@@ -165,7 +165,7 @@ def test_a_store_without_checksums_is_refused_in_words(tmp_path: Path) -> None:
     group = zarr.open_group(str(store), mode="r+")
     group.attrs["version"] = 1
 
-    with pytest.raises(SimulateError, match=r"no checksums.*delete this one"):
+    with pytest.raises(SimulateError, match=r"another version of symdyn.*delete this one"):
         swept(store)
 
 

@@ -96,7 +96,7 @@ class Formulas(Shown):
         Raises:
             LinearizeError: a name that no formula has.
         """
-        from sympy import lambdify
+        import sympy
 
         known = {str(one): one for one in self.point if one not in self.definitions}
         for name in names:
@@ -106,7 +106,7 @@ class Formulas(Shown):
         kept = {one: self.point[one] for name, one in known.items() if name not in names}
         defined = [(symbol, one.xreplace(kept)) for symbol, one in self._needed()]
         parts = [one.xreplace(kept) for one in (self.A, self.B, self.C, self.D)]
-        made: Callable[..., list[Array]] = lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries))
+        made: Callable[..., list[Array]] = sympy.lambdify(free, parts, "numpy", cse=lambda entries: (defined, entries))
         return made
 
     def latex(self, part: Literal["", "A", "B", "C", "D"] = "") -> str:

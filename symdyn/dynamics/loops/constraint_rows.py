@@ -393,7 +393,7 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
     slopes = gradient(formula, state.qd)
     if not rest.is_zero or set(state.qd).intersection(reachable(slopes)):
         raise DerivationError(
-            f"{scene.name}: rows.{name}: the formula is not linear in the velocities; "
+            f"{scene.name}: constraints.{name}: the formula is not linear in the velocities; "
             "write a sum of terms coefficient * velocity, without a constant term"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))

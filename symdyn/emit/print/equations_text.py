@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from symdyn.algebra import Array, Form
+from symdyn.algebra import Form
 from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
@@ -31,6 +31,9 @@ from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.algebra import Array
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from symdyn.algebra import Array, Form, Number, Symbol
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
@@ -24,6 +24,9 @@ from symdyn.scene import Scene, parse
 from symdyn.scene.values import acceleration_name, choice, listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.algebra import Array
 
 HALF = Number(Fraction(1, 2))
 
@@ -128,25 +131,35 @@ class SympyEquations(Shown):
         >>> arm.subs({"m1": 0, "q2": 0}).M[0, 1], arm.subs("m1", 1).M[1, 1]
         (h1*h2*m2 + h2**2*m2, h2**2*m2)
         """
-        pairs = dict(given[0] if len(given) == 1 else [given])
-        known = self._known(pairs)
+        known = self._known(
+            given[0]
+            if len(given) == 1
+            else {given[0]: given[1]}
+            if len(given) == 2 and isinstance(given[0], Hashable)
+            else given
+        )
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
         put = {name: self._explicit(part).subs(known) for name, part in parts.items() if hasattr(part, "free_symbols")}
         motions = {one: form.subs(known) for one, form in self.motions.items()}
         return replace(self, **put, motions=motions, sub={})
 
-    def _known(self, values: Mapping[Any, Any]) -> dict[Any, Any]:
+    def _known(self, values: object) -> dict[Any, Any]:
         """Return values and expressions, of which texts are formulas of symdyn, by symbol."""
-        from sympy import sympify
+        from sympy import Basic, SympifyError, sympify
 
         from symdyn.algebra import graph_to_sympy
 
-        if not isinstance(values, Mapping):
-            raise EmitError(f"{quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
+        if not isinstance(values, Mapping) or any(not isinstance(one, str | Basic) for one in values):
+            raise EmitError(f"given = {quoted(values)} names no values; give them by name or symbol, as in {{'m': 2}}")
 
         def read(value: Any) -> Any:
             if not isinstance(value, str):
-                return sympify(value, strict=True)
+                try:
+                    return sympify(value, strict=True)
+                except (SympifyError, AttributeError, TypeError, ValueError):
+                    raise EmitError(
+                        f"given: {quoted(value)} is no value; give a number, a formula or an expression"
+                    ) from None
             (found,) = graph_to_sympy([parse(value).express(Graph())])
             return found.xreplace({one: self[str(one)] for one in found.free_symbols})
 

@@ -57,6 +57,7 @@ def linear_law(
     Raises:
         SimulateError: with every fault: matrices of other sizes, names that are not there.
     """
+    check_arguments(linear_law, locals(), SimulateError)
     faults = Faults("linear law")
     signals, inputs = ((one,) if isinstance(one, str) else tuple(one) for one in (measures, drives))
     law = LinearLaw.read({"A": A, "B": B, "C": C, "D": D}, signals, inputs, faults)
