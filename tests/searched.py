@@ -15,7 +15,7 @@ from pathlib import Path
 MEANT = {
     "install": "start", "units": "units", "Jupyter": "equations", "notebook": "equations", "gif": "pictures",
     "state space": "linearize", "degrees of freedom": "scenes", "mass matrix": "python", "noise": "simulate",
-    "saturation": "simulate", "step response": "control", "PID": "simulate", "LQG": "simulate", "solve_ivp": "python",
+    "saturation": "simulate", "step response": "control", "PID": "simulate", "LQG": "control", "solve_ivp": "python",
     "transfer function": "control", "Bode": "control", "Nyquist": "control", "equilibrium": "linearize",
     "linearization": "linearize", "eigenvalues": "linearize", "Coriolis": "equations", "inverse dynamics": "simulate",
     "forward dynamics": "simulate", "reaction forces": "reactions", "closed loop": "scenes",
