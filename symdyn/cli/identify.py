@@ -25,11 +25,11 @@ from symdyn.cli.scene_options import again, read_scene, say_values_alone
 from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs, write_table
 from symdyn.emit import write
-from symdyn.errors import IdentifyError, SimulateError
+from symdyn.errors import IdentifyError, SimulateError, choice
 from symdyn.identification import Identification, Outcome, Payload, excite, identify
 from symdyn.rounding import finite, in_digits
 from symdyn.scene import Scene, parse
-from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas
+from symdyn.scene.values import FormulaError, Unit, UnitError, fits, split_commas
 from symdyn.simulation import CHECKS
 from symdyn.table import Table
 

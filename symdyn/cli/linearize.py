@@ -16,11 +16,11 @@ from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.emit import Contents, write_file
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, choice
 from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.scene.values import Faults, choice, split_commas
+from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation import CHECKS, Problem
 
 Lines: TypeAlias = list[str]

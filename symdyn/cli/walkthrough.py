@@ -9,8 +9,7 @@ from symdyn.cli.scene_options import read_scene, split
 from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
-from symdyn.errors import EmitError
-from symdyn.scene.values import choice
+from symdyn.errors import EmitError, choice
 from symdyn.teach import Handout
 
 SLIDERS = "sliders"

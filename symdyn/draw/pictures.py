@@ -37,9 +37,9 @@ from symdyn.draw.stage import Stage, View, pose, values_of
 from symdyn.draw.style import Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.emit.print import latex_symbols
-from symdyn.errors import DrawError, quoted
+from symdyn.errors import DrawError, choice, quoted, suggestion
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import Load, choice, suggestion
+from symdyn.scene.values import Load
 from symdyn.shown import Shown
 
 SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone

@@ -18,11 +18,11 @@ import numpy as np
 from symdyn.draw.ground import patches
 from symdyn.draw.places import Array, Places, places, unit
 from symdyn.dynamics.loops import Numbers
-from symdyn.errors import DerivationError, DrawError
+from symdyn.errors import DerivationError, DrawError, suggestion
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Joint, suggestion, velocity_name
+from symdyn.scene.values import Joint, velocity_name
 from symdyn.unlocked import cached_property
 
 WIDE, HIGH = 360.0, 300.0  # what the mechanism may take, in units of the picture

@@ -15,8 +15,8 @@ from itertools import groupby
 
 from symdyn.emit import in_html
 from symdyn.emit.print import PrintName
-from symdyn.errors import DrawError
-from symdyn.scene.values import GREEK, choice
+from symdyn.errors import DrawError, choice
+from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
 FONT = 17.0  # units of the picture

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symdyn.errors import suggestion
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, Joint, acceleration_name, force_unit, suggestion
+from symdyn.scene.values import Faults, Joint, acceleration_name, force_unit
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 
 Box = Mapping[str, tuple[object, object]] | Sequence[str]

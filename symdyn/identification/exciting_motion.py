@@ -25,12 +25,12 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native
-from symdyn.errors import IdentifyError, SimulateError
+from symdyn.errors import IdentifyError, SimulateError, choice, suggestion
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
 from symdyn.identification.excitation import CRITERIA, FAMILIES, Basis, Criterion, Excitation, Improved, Reached
 from symdyn.runtime import Loaded, load
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import Faults, choice, suggestion
+from symdyn.scene.values import Faults
 from symdyn.simulation import Start, Trajectory
 from symdyn.simulation.prescribed import drive_names
 

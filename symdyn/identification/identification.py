@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
-from symdyn.errors import IdentifyError, UnknownNameError
+from symdyn.errors import IdentifyError, UnknownNameError, choice
 from symdyn.identification.bounds import fits
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Fitted, Gain, Gains
@@ -23,7 +23,6 @@ from symdyn.identification.log import GAINED, Log
 from symdyn.identification.payload import Carried, Fit
 from symdyn.identification.regression import Outlier, Regression, echelon
 from symdyn.scene import INERTIAL, Scene
-from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed import drive_names
 from symdyn.table import Table

@@ -25,14 +25,14 @@ from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument, check_arguments, native
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.outputs import BaseColumns
-from symdyn.errors import IdentifyError, SceneError
+from symdyn.errors import IdentifyError, SceneError, choice, listed
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import TEN, never_negative, places_of, unknowns, without_values
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.scene import Quantity, Scene, bind, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import Body, choice, listed
+from symdyn.scene.values import Body
 from symdyn.shown import Shown
 
 WEAK = 1e-3

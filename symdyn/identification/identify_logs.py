@@ -31,7 +31,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
-from symdyn.errors import IdentifyError
+from symdyn.errors import IdentifyError, listed
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
 from symdyn.identification.identification import Identification, not_identifiable
@@ -40,7 +40,7 @@ from symdyn.identification.log import ColumnUnits, Log, forces_off, given_gains,
 from symdyn.identification.payload import Carried, Payload, carried, check_payloads, evidence
 from symdyn.identification.regression import Regression, Rows
 from symdyn.scene import SceneLike, SceneUnits, scene_of
-from symdyn.scene.values import force_unit, listed
+from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
 
 LEAST = 1e-9

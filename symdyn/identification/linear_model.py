@@ -26,13 +26,13 @@ from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.outputs import BaseColumns, Linear
-from symdyn.errors import DerivationError, IdentifyError, SceneError
+from symdyn.errors import DerivationError, IdentifyError, SceneError, choice
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.runtime import load
 from symdyn.scene import INERTIAL, Quantity, Scene, bind
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Joint, Parameter, choice, force_unit, velocity_name
+from symdyn.scene.values import Joint, Parameter, force_unit, velocity_name
 
 TEN = len(INERTIAL)
 

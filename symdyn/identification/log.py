@@ -26,9 +26,9 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import IdentifyError, SimulateError
+from symdyn.errors import IdentifyError, SimulateError, choice, listed, nearest
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Unit, UnitError, acceleration_name, choice, listed, nearest, shorten
+from symdyn.scene.values import Faults, Unit, UnitError, acceleration_name, shorten
 from symdyn.simulation.prescribed import Columns, drive_names, read_entries
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}

@@ -20,11 +20,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
-from symdyn.errors import IdentifyError, UnknownNameError
+from symdyn.errors import IdentifyError, UnknownNameError, listed, suggestion
 from symdyn.identification.shooting import FEWEST, Measured, Search, first_state, read_measured, searched, shooting
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneLike, SceneUnits, bind
-from symdyn.scene.values import Faults, listed, suggestion
+from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.simulation import Problem, opened
 from symdyn.simulation.prescribed import Entries, parameter_values

@@ -23,14 +23,13 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.errors import IdentifyError
+from symdyn.errors import IdentifyError, choice, listed
 from symdyn.identification.filtered import Flags, Motion, projected
 from symdyn.identification.linear_model import TEN, LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.regression import Rows
 from symdyn.rounding import in_digits
 from symdyn.scene import INERTIAL
-from symdyn.scene.values import choice, listed
 
 SAME = 1e-8
 """Part of its size that a column has beside others, if it is no combination of them."""

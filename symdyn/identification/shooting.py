@@ -20,9 +20,9 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import IdentifyError, SimulateError, SymdynError
+from symdyn.errors import IdentifyError, SimulateError, SymdynError, listed, suggestion
 from symdyn.scene import Scene, bind
-from symdyn.scene.values import Faults, listed, suggestion, velocity_name
+from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import Flow, Forces, Problem
 from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
 

@@ -19,10 +19,9 @@ import numpy as np
 from symdyn.algebra import Array, Nodes, shared_to_sympy
 from symdyn.arguments import check_arguments
 from symdyn.emit.print import latex_symbols
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, suggestion
 from symdyn.graph import Expr, growing, substitute
 from symdyn.linear.symbolic import EXACT, Blocks, assembled, blocks_of, entries_of, exact, fresh, kept, places, symbolic
-from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed import drive_names
 

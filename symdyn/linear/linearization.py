@@ -26,13 +26,12 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, listed
 from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.scene.values import listed
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:

@@ -20,11 +20,10 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError
+from symdyn.errors import LinearizeError, suggestion
 from symdyn.extras import install
 from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
 from symdyn.linear.plots import Plotted, pole_map
-from symdyn.scene.values import suggestion
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
-from symdyn.errors import LinearizeError, quoted
+from symdyn.errors import LinearizeError, quoted, suggestion
 from symdyn.linear.locus import number_in
 from symdyn.linear.state_space import Axis
-from symdyn.scene.values import Faults, FormulaError, suggestion
+from symdyn.scene.values import Faults, FormulaError
 
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
 

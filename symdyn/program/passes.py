@@ -37,9 +37,8 @@ from dataclasses import dataclass, replace
 
 from symdyn.dynamics import Function
 from symdyn.dynamics.outputs import Counts
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene.values import choice
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:

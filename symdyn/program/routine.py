@@ -35,10 +35,9 @@ from symdyn.algebra import constants
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.outputs import Counts
-from symdyn.errors import DerivationError, UnknownNameError
+from symdyn.errors import DerivationError, UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
-from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 
 

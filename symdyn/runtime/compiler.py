@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import IO
 
 from symdyn.emit import TARGETS, Sources, packed
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.errors import BuildError, MissingCompiler, choice
 from symdyn.extras import install
 from symdyn.runtime.commands import (
     GNU,
@@ -38,7 +38,6 @@ from symdyn.runtime.commands import (
     stop_command,
     waiting,
 )
-from symdyn.scene.values import choice
 
 CANDIDATES = candidates()
 

@@ -10,13 +10,12 @@ from typing import Any, overload
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
-from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
+from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, quoted, suggestion
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
 from symdyn.runtime.numeric_function import Later, Makers, NumericFunction, numeric_function, plain, soon
 from symdyn.runtime.runners import RUNNERS, or_warn, run_or_python
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import choice, suggestion
 from symdyn.shown import Shown
 
 MOST_SHOWN = 4

@@ -21,7 +21,7 @@ import numpy as np
 
 from symdyn.dynamics import Function
 from symdyn.emit import Code, emit
-from symdyn.errors import ArgumentError
+from symdyn.errors import ArgumentError, listed, suggestion
 from symdyn.program import Program
 from symdyn.runtime.cache import Lock
 from symdyn.runtime.commands import Needs, threads
@@ -29,7 +29,7 @@ from symdyn.runtime.compiler import PATIENCE, find_compiler
 from symdyn.runtime.library import SUFFIX, LibraryKind, extension_kind, load_library
 from symdyn.runtime.runners import or_warn, run_python
 from symdyn.scene import Scene
-from symdyn.scene.values import listed, spell, suggestion
+from symdyn.scene.values import spell
 from symdyn.shown import Shown
 
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})

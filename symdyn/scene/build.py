@@ -20,12 +20,11 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, Protocol, TypedDict, Unpack, cast
 
 from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.entry import Entry, Faults, Number, Placement, Three, entry, show
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.model import Scene
 
 

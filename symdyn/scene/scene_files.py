@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import ClassVar, Literal
 
 from symdyn.arguments import argument, check_arguments
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, choice, suggestion
 from symdyn.graph import growing
 from symdyn.resources import example_files, folder
 from symdyn.scene.declaration.reading import (
@@ -29,7 +29,7 @@ from symdyn.scene.declaration.reading import (
 )
 from symdyn.scene.symbolic import bind
 from symdyn.scene.values.entry import Faults, show
-from symdyn.scene.values.grammar import check_scene_name, choice, suggestion
+from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.model import Scene
 
 READERS: Mapping[str, str] = {

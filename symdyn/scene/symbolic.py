@@ -29,7 +29,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, suggestion
 from symdyn.graph import Graph
 from symdyn.scene.declaration.draft import draft_of, slides
 from symdyn.scene.declaration.reading import value_for
@@ -40,7 +40,6 @@ from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.entry import Faults, compose, show
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.formula import map_quantities, substituted
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.model import Parameter, Scene

@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from symdyn.arguments import check_arguments
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
@@ -25,7 +25,7 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import place_of, sections, table_of
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
-from symdyn.scene.values.grammar import check_scene_name, suggestion
+from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.key import Part, raw_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, exact_decimal, spell

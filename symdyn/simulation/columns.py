@@ -39,11 +39,11 @@ from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
-from symdyn.errors import SimulateError, quoted
+from symdyn.errors import SimulateError, choice, quoted, suggestion
 from symdyn.graph import Graph, evaluate, reachable
 from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, acceleration_name, choice, force_unit, suggestion
+from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
 from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, function_of, opened
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces, drive_names

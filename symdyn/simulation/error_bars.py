@@ -21,9 +21,8 @@ from symdyn.draw import FilledFigure
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
-from symdyn.errors import DerivationError, EmitError, SimulateError, UnknownNameError, quoted
+from symdyn.errors import DerivationError, EmitError, SimulateError, UnknownNameError, choice, listed, quoted
 from symdyn.runtime import lambdify
-from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation.columns import FORCES, Column, columns_csv, frame
 from symdyn.simulation.equations.compiled_routines import opened

@@ -17,10 +17,10 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
-from symdyn.errors import MethodError, SimulateError
+from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneLike
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback

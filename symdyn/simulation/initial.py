@@ -21,11 +21,11 @@ import numpy as np
 from symdyn.algebra import Array, Floats, constants
 from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
-from symdyn.errors import DerivationError, SimulateError
+from symdyn.errors import DerivationError, SimulateError, suggestion
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
+from symdyn.scene.values import Faults, split_commas, velocity_name
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import values_on
 from symdyn.simulation.equations.system import StateEquations

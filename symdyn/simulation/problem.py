@@ -15,9 +15,9 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression, check_arguments, native
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
-from symdyn.scene.values import Faults, formula_text, suggestion
+from symdyn.scene.values import Faults, formula_text
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries

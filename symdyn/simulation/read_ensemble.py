@@ -22,13 +22,13 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME, quaternions
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
-from symdyn.scene.values import Faults, suggestion, velocity_name
+from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import lockstep
 from symdyn.simulation.ensemble_task import (
     ONE_BY_ONE,

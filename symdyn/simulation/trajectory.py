@@ -13,9 +13,9 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
 from symdyn.scene import Scene
-from symdyn.scene.values import acceleration_name, listed
+from symdyn.scene.values import acceleration_name
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.equations.saturation import Saturation, cut_lines

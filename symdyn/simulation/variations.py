@@ -23,9 +23,9 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, with_fields
-from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.errors import SimulateError, UnknownNameError, listed, suggestion
 from symdyn.scene import Scene, SceneLike, bind
-from symdyn.scene.values import Faults, listed, suggestion
+from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations

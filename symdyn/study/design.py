@@ -28,8 +28,8 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument, native
 from symdyn.bounds import BOUNDS
-from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene.values import Faults, choice, suggestion
+from symdyn.errors import SimulateError, UnknownNameError, choice, suggestion
+from symdyn.scene.values import Faults
 from symdyn.shown import Shown
 from symdyn.study.distributions import LEAST, MOST, Distribution
 from symdyn.unlocked import cached_property

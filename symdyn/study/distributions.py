@@ -23,18 +23,9 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
+from symdyn.errors import suggestion
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import (
-    Faults,
-    FormulaError,
-    Letter,
-    Parameter,
-    question,
-    read_tolerance,
-    shorten,
-    split_commas,
-    suggestion,
-)
+from symdyn.scene.values import Faults, FormulaError, Letter, Parameter, question, read_tolerance, shorten, split_commas
 from symdyn.simulation.prescribed import number_of, read_formula
 
 LONGEST_LIST = 10_000_000

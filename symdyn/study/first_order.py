@@ -20,9 +20,9 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import KINDS, with_fields
-from symdyn.errors import SimulateError, quoted
+from symdyn.errors import SimulateError, quoted, suggestion
 from symdyn.scene import Scene, SceneLike
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults
 from symdyn.simulation import Problem, Run, Uncertainty, measure_slopes, state_names
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.distributions import Distribution, read_over

@@ -17,12 +17,12 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.errors import DerivationError, SimulateError
+from symdyn.errors import DerivationError, SimulateError, suggestion
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
 from symdyn.runtime import Loaded, Operand, load
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
-from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation import Measure, Problem
 from symdyn.simulation.prescribed import Columns, drive_names, number_of, parameter_values, read_formula, words
 from symdyn.study.design import read_design

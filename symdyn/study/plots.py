@@ -13,8 +13,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
-from symdyn.errors import SimulateError
-from symdyn.scene.values import choice, suggestion
+from symdyn.errors import SimulateError, choice, suggestion
 from symdyn.simulation import CHECKS, write_picture
 from symdyn.study.design import SALTELLI
 

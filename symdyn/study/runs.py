@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, native, walked
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
-from symdyn.scene.values import choice, listed
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, choice, listed, quoted
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI, Indices, indices
 from symdyn.table import Table

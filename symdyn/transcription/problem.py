@@ -17,11 +17,11 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import kinks
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, listed, suggestion
 from symdyn.graph import substitute
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, parse
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Faults, FormulaError, formula_text, listed, spell, suggestion, velocity_name
+from symdyn.scene.values import Faults, FormulaError, formula_text, spell, velocity_name
 from symdyn.simulation import Problem, Start
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import METHODS, Grid, grid, numbered

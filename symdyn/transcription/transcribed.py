@@ -29,9 +29,8 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import ArgumentError, SimulateError, quoted
+from symdyn.errors import ArgumentError, SimulateError, choice, quoted
 from symdyn.scene import Scene
-from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Method, Places, Slopes, sliced
 from symdyn.transcription.local import PLACES, Local, Source

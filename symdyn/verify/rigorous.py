@@ -22,13 +22,12 @@ from flint import arb
 from symdyn.algebra import Balls, BigFloats
 from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
 from symdyn.emit.code import REALS
-from symdyn.errors import VerifyError
+from symdyn.errors import VerifyError, suggestion
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Sampling, lower
 from symdyn.rounding import finite
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array

@@ -58,7 +58,7 @@ def stress(
         SimulateError: a family does not exist.
         BuildError: the compiler refuses.
     """
-    from symdyn.scene.values import suggestion
+    from symdyn.errors import suggestion
 
     wanted = tuple(FAMILIES) if families is None else tuple(families)
     unknown = [f"family {name} is not known; {suggestion(name, FAMILIES)}" for name in wanted if name not in FAMILIES]

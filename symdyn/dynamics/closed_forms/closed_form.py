@@ -31,12 +31,11 @@ from symdyn.dynamics.closed_forms.coefficient_key import (
 from symdyn.dynamics.closed_forms.constraint_forms import angle_groups
 from symdyn.dynamics.mechanism.state import State, body_placements, moved_placements, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Mat, Transform, dot, zero_vector
 from symdyn.unlocked import cached_property

@@ -40,10 +40,9 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import LoopBlock, Partition, blocks
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Op, evaluate, substitute
 from symdyn.scene import Scene
-from symdyn.scene.values import choice
 from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:

@@ -37,9 +37,8 @@ from symdyn.dynamics.loops.partition import (
     over_actuated,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice
 from symdyn.scene import Scene
-from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_numbers import Numbers

@@ -50,11 +50,10 @@ from itertools import combinations
 
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import choice
 from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}

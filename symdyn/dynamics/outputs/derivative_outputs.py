@@ -25,10 +25,10 @@ from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Siz
 from symdyn.dynamics.outputs.result_labels import Axis
 from symdyn.dynamics.outputs.tangent_space import COLUMNS, FREE, SWEEPS, TangentSpace
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, listed
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import FormulaError, listed, substituted
+from symdyn.scene.values import FormulaError, substituted
 
 
 def _with_letters(scene: Scene) -> list[Quantity]:

@@ -31,11 +31,10 @@ from symdyn.dynamics.outputs.requests import (
 )
 from symdyn.dynamics.outputs.result_labels import flagged_entries
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice, listed
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.values import choice, listed
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""

@@ -21,10 +21,10 @@ from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, TIME, inputs_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
-from symdyn.errors import UnknownNameError
+from symdyn.errors import UnknownNameError, choice, listed
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import choice, force_unit, listed
+from symdyn.scene.values import force_unit
 from symdyn.shown import Shown
 
 

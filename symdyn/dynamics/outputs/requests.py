@@ -42,10 +42,9 @@ from symdyn.dynamics.outputs.tangent_space import COLUMNS, independent_positions
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
-from symdyn.errors import DerivationError, quoted
+from symdyn.errors import DerivationError, choice, nearest, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import choice, nearest
 
 BY = "_by_"
 """Behind the name of an output, before that of an argument or a parameter."""

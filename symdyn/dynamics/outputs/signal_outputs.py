@@ -18,10 +18,10 @@ from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels 
 from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, choice, suggestion
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import LETTERS, choice, spell, suggestion
+from symdyn.scene.values import LETTERS, spell
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions

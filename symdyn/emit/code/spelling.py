@@ -28,9 +28,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 from symdyn.algebra import NAMES, BigFloats, RunningErrors
-from symdyn.errors import EmitError
+from symdyn.errors import EmitError, choice
 from symdyn.graph import Expr, Op
-from symdyn.scene.values import choice
 
 if TYPE_CHECKING:
     from symdyn.algebra import Midpoints

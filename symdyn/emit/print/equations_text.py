@@ -25,10 +25,9 @@ from symdyn.emit.print.written_page import (
     text_definitions,
     text_page,
 )
-from symdyn.errors import EmitError
+from symdyn.errors import EmitError, choice
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 

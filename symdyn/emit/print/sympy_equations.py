@@ -18,10 +18,10 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
-from symdyn.errors import EmitError, UnknownNameError, quoted
+from symdyn.errors import EmitError, UnknownNameError, choice, listed, quoted
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, parse
-from symdyn.scene.values import acceleration_name, choice, listed
+from symdyn.scene.values import acceleration_name
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 

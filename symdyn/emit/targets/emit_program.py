@@ -25,10 +25,10 @@ from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.python_modules import CASADI, HEYOKA, NUMPY
 from symdyn.emit.targets.rust import RUST, TYPES
 from symdyn.emit.targets.ufunc import UFUNC
-from symdyn.errors import EmitError
+from symdyn.errors import EmitError, choice
 from symdyn.graph import growing
 from symdyn.program import Program, in_lines, shared
-from symdyn.scene.values import choice, spell
+from symdyn.scene.values import spell
 
 ELSEWHERE = {
     "wasm": "a compiler makes WebAssembly of the files of target c: zig cc --target=wasm32-wasi -O3 -s "

@@ -10,12 +10,11 @@ from typing import Any
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
-from symdyn.errors import BuildError, EmitError, MissingProgram
+from symdyn.errors import BuildError, EmitError, MissingProgram, choice
 from symdyn.extras import install
 from symdyn.runtime.loaded import Loaded, loaded, names_of, values_of
 from symdyn.runtime.numeric_function import compile_all
 from symdyn.scene import SceneLike, bind, scene_of
-from symdyn.scene.values import choice
 
 
 @dataclass(frozen=True)

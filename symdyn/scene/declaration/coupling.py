@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.joints.joint_table import JOINTS, resting
@@ -27,7 +27,6 @@ from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.formula import map_quantities, quantity, substituted
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, word
 from symdyn.scene.values.model import Scene

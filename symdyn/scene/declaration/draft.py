@@ -17,13 +17,14 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from symdyn.errors import listed
 from symdyn.graph import Op
 from symdyn.scene.declaration.scene_table import BODY, GRAVITY, POINT
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.joints.joint_table import JOINTS, ORIGIN, RESISTING, TIP
 from symdyn.scene.values.body import Body, Pose, central_inertia, circular, impossible, inertia_fault
 from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.grammar import CLOCK, listed
+from symdyn.scene.values.grammar import CLOCK
 from symdyn.scene.values.joint import Element, Joint, Strut
 from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, TIMED, Part
 from symdyn.scene.values.model import Scene

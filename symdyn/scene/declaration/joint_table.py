@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeGuard
 
+from symdyn.errors import choice
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, OFFSET, RATIO, Mimic, couple, read_mimic
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
@@ -19,7 +20,6 @@ from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
-from symdyn.scene.values.grammar import choice
 from symdyn.scene.values.joint import Joint, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, Part, fields_of, keys_of, number, optional, raw_of, shape_of, word
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, spell

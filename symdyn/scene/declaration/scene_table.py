@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.bounds import BOUNDS
+from symdyn.errors import suggestion
 from symdyn.scene.declaration.reading import read_coherent, read_valued, said_value
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.key import (
     Key,
     KeyedQuantity,

@@ -16,13 +16,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.arguments import argument
+from symdyn.errors import listed, suggestion
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.blocks import inverse
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.entry import Entry, Faults, plain, show
-from symdyn.scene.values.grammar import listed, suggestion
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from symdyn.errors import listed, nearest, suggestion
 from symdyn.graph import Graph, Op
 from symdyn.scene.declaration.dimensions import check_dimensions
 from symdyn.scene.declaration.draft import KINDS, Draft, Use, judge, uses
@@ -19,16 +20,7 @@ from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
-from symdyn.scene.values.grammar import (
-    CLOCK,
-    LETTERS,
-    check_latex,
-    check_name,
-    check_scene_name,
-    listed,
-    nearest,
-    suggestion,
-)
+from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Scene

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from symdyn.errors import suggestion
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.body import translation
 from symdyn.scene.values.entry import EntryReader, plain, show
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.joint import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene

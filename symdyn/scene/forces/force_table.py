@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from symdyn.errors import suggestion
 from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
-from symdyn.scene.values.grammar import suggestion
 from symdyn.scene.values.joint import Element, Strut
 from symdyn.scene.values.key import fields_of, keys_of, raw_of
 from symdyn.scene.values.model import Scene

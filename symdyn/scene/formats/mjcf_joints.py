@@ -14,13 +14,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from symdyn.errors import listed
 from symdyn.scene.formats.placing import Doubles, printable_names
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose, Step, inverse_steps, plus
 from symdyn.scene.values.entry import Entry, Faults, compose
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.grammar import listed
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Quantity, Vector

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from symdyn.errors import listed
 from symdyn.scene.declaration.declare import Declaration
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.inertias import WHERE as FLOATING, free_base, from_principal
@@ -24,7 +25,7 @@ from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.placing import Doubles, printable_names
 from symdyn.scene.values.entry import Entry, Faults, shorten
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.grammar import LONGEST, listed
+from symdyn.scene.values.grammar import LONGEST
 from symdyn.scene.values.model import Scene
 
 NO_NAME = "MuJoCo Model"

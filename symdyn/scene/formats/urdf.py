@@ -22,7 +22,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, listed, suggestion
 from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
@@ -34,7 +34,6 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.entry import Entry, Faults, show
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.grammar import listed, suggestion
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
 from symdyn.arguments import argument
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, listed
 from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, printable_names, xyz_rpy
@@ -21,7 +21,6 @@ from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose, central_inertia
-from symdyn.scene.values.grammar import listed
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Scene
 from symdyn.scene.values.quantity import Quantity, Value, spell

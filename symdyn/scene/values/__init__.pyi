@@ -13,10 +13,6 @@ from .grammar import (
     LONGEST as LONGEST,
     RESERVED as RESERVED,
     LatexSymbol as LatexSymbol,
-    choice as choice,
-    listed as listed,
-    nearest as nearest,
-    suggestion as suggestion,
 )
 from .joint import (
     Contact as Contact,

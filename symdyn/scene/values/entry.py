@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from symdyn.arguments import SympyExpression, argument
-from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
+from symdyn.errors import SceneError, SimulateError, printable, spoken, suggestion, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.grammar import check_words, suggestion
+from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 
 T = TypeVar("T")

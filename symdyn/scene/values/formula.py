@@ -29,10 +29,10 @@ from operator import index
 from typing import Any, SupportsIndex, TypeVar
 
 from symdyn.arguments import is_sympy
-from symdyn.errors import quoted
+from symdyn.errors import nearest, quoted
 from symdyn.graph import Op, arithmetic
 from symdyn.scene.values import folding
-from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES, nearest
+from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 

@@ -35,8 +35,6 @@ from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.errors import choice as choice, listed as listed, nearest as nearest, suggestion as suggestion  # noqa: PLC0414
-
 LONGEST_WORDS = 200
 LONGEST_LATEX = 100
 DEEPEST = 6  # braces in braces

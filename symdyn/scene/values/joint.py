@@ -22,10 +22,9 @@ from math import inf
 from typing import Any
 
 from symdyn.arguments import walked
-from symdyn.errors import SceneError, quoted
+from symdyn.errors import SceneError, listed, quoted, suggestion
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene.values.body import UNMOVED, Pose
-from symdyn.scene.values.grammar import listed, suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 

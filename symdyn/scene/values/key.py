@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from symdyn.errors import listed
 from symdyn.graph import Graph
 from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.dimension import product
 from symdyn.scene.values.entry import EntryReader, Faults, compose, plain, quantities, said_pose, shown
 from symdyn.scene.values.folding import neg
-from symdyn.scene.values.grammar import listed
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import ClassVar, TypeAlias, TypeVar
 
 from symdyn.arguments import check_arguments, native, walked
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, listed
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.formula import map_quantities, substituted
-from symdyn.scene.values.grammar import CLOCK, LETTERS, listed
+from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.tolerance import Tolerance

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, lru_cache
 
+from symdyn.errors import nearest
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import (
@@ -37,7 +38,6 @@ from symdyn.scene.values.dimension import (
     Dimension,
     product,
 )
-from symdyn.scene.values.grammar import nearest
 from symdyn.scene.values.quantity import FormulaError, Quantity
 
 SPELLED = {

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults
 from symdyn.simulation.prescribed.formulas_in_time import read_file
 from symdyn.unlocked import cached_property
 

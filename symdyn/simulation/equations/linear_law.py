@@ -28,10 +28,10 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving
-from symdyn.errors import quoted
+from symdyn.errors import quoted, suggestion
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
     Compiled,

@@ -22,9 +22,9 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
-from symdyn.errors import SceneError, SimulateError
+from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, suggestion, velocity_name
+from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import Columns, parameter_values, read_formula, sample_times
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_function, read_law, required_arguments

@@ -22,10 +22,10 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SceneError, SimulateError
+from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted, suggestion
+from symdyn.scene.values import Faults, FormulaError, Unit, fits, formula_text, spell, substituted
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""

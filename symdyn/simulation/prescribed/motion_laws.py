@@ -32,10 +32,10 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
-from symdyn.scene.values import Faults, FormulaError, split_commas, suggestion
+from symdyn.scene.values import Faults, FormulaError, split_commas
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, number_of, read_formula
 
 Motion3 = tuple[Array, Array, Array]

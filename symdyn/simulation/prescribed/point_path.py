@@ -26,9 +26,9 @@ from pathlib import Path
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import Columns, columns_of, counted, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law

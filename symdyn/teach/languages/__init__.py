@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symdyn.algebra import Form
-from symdyn.errors import TeachError
-from symdyn.scene.values import choice
+from symdyn.errors import TeachError, choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Words

@@ -15,10 +15,9 @@ from symdyn.algebra import NAMES, Compactor, Form, TrigonometricRing
 from symdyn.dynamics import Energies, angle_groups
 from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.emit.print import text_of
-from symdyn.errors import DerivationError, TeachError
+from symdyn.errors import DerivationError, TeachError, choice
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute, tangents
 from symdyn.scene import Scene
-from symdyn.scene.values import choice
 from symdyn.spatial import Mat
 from symdyn.table import Table
 from symdyn.teach.document import Document, Step, Words

@@ -17,10 +17,9 @@ from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.arguments import argument
-from symdyn.errors import NoValueError, TeachError
+from symdyn.errors import NoValueError, TeachError, choice
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
-from symdyn.scene.values import choice
 from symdyn.table import Table
 from symdyn.teach.document import (
     ERRATA,

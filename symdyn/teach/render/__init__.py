@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from symdyn.errors import EmitError
-from symdyn.scene.values import choice
+from symdyn.errors import EmitError, choice
 
 if TYPE_CHECKING:
     from symdyn.teach.document import Document

@@ -11,9 +11,8 @@ from typing import ClassVar
 
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
-from symdyn.errors import EmitError, NoValueError
+from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
-from symdyn.scene.values import choice
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
