@@ -41,6 +41,9 @@ class Table(Generic[C]):
     numbers: Collection[int] = ()
     title: str = ""
 
+    def __repr__(self) -> str:
+        return self.text().rstrip()
+
     @staticmethod
     def matrix(
         corner: str, rows: Sequence[str], columns: Sequence[str], entries: Sequence[Sequence[float]]

@@ -347,3 +347,11 @@ def test_what_no_input_moves_cannot_be_placed() -> None:
 def test_matrices_that_do_not_fit_are_told(given: tuple[Any, ...], message: str) -> None:
     with pytest.raises(LinearizeError, match=message):
         StateSpace(*given)
+
+
+def test_weights_are_matrices_diagonals_or_one_number() -> None:
+    system = symdyn.linearize(symdyn.example("cart_pole"), start={"theta": 0})
+    whole = system.lqr(np.diag([10, 100, 1, 1]), [[0.1]]).K
+
+    assert np.array_equal(system.lqr([10, 100, 1, 1], 0.1).K, whole)
+    assert np.array_equal(system.lqr(np.diag([10, 100, 1, 1]), {"F": 0.1}).K, whole)

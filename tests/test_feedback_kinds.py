@@ -463,3 +463,15 @@ def test_a_function_with_attributes_of_a_system_is_a_function() -> None:
             return 40 * float(q[1])
 
     assert np.array_equal(last(Own()), last(lambda t, q, u: 40 * q[1]))
+
+
+def test_a_controller_with_states_keeps_the_period_that_it_was_designed_for() -> None:
+    cart = symdyn.example("cart_pole")
+    law = symdyn.pid("theta", "F", 60, 20, 8)
+    sampled = symdyn.pid("theta", "F", 60, 20, 8, period=0.02)
+
+    for one, told in ((law, "is continuous"), (sampled, "has samples every 0.02 s")):
+        with pytest.raises(symdyn.SymdynError, match=f"period = 0.01: the controller {told}"):
+            symdyn.simulate(cart, until=0.1, feedback=Feedback(one, period=0.01))
+    limited = symdyn.simulate(cart, until=0.1, start={"theta": 0.1}, feedback=Feedback(law, limits={"F": 5}))
+    assert float(np.abs(limited["F"]).max()) == 5

@@ -396,7 +396,10 @@ def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
         ({"R": {"F": 0}}, "R: F: 0 is no weight; give one above zero"),
         ({"Q": {"x": float("nan")}}, "Q: x: nan is no weight"),
         ({"Q": np.diag([1, -2, 1, 1])}, "Q: is not positive semidefinite: it has the eigenvalue -2, mostly of theta"),
-        ({"Q": np.ones((2, 2))}, "Q: is no matrix of 4 x 4 finite numbers, for x, theta, x_dot, theta_dot"),
+        (
+            {"Q": np.ones((2, 2))},
+            "Q: is no weight of 4 x 4 finite numbers, a diagonal of 4 or one for all, for x, theta, x_dot, theta_dot",
+        ),
         ({"Q": np.triu(np.ones((4, 4)))}, "Q: is not symmetric"),
         ({"R": [[0.0]]}, "R: is not positive definite"),
         ({"period": 0.0}, "dt 0: a period is finite and above zero"),

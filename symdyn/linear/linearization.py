@@ -254,7 +254,8 @@ class Linearization(StateSpace):
         """Return the linear quadratic regulator, u = u0 - K (x - x0).
 
         Args:
-            Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite; 1 each without.
+            Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite, its diagonal,
+                or a number for all; 1 each without.
             R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
             period: seconds between samples, for gains of a sampled controller.
 

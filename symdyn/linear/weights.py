@@ -18,7 +18,7 @@ from symdyn.linear.locus import number_in
 from symdyn.linear.state_space import Axis
 from symdyn.scene.values import Faults, FormulaError
 
-Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
+Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
 SYMMETRIC = 1e-9
 """Differences from symmetry, and eigenvalues below zero, over the largest entry of a weight, that are rounding."""
@@ -45,7 +45,8 @@ def read_weights(option: str, specified: Sequence[str], names: Sequence[str]) ->
         for part in filter(None, (one.strip() for one in rest.split(";"))):
             key, colon, value = (one.strip() for one in part.rpartition(":"))
             if not colon:
-                faults.add(option, f'{name}: "{part}" has no weight; write {part}:1')
+                lacks, write = ("weight", f"{part}:1") if part[0].isalpha() else ("name", f"NAME:{part}")
+                faults.add(option, f'{name}: "{part}" has no {lacks}; write {write}')
                 continue
             if key in found[name]:
                 faults.add(option, f"{name}: {key} is named twice")
@@ -132,9 +133,14 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
         M = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         M = np.zeros(0)
+    if M.shape in ((), (n,)):  # one for all, or a diagonal
+        M = np.diag(np.broadcast_to(M, n))
     largest = float(np.abs(M).max(initial=0.0))
     if M.shape != (n, n) or not np.isfinite(M).all():
-        faults.add(name, f"is no matrix of {n} x {n} finite numbers, for {', '.join(axis.names)}")
+        faults.add(
+            name,
+            f"is no weight of {n} x {n} finite numbers, a diagonal of {n} or one for all, for {', '.join(axis.names)}",
+        )
         return np.eye(n)
     if np.abs(M - M.T).max(initial=0.0) > SYMMETRIC * largest:
         faults.add(name, "is not symmetric")

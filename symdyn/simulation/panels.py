@@ -317,12 +317,15 @@ def draw(trajectory: Trajectory, kind: str, names: Names = (), width: float | st
 
 def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize) -> FilledFigure:
     """Return the panels of a run, one below the other."""
+    lines = [min(len(part.curves), MOST_LINES) * size.headed for part in parts]
+    heights = [max(size.height, 0.3 + size.letters / 48 * count) for count in lines]  # of legends beside them
 
     def fill(figure: Any) -> None:
-        axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
+        ratios = {"height_ratios": heights}
+        axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False, gridspec_kw=ratios)[:, 0]
         _fill(axes, trajectory, parts, size.headed, size.letters / 9.0)
 
-    height = max(2.2 if size.headed else 0.0, 0.4 + size.height * len(parts))
+    height = max(2.2 if size.headed else 0.0, 0.4 + sum(heights))
     return FilledFigure(trajectory.scene.name, (size.width, height), fill, size.letters, size.headed)
 
 

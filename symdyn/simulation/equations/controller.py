@@ -138,6 +138,8 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
     """
     asked = what if isinstance(what, Feedback) else Feedback(what)
     law, given, faults = asked.law, asked.given, Faults("feedback")
+    if isinstance(law, Feedback):
+        return _with_settings(read_feedback(scene, law), asked)
     if isinstance(law, Gains):
         return replace(Feedback(law, law.inputs), **given)
     if isinstance(law, (str, Path)):
@@ -155,7 +157,7 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
     if not isinstance(law, type) and callable(made := getattr(law, "feedback", None)):
         if not isinstance(found := made(), Feedback):
             raise SimulateError(f"feedback: feedback() of {quoted(law)} returned {quoted(found)}, which is no Feedback")
-        return replace(read_feedback(scene, found), **given)
+        return _with_settings(read_feedback(scene, found), asked)
     if hasattr(law, "__array__") or isinstance(law, (list, tuple)):
         inputs = asked.inputs or driven(scene)
         K = np.atleast_2d(np.asarray(law, dtype=object))
@@ -167,6 +169,15 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
             "file of them, a regulator, a linear system, or a Feedback of one"
         )
     return asked
+
+
+def _with_settings(found: Feedback, asked: Feedback) -> Feedback:
+    """Return a controller with what is asked beside it; SimulateError for a period that it was not designed for."""
+    if asked.period not in (None, found.period) and isinstance(found.law, LinearLaw) and found.law.states:
+        why = f"has samples every {found.period:g} s" if found.period else "is continuous; give it a period itself"
+        advice = "as in lin.lqg(..., period=0.01), pid(..., period=0.01) or system.discretize(0.01)"
+        raise SimulateError(f"feedback: period = {asked.period!r}: the controller {why}, {advice}; leave it out here")
+    return replace(found, **asked.given)
 
 
 def _of_system(scene: Scene, asked: Feedback, matrices: Mapping[str, Array]) -> Feedback:
