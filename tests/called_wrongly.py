@@ -139,6 +139,7 @@ WORDS: dict[str, str] = {
     "at": r"start|until|file",
     "channel": r"(out|in)put: ",
     "every": r"one sample",
+    "exact|guess|starts|seed": r"solving needs IPOPT",
     "file": r"written to|folder|system",
     "fps": r"a second",
     "function": r"measure",
