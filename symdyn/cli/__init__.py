@@ -93,7 +93,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             what = f"{action.option_strings[0]}: there is no" if action.option_strings else f"there is no {action.dest}"
-            raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {choice(str(value), [*map(str, action.choices)])}")
+            meant = choice(str(value), [*map(str, action.choices)])
+            raise argparse.ArgumentError(None, f"{what} {quoted(value)}; {meant}")
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where more stands, and exit with 2."""
