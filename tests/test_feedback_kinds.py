@@ -475,3 +475,12 @@ def test_a_controller_with_states_keeps_the_period_that_it_was_designed_for() ->
             symdyn.simulate(cart, until=0.1, feedback=Feedback(one, period=0.01))
     limited = symdyn.simulate(cart, until=0.1, start={"theta": 0.1}, feedback=Feedback(law, limits={"F": 5}))
     assert float(np.abs(limited["F"]).max()) == 5
+
+
+def test_what_is_no_controller_is_told_as_what_it_is() -> None:
+    cart = symdyn.example("cart_pole")
+
+    with pytest.raises(symdyn.SymdynError, match=r"is the mechanism, and no controller; give lin\.lqr"):
+        symdyn.simulate(cart, until=0.1, feedback=symdyn.linearize(cart, start={"theta": 0}))
+    with pytest.raises(symdyn.SymdynError, match="returned None, which is no force, at t = 0 s"):
+        symdyn.simulate(cart, until=0.1, feedback=Feedback(lambda t, q, u: None, period=0.05))

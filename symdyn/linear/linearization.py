@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 
@@ -249,6 +249,12 @@ class Linearization(StateSpace):
         from symdyn.linear.report import latex
 
         return latex(self)
+
+    def feedback(self) -> NoReturn:
+        """Raise LinearizeError: this is what is controlled, and no controller."""
+        raise LinearizeError(
+            f"{self.scene.name}: is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...)"
+        )
 
     def lqr(self, Q: Weights | None = None, R: Weights | None = None, period: float | None = None) -> Regulator:
         """Return the linear quadratic regulator, u = u0 - K (x - x0).

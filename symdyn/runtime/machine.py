@@ -11,7 +11,7 @@ import os
 import shutil
 import subprocess
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import prod
 from os import W_OK, access
 from tempfile import TemporaryDirectory
@@ -80,22 +80,23 @@ def _of_node(process: _Node, name: str, function: Function) -> Callable[..., Any
     return call
 
 
+def _started(command: Sequence[str]) -> subprocess.Popen[bytes]:
+    """Return a process that is asked by a pipe and answers by another; BuildError where it cannot be run."""
+    try:
+        return subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+    except OSError as fault:
+        raise BuildError(f"{command[0]} cannot be run ({fault.strerror})") from fault
+
+
 class _Node:
     """One Node.js that answers a line with a line."""
 
     def __init__(self, node: str, text: str) -> None:
         """Start it and load a module; BuildError where it cannot be run or refuses that."""
         command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
-        try:
-            self._process = subprocess.Popen(
-                command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
-        except OSError as fault:
-            raise BuildError(f"{node} cannot be run ({fault.strerror})") from fault
+        self._process = _started(command)
         weakref.finalize(self, self._process.communicate)  # there is nothing more to read, so that it ends
         self.ask(text)
 
@@ -206,16 +207,7 @@ class _Octave:
         if f"{self._package}_mex.c" in sources:
             compile_mex(self._folder.name, self._package)
         command = (octave, *OPTIONS, "--path", self._folder.name, "--eval", verbatim("matlab/calls.m"))
-        try:
-            self._process = subprocess.Popen(
-                command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
-        except OSError as fault:
-            raise BuildError(f"{octave} cannot be run ({fault.strerror})") from fault
+        self._process = _started(command)
         weakref.finalize(self, _end, self._process, self._folder)
 
     def ask(self, name: str, arrays: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:

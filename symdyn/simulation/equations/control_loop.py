@@ -247,7 +247,7 @@ class Loop:
             words = f": {fault}" if str(fault) else ""
             raise ControllerError(f"{title} raised {type(fault).__name__}{words} {when}") from fault
         try:
-            found = np.asarray(said, dtype=np.float64)
+            found = np.asarray("None" if said is None else said, dtype=np.float64)  # NumPy takes None as nan
         except (TypeError, ValueError):
             raise ControllerError(f"{title} returned {said!r:.80}, which is no force, {when}") from None
         if found.shape != (len(names),) and not (found.shape == () and len(names) == 1):
