@@ -21,6 +21,7 @@ import symdyn
 from symdyn.errors import LinearizeError
 from symdyn.linear import Linearization, StateSpace
 from symdyn.scene import bind
+from symdyn.simulation import Feedback
 
 CONTROL = json.loads((Path(__file__).parent / "data" / "control.json").read_text(encoding="utf-8"))
 ANSWERS, TOGETHER = CONTROL["answers"], CONTROL["together"]
@@ -355,3 +356,13 @@ def test_weights_are_matrices_diagonals_or_one_number() -> None:
 
     assert np.array_equal(system.lqr([10, 100, 1, 1], 0.1).K, whole)
     assert np.array_equal(system.lqr(np.diag([10, 100, 1, 1]), {"F": 0.1}).K, whole)
+
+
+def test_a_compensator_runs_as_itself_and_by_python_control_about_its_point() -> None:
+    cart = symdyn.example("cart_pole")
+    law = symdyn.linearize(cart, start={"theta": "pi"}).lqg(period=0.02)
+    theirs = Feedback(law.to_control(), reference={"theta": "pi"})
+    own, other = (symdyn.simulate(cart, until=0.4, start={"theta": 3.1}, feedback=one).q for one in (law, theirs))
+
+    assert_allclose(own, other, atol=1e-11)
+    assert float(np.abs(own - np.pi).min()) < 0.05  # about the point, not about zero
