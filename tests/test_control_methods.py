@@ -358,6 +358,7 @@ def test_weights_are_matrices_diagonals_or_one_number() -> None:
     assert np.array_equal(system.lqr(np.diag([10, 100, 1, 1]), {"F": 0.1}).K, whole)
 
 
+@pytest.mark.runs("cc")
 def test_a_compensator_runs_as_itself_and_by_python_control_about_its_point() -> None:
     cart = symdyn.example("cart_pole")
     law = symdyn.linearize(cart, start={"theta": "pi"}).lqg(period=0.02)
