@@ -1,4 +1,4 @@
-"""The swing-ups of docs/collocation.md: the cart-pole by the minimum principle and by every method, opty's pendulum.
+"""The swing-ups of docs/performance-of-runs.md: cart-pole by the minimum principle and every method; opty's pendulum.
 
 `python benchmarks/swing_up.py` needs CasADi for all but the truth. That knows nothing of symdyn: state and costate p of
 Kelly's equations (6.1) and (6.2), SIAM Review 59 (2017) 849, obey

@@ -4,7 +4,7 @@
 
 Inverse dynamics of the seven-axis arm and its derivatives, doubles, on one core. All tools take turns in one run; what
 is compared is compared inside a round. Every result is held against the equations before it is timed. Tools that are
-not here are left out by name. `--docs` writes the table of docs/targets.md.
+not here are left out by name. `--docs` writes the table of docs/performance-of-runs.md.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="tools, with commas between; ours is always there")
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--seconds", type=float, default=0.02, help="of one sample")
-    parser.add_argument("--docs", type=Path, help="the folder of targets.md")
+    parser.add_argument("--docs", type=Path, help="the folder of performance-of-runs.md")
     options = parser.parse_args()
     before = machine.load()
     case = Case("arm7", read(EXAMPLES / "arm7.toml"))
@@ -178,7 +178,7 @@ def main() -> None:
     text = markdown(found, once, [*told, *(f"left out: {note}" for note in notes)])
     print(text)
     if options.docs:
-        page = options.docs / "targets.md"
+        page = options.docs / "performance-of-runs.md"
         head, rest = page.read_text("utf-8").split(BEGIN)
         page.write_text(f"{head}{BEGIN}\n\n{text}\n\n{END}{rest.split(END)[1]}", "utf-8")
 

@@ -97,7 +97,7 @@ def test_the_minimum_principle_gives_the_cost_of_the_swing_up(name, cost):
 @pytest.mark.mends("30.control.3")
 @pytest.mark.mends("30.class.optimum")
 def test_the_page_shows_both_optima_of_the_swing_up():
-    page = (ROOT / "docs" / "collocation.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "performance-of-runs.md").read_text(encoding="utf-8")
 
     assert [cost for cost in (BETTER, PONTRYAGIN) if f"{cost:.9f}" not in page] == []
 
