@@ -12,8 +12,8 @@
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them
     symdyn.uncertainty(scene, {"m1": 0.01})                 error bars on motions and forces, to first order
-    symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
-    symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
+    symdyn.linearize(scene)                                 A, B, C, D, modes about an operating point
+    symdyn.collocation(scene, until=2, cost="F**2")         an optimal control problem, for solvers
     symdyn.identify(scene, "log.csv")                       parameters from measured motion, with standard errors
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 

@@ -131,9 +131,9 @@ def test_wrong_arguments_are_named(compiled):
         compiled.matrix(np.zeros(2), np.zeros(3), np.ones(1))
     with pytest.raises(ValueError, match=r"matrix: leading dimensions .* of q, qd, params do not broadcast"):
         compiled.matrix(np.zeros((3, 2)), np.zeros((4, 2)), np.ones(1))
-    with pytest.raises(TypeError, match=r"matrix takes \(q, qd, params\); given were 1 by place"):
+    with pytest.raises(TypeError, match=r"matrix takes \(q, qd, params\); given were 1 by position"):
         compiled.matrix(np.zeros(2))
-    with pytest.raises(TypeError, match=r"given were 3 by place, q by name"):
+    with pytest.raises(TypeError, match=r"given were 3 by position, q by name"):
         compiled.matrix(np.zeros(2), np.zeros(2), np.ones(1), q=np.zeros(2))
     with pytest.raises(AttributeError, match="there is no function 'matrx'; there are matrix, scalar"):
         _ = compiled.matrx

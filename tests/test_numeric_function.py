@@ -66,7 +66,7 @@ def test_results_go_where_they_are_wanted():
         (STATE, {**NAMED, "m3": 1}, "there is no m3; "),
         ((*STATE, PARAMS), {"m1": 1}, "m1 is given by name and in params"),
         ((*STATE, PARAMS, np.empty(2)), {"m1": 1}, "m1 is given by name and in params"),
-        ((*STATE, PARAMS), {"q": STATE[0]}, "q is given by place and by name"),
+        ((*STATE, PARAMS), {"q": STATE[0]}, "q is given by position and by name"),
         ((*STATE, PARAMS, None, None), {}, "6 arguments are given"),
         ((*STATE, PARAMS[:3]), {}, "params has 3 in its last dimension; give 5 numbers, m1, m2, h1, h2, g"),
         (([1, 2, 3], *STATE[1:], PARAMS), {}, "q has 3 in its last dimension; give 2 numbers, q1, q2"),

@@ -66,7 +66,7 @@ MASS: dict[str, Any] = {"over": "mc=[1,2]", "measure": "M1_1", "function": "mass
 
 REFUSED: dict[str, Callable[[], object]] = {
     "start_rates: it belongs to a run": lambda: symdyn.inverse(PROBLEM, "x=t,theta=0", [0, 1]),
-    "forces: drives are looked for": lambda: symdyn.collocation(PROBLEM, until=1),
+    "forces: drives are unknowns": lambda: symdyn.collocation(PROBLEM, until=1),
     "until: it belongs to a run": lambda: symdyn.uncertainty(CART, {"mp": 1}, motion="x=t", times=[0, 1], until=2),
     "start rates: of runs, and a function": lambda: symdyn.sweep(PROBLEM, **MASS),
     "until: of runs, and a function": lambda: symdyn.sweep(CART, **MASS, until=10),

@@ -28,7 +28,7 @@ VERBS = {
     "simulate": "compute the motion that forces give",
     "sweep": "runs at many values of parameters and starts, and measures of them",
     "inverse": "compute the forces that a motion takes",
-    "linearize": "A, B, C, D, modes and stability next to a point",
+    "linearize": "A, B, C, D, modes and stability about an operating point",
     "identify": "tell parameters from measured motion",
     "bench": "measure run time against error",
     "stress": "hard cases for the numerics",

@@ -1,4 +1,4 @@
-"""What `symdyn info` knows about a scene, as plain values: the tree, the freedoms, the parameters, the costs.
+"""What `symdyn info` knows about a scene, as plain values: the tree, the degrees of freedom, the parameters, the costs.
 
 Chosen link frames as text: `Rx(-90 deg) Tx(a3) Rz(q3) Tz(d3)`, beside the joint as declared.
 """

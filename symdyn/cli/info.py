@@ -1,7 +1,7 @@
-"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost.
+"""`symdyn info SCENE`: the tree, the degrees of freedom, the parameters, what each function costs, and what it does not cost.
 
 `--schema` prints what editors check scenes by.
-`--units` shows what every letter and column is measured in, and the numbers that have to carry a dimension.
+`--units` shows what every symbol and column is measured in, and the numbers that have to carry a dimension.
 `--frames` shows the link frames that the generator chose, `--base-parameters` the regrouped inertias as formulas.
 """
 

@@ -1,4 +1,4 @@
-"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability."""
+"""`symdyn linearize SCENE`: A, B, C, D about an equilibrium, a steady motion or along a run; modes and stability."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def film(
     """Write a motion to a .html, .svg, .gif, .mp4 or .glb file and return its path; all of it or nothing.
 
     `film(run, "arm.gif")` is all that a run takes, `film(scene, times, positions, "arm.gif")` any other motion. Between
-    two positions that are given, points of the picture go straight ways.
+    two positions that are given, points of the picture move in straight lines.
 
     Args:
         scene: a run; or any scene, or where it is.
@@ -169,7 +169,7 @@ def film(
         note: is called with what a user should know, such as a mesh that could not be read.
 
     Raises:
-        DrawError: as of `animation`; an ending that is not known, or something that such a file has no place for; a
+        DrawError: as of `animation`; an ending that is not known, or something that such a file cannot hold; a
             package that is missing; or a file that cannot be written.
 
     >>> import symdyn, tempfile
@@ -210,7 +210,7 @@ def check_film(file: File, reel: Reel | None = None) -> Path:
     """Return the path of a film.
 
     Raises:
-        DrawError: an ending that no film has, something that such a file has no place for, a size or a rate that is
+        DrawError: an ending that no film has, something that such a file cannot hold, a size or a rate that is
             none, or a package that is missing.
     """
     path, reel = Path(file), reel or Reel()

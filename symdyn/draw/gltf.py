@@ -247,7 +247,7 @@ class _File:
         with np.errstate(over="ignore"):
             stored = np.ascontiguousarray(values, dtype="<u4" if whole else "<f4")
         if not np.isfinite(stored).all():
-            raise DrawError(f"{self.name}: a place is beyond single precision, which glTF has; choose other units")
+            raise DrawError(f"{self.name}: a position is beyond single precision, which glTF has; choose other units")
         data = stored.tobytes()
         self.gltf.bufferViews.append(BufferView(buffer=0, byteOffset=len(self.blob), byteLength=len(data), target=use))
         self.blob += data

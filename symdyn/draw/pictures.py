@@ -213,7 +213,7 @@ def picture(
         scheme: colours: "auto" follows the reader's preference, "light" and "dark" are plain.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
         titles: what parts are called in another language, from the English of `symdyn.draw.shapes`.
-        letters: more letters, of masses and lengths, each beside its point.
+        letters: more symbols, of masses and lengths, each beside its point.
 
     Raises:
         DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of

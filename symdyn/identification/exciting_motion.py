@@ -249,7 +249,7 @@ def excite(
         noise: standard deviation of the force of each drive, by its name, N m or N; without, 1 each.
         starts: of the drawn motions, how many are improved.
         seed: of what is drawn.
-        every: s between rows.
+        every: s between samples.
         values: of parameters, in place of those that the scene gives.
         progress: takes the part that is done, 0 to 1.
         say: takes notes.

@@ -90,7 +90,7 @@ def collocation(result: Collocation) -> list[Markup]:
         ("equations", result.rows), ("forces", ", ".join(result.drives) or "none"),
         ("parameters", ", ".join(result.free) or "none"),
     ]  # fmt: skip
-    return [head(result.scene.name, "a motion that is looked for"), table(("", ""), rows), *notes(result.notes)]
+    return [head(result.scene.name, "optimal control problem"), table(("", ""), rows), *notes(result.notes)]
 
 
 def solution(result: Solution) -> list[Markup]:

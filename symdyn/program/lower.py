@@ -286,7 +286,7 @@ def formulate(
     Args:
         scene: the mechanism.
         outputs: as for `derive`.
-        formulation: take this derivation wherever a function has it; None takes the one that its row prefers.
+        formulation: take this derivation wherever a function has it; None takes the one that is preferred for each.
         closing: what to choose about closed loops.
         lines: whether loops over tables are derived in lines as well; `emit` does it where it has to. Beside functions
             that are no loops they always are.

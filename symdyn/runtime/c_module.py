@@ -252,7 +252,7 @@ class CFunction:
         names = [name for name, _ in self.arguments]
         rest = names[len(values) :]
         if len(values) > len(names) or set(rest) != set(named):
-            given = [f"{len(values)} by place", *(f"{name} by name" for name in named)]
+            given = [f"{len(values)} by position", *(f"{name} by name" for name in named)]
             raise TypeError(f"{self.name} takes ({', '.join(names)}); given were {', '.join(given)}")
         return [*values, *(named[name] for name in rest)]
 

@@ -152,7 +152,7 @@ class NumericFunction(Shown):
                 "takes it by name"
             )
         if name in known:
-            return f"{name} is given by place and by name"
+            return f"{name} is given by position and by name"
         for one in self.operands:
             if name in one.entries and one.name in known:
                 return f"{name} is given by name and in {one.name}"

@@ -307,7 +307,7 @@ def sweep(
         block: runs of a block, which is done or is not; None for a part of all.
         function: what is called in place of runs, such as "inverse_dynamics"; measures are formulas of what it returns
             and takes, statistics over the points `at` which it is called; `over` may have entries of its arguments.
-        at: where, such as "q1=0.3,q1_dot=1"; or a .csv file of such columns over t, a point a row. Formulas
+        at: where, such as "q1=0.3,q1_dot=1"; or a .csv file of such columns over t, a point a line. Formulas
             in parameters by name, or arrays (S,). What is not given is where the scene starts, at rest.
         progress: called with the share that is done.
         say: called with lines for the user.

@@ -211,7 +211,7 @@ WHAT = {
 
 
 def remarks(source: Source) -> Iterator[str]:
-    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is looked for."""
+    """Tell where functions have kinks, and whether the start, which is given whole, fixes what is unknown."""
     w, found = source.workspace, source.written
     meant = {tau: w.graph.symbol(name) for tau, name in zip(w.state.tau, drive_names(w.scene), strict=True)}
     varied = substitute(list(chain(*found.kinds.values())), meant)
@@ -269,7 +269,7 @@ def collocation(
     path: Mapping[str, Range] | None = None,
     free: str | Sequence[str] = (),
 ) -> Collocation:
-    """Return the equations of a motion that is looked for, from a start to an end, as a problem in numbers.
+    """Return an optimal control problem in numbers: the equations of a motion from a start to an end.
 
     Formulas are in t, coordinates, velocities, parameters, drives by their names (`tau_` and the coordinate for one
     without), and points of the scene as `point_tip_x`.
@@ -278,14 +278,14 @@ def collocation(
     >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
     ...     end={"x": 1})
     >>> problem
-    <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; looked for: F>
+    <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; unknown: F>
     >>> problem.guess.shape
     (147,)
 
     Args:
         scene: the mechanism, its parameters bound; or a `Problem`, without forces. Its drives are unknowns, its inputs
             held where the scene has them.
-        until: time of the end, s; or between which two it is looked for.
+        until: time of the end, s; or two times between which it is free.
         intervals: how many of equal length; or the shares of time where they end, 0 … 1.
         method: a key of `METHODS`.
         cost: what is integrated over time and made small.
@@ -304,7 +304,7 @@ def collocation(
         DerivationError: the equations do not exist, or have no derivative.
     """
     problem, _ = Problem.requested(collocation, locals(), "until", "method")
-    declared = problem.refused("drives are looked for, and inputs held", "forces").scene
+    declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
     try:

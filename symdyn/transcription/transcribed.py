@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Collocation(Shown):
-    """A motion of a scene that is looked for, in N intervals.
+    """An optimal control problem of a scene, in N intervals.
 
     Attributes:
         scene: the mechanism.
@@ -89,7 +89,7 @@ class Collocation(Shown):
         unknown = ", ".join([*self.drives, *self.free]) or "none"
         span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
         counts = f"{self.size} unknowns, {self.rows} equations"
-        return f"<Collocation of {self.scene.name}: {span}; {counts}; looked for: {unknown}>"
+        return f"<Collocation of {self.scene.name}: {span}; {counts}; unknown: {unknown}>"
 
     @property
     def locals(self) -> Mapping[str, Local]:

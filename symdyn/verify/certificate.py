@@ -189,7 +189,7 @@ class Certificate(Shown, Claims):
             result: those that were found, by name, which must be the same.
             seed: of primes and points.
             notes: what else is said.
-            progress: told what is being done.
+            progress: called with what is being done.
         """
         written = read_back(sources, result, seed)
         progress("proving over finite fields")
@@ -268,7 +268,7 @@ def certify(
         scene: the mechanism.
         outputs: what to certify, as for `derive`; None takes everything that the scene has.
         seed: of primes, points and states; the same seed, the same proofs.
-        progress: told what is being done.
+        progress: called with what is being done.
         real: number type of the modules that are measured, "double" or "float".
         formulation: the derivation that becomes code, as for `formulate`.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the

@@ -135,7 +135,7 @@ def rigorous(
         seed: of the states.
         real: "double" or "float".
         formulation: as for `certify`.
-        progress: told what is being done.
+        progress: called with what is being done.
         closing: as for `certify`.
 
     Raises:

@@ -323,7 +323,7 @@ class _Page:
             return ""
         where = ", ".join(map(in_latex, dict.fromkeys(names)))
         closed = self.scene.is_constrained
-        what = "freedoms that nothing drives, such as an idle spin" if closed else "joints without a drive"
+        what = "degrees of freedom that nothing drives, such as an idle spin" if closed else "joints without a drive"
         return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
 
     def unknown_vector(self) -> list[str]:

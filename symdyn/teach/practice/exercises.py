@@ -176,7 +176,7 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
 
     Args:
         document: a walkthrough.
-        grade: 1 for every step, 2 for the results of each part, 3 for energies and equations without the way.
+        grade: 1 for every step, 2 for the results of each part, 3 for energies and equations without the steps.
         ask: steps, by key or kind ("square:2", "square"), that are asked for in place of those of the grade.
 
     Raises:
