@@ -1,4 +1,4 @@
-"""`symdyn info SCENE`: the tree, the degrees of freedom, the parameters, what each function costs, and what it does not cost.
+"""`symdyn info SCENE`: the tree, degrees of freedom, parameters, what each function costs, and what it does not cost.
 
 `--schema` prints what editors check scenes by.
 `--units` shows what every symbol and column is measured in, and the numbers that have to carry a dimension.

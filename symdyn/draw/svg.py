@@ -124,7 +124,7 @@ def name(text: str) -> str:
 def number(x: float) -> str:
     """Return a number with one decimal; ties lie off the grid, so that the last bit of a sine decides nothing."""
     if not math.isfinite(x):
-        raise DrawError("a position in the picture is beyond the largest double; choose units that keep numbers smaller")
+        raise DrawError("a point of the picture is beyond the largest double; choose units that keep numbers smaller")
     return f"{math.floor(x * 10 + 0.5 + 1e-4) / 10:.1f}".removesuffix(".0")
 
 
