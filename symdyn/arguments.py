@@ -15,10 +15,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, wraps
 from operator import index
 from types import UnionType
-from typing import Any, Protocol, TypeVar, get_origin
+from typing import Any, Protocol, TypeVar, cast, get_origin
 
 from symdyn.errors import ArgumentError, SymdynError, choice, quoted
 
@@ -270,6 +270,33 @@ def with_fields(*nouns: type) -> Callable[[F], F]:
     return shown
 
 
+def suggesting(function: F) -> F:
+    """Let a function without `**fields` say which keyword was meant by one that it does not have.
+
+    >>> @suggesting
+    ... def fly(up: float) -> None: ...
+    >>> fly(upp=3)
+    Traceback (most recent call last):
+    symdyn.errors.ArgumentError: fly() got an unexpected keyword argument 'upp'; did you mean up? (there are up)
+    """
+
+    @wraps(function)
+    def called(*values: Any, **keywords: Any) -> Any:
+        _refuse_unknown(function, keywords)
+        return function(*values, **keywords)
+
+    return cast(F, called)
+
+
+def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
+    """Raise ArgumentError for a keyword that a function does not have."""
+    known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
+    for name in keywords:
+        if name not in known:
+            told = choice(name, known)
+            raise ArgumentError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
+
+
 def check_arguments(
     function: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
 ) -> Mapping[str, Any]:
@@ -290,13 +317,10 @@ def check_arguments(
         error: its class.
 
     Raises:
-        TypeError: a keyword among its `**fields` that is none.
+        ArgumentError: a keyword among its `**fields` that is none.
     """
     fields: Mapping[str, Any] = arguments[FIELDS] if function in _NOUNS else {}
-    for name in fields:
-        if name not in (known := inspect.signature(function).parameters):
-            told = choice(name, known)
-            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
+    _refuse_unknown(function, fields)
     lines, given = [], {**arguments, **fields}
     for name, kind in _read(function).items():
         if name in given and not kind.takes(value := given[name]):

@@ -180,6 +180,7 @@ ELSEWHERE = {
     **dict.fromkeys(("params", "parameters", "values", "set"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
     **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
+    **dict.fromkeys(("samples", "n-samples", "runs"), "count"),
     **dict.fromkeys(("solver", "integrator"), "method"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 _BUNDLES: list[Callable[[object], dict[str, str]]] = []
 
@@ -12,7 +13,27 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     _BUNDLES[:] = [bundle]
 
 
-class Shown:
+class Suggesting:
+    """A noun that says which of its attributes was meant by a name that is none."""
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:  # else type checkers would take every name for an attribute
+
+        def __getattr__(self, name: str) -> object:
+            """Raise AttributeError; of a column or another name that brackets take, it says so."""
+            kind = type(self)
+            if name.startswith("_") or hasattr(kind, name) or name in getattr(kind, "__dataclass_fields__", ()):
+                return object.__getattribute__(self, name)  # raises what it has raised before
+            from symdyn.errors import suggestion  # an error's own
+
+            keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
+            known = [one for one in dir(self) if not one.startswith("_")]
+            told = f'write ["{name}"]' if name in keys else suggestion(name, [*known, *keys])
+            raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
+
+
+class Shown(Suggesting):
     """A noun that a notebook shows as a person wants to see it."""
 
     __slots__ = ()

@@ -16,7 +16,7 @@ from symdyn.cli.trajectory_options import (
     reported_forces,
 )
 from symdyn.errors import SimulateError
-from symdyn.simulation import Problem, inverse, motion_times, read_motion, read_path
+from symdyn.simulation import Problem, inverse
 
 
 def run(options: argparse.Namespace) -> int:
@@ -26,19 +26,13 @@ def run(options: argparse.Namespace) -> int:
     if not laws and not paths:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
     problem = Problem(scene, reported_forces(scene, options))
-    motion, path, _, times, start, _ = collected(
-        lambda: read_motion(scene, laws),
-        lambda: read_path(scene, paths),
-        lambda: problem.inputs,
-        lambda: motion_times(laws, paths, options.until, options.every),
-        lambda: pairs(options.start, "--start"),
-        lambda: check_outputs(scene, options),
-    )
+    start, _ = collected(lambda: pairs(options.start, "--start"), lambda: check_outputs(scene, options))
     problem = replace(problem, start=start)  # type: ignore[arg-type]
+    span = {"until": options.until, "every": options.every}
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")
         told = lambda line: say(f"symdyn: {line}")  # noqa: E731
-        trajectory = inverse(problem, motion, times, options.reactions, told, path=path)  # type: ignore[arg-type]
+        trajectory = inverse(problem, laws, (), options.reactions, told, path=paths, **span)
     deliver(trajectory, options)
     if trajectory.complete:
         return 0

@@ -13,6 +13,7 @@ parser of that command, and what it must not hold is refused. Nothing of a file 
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import shlex
 from collections.abc import Callable, Sequence
@@ -200,7 +201,8 @@ def show(certificate: Certificate) -> None:
         (
             a.function,
             a.module,
-            *(in_digits(x, 2) if a.states else "" for x in (a.median_ulp, a.max_ulp, a.worst)),
+            *(_ulps(x) if a.states else "" for x in (a.median_ulp, a.max_ulp)),
+            in_digits(a.worst, 2) if a.states else "",
             a.verdict,
         )
         for a in certificate.accuracy
@@ -211,13 +213,23 @@ def show(certificate: Certificate) -> None:
     print(f"{certificate.scene}: {certificate.word}")
 
 
+OF_ZERO, MOST_ULPS = "of 0", 1e100
+
+
+def _ulps(error: float) -> str:
+    """Return an error in ulps; what is exactly 0 has no last place, in units of which roundings could be counted."""
+    return OF_ZERO if MOST_ULPS < error < math.inf else in_digits(error, 2)
+
+
 def show_measured(certificate: Certificate, measured: Sequence[tuple[str, ...]]) -> None:
     """Print how far built code is off."""
     columns = ("function", "module", "median", "max", "of bound", "")
     states = max(one.states for one in certificate.accuracy)
     title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
     print_table(Table(columns, measured, (2, 3, 4), title))
-    print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
+    zero = f"'{OF_ZERO}': the exact result is 0, which has no ulp. " if any(OF_ZERO in row for row in measured) else ""
+    share = "'of bound' is the worst entry's share of its own error bound"
+    print(f"Errors are in ulps of the largest entry; {zero}{share}.\n")
 
 
 def show_written(certificate: Certificate) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import check_arguments, native, suggesting
 from symdyn.draw.force_arrows import with_corner
 from symdyn.draw.pictures import HtmlText, body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, Put, places, put
@@ -58,6 +58,7 @@ def motion_of(
     return scene_of(scene), times, positions
 
 
+@suggesting
 def animation(
     scene: SceneLike | Moved,
     times: Sequence[float] | Array | None = None,

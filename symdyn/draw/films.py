@@ -19,7 +19,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import check_arguments, native, suggesting
 from symdyn.draw.animate import Moved, animation, as_arrays, moments, motion_of, moving, moving_picture
 from symdyn.draw.gltf import glb, standing
 from symdyn.draw.paint import File, Frame, Painter, write_whole
@@ -135,6 +135,7 @@ class Film:
     fastest: float = FASTEST
 
 
+@suggesting
 def film(
     scene: SceneLike | Moved,
     times: Sequence[float] | Array | File | None = None,

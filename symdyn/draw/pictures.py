@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.arguments import walked
+from symdyn.arguments import suggesting, walked
 from symdyn.draw.force_arrows import Wrench, links, with_corner, wrench
 from symdyn.draw.ground import ground, planes, symbol, triad
 from symdyn.draw.paint import File, check_picture, write_picture
@@ -177,6 +177,7 @@ class Lettered:
 LABELS = ("coordinates", "bodies", "joints", "points")
 
 
+@suggesting
 def picture(
     scene: SceneLike,
     q: Sequence[float] | Array | None = None,

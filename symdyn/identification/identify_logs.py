@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, native
+from symdyn.arguments import argument, check_arguments, native, suggesting
 from symdyn.errors import IdentifyError, listed
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.gains import Fitted, estimated_gains, fitted
@@ -261,6 +261,7 @@ def _by_one_factor(model: LinearModel, specified: Mapping[int, ColumnUnits], reg
     ]
 
 
+@suggesting
 def identify(
     scene: SceneLike,
     data: Any,

@@ -16,7 +16,6 @@ from .measures import Measure as Measure, measure_slopes as measure_slopes
 from .panels import CHECKS as CHECKS, write_picture as write_picture
 from .prescribed.forces import (
     Forces as Forces,
-    motion_times as motion_times,
     read_forces as read_forces,
     read_motion as read_motion,
 )

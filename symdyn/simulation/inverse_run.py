@@ -10,12 +10,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
+from symdyn.arguments import suggesting
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
@@ -41,7 +44,7 @@ from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END, valueless
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, places_of, read_motion
+from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.point_path import ScenePath, read_path
@@ -163,6 +166,7 @@ NOTHING = 1e-7
 """Force of a passive joint, over the largest, that is rounding."""
 
 
+@suggesting
 def inverse(
     scene: SceneLike | Problem,
     motion: SceneMotion | Entries = (),
@@ -173,6 +177,8 @@ def inverse(
     path: ScenePath | Entries = (),
     start: Values | None = None,
     forces: Forces | Entries = (),
+    until: float | None = None,
+    every: float | None = None,
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -189,7 +195,7 @@ def inverse(
         scene: the mechanism, its parameters bound; or a `Problem`, without start rates.
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
             takes; coordinates without one rest at their start, or follow through the loops.
-        times: s, shape (N,), ascending.
+        times: s, shape (N,), ascending. None and no `until`: the rows of the one .csv file of the motion.
         reactions: add the columns of all joint reactions and multipliers, in axes as `simulate` has them.
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
@@ -197,6 +203,8 @@ def inverse(
         start: coordinates, such as "q1=0.3,q2=pi/2", in place of the scene's: where those without a law rest, and of
             several solutions, next to which one is taken at the first time. Formulas by coordinate.
         forces: of inputs what is given, as "u=12*sin(t)", or a .toml or .csv file; nothing takes the motion's table.
+        until: time of the end, s, in place of times.
+        every: seconds between samples then; None for 200 of them.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
@@ -205,8 +213,7 @@ def inverse(
     """
     problem, _ = Problem.requested(inverse, locals())
     scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
-    motion, path, forces = _read(problem, motion, path)
-    t = _times(times)
+    motion, path, forces, t = _read(problem, motion, path, times, until, every)
     axes = _check(scene, motion, path, t, reactions)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
@@ -249,26 +256,39 @@ def inverse(
         for note in notes:
             say(note)
     elif stopped != END:
-        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=3)
     return Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped, notes=tuple(notes))
 
 
 def _read(
-    problem: Problem, motion: SceneMotion | Entries, path: ScenePath | Entries
-) -> tuple[SceneMotion, ScenePath, Forces]:
-    """Return laws, paths and what is given of inputs; SimulateError with every fault of all."""
-    scene, faults = problem.scene, Faults("")
+    problem: Problem,
+    motion: SceneMotion | Entries,
+    path: ScenePath | Entries,
+    times: npt.ArrayLike,
+    until: float | None,
+    every: float | None,
+) -> tuple[SceneMotion, ScenePath, Forces, Array]:
+    """Return laws, paths, what is given of inputs, and times; SimulateError with every fault of all."""
+    scene, faults, texts = problem.scene, Faults(""), [*_texts(motion), *_texts(path)]
     read = (
         faults.taken(lambda: motion if isinstance(motion, SceneMotion) else read_motion(scene, motion), SceneMotion()),
         faults.taken(lambda: path if isinstance(path, ScenePath) else read_path(scene, path), ScenePath()),
         faults.taken(lambda: problem.inputs, Forces()),
+        faults.taken(lambda: _times(times, texts, until, every), np.zeros(1)),
     )
     faults.close(SimulateError)
     return read
 
 
-def _times(times: npt.ArrayLike) -> Array:
-    """Return times, shape (N,); SimulateError where they are none."""
+def _times(times: npt.ArrayLike, given: Sequence[str], until: float | None, every: float | None) -> Array:
+    """Return times, shape (N,), of motions given as text too; SimulateError where they are none."""
+    if isinstance(times, tuple) and not times:
+        return motion_times(given, until, every)
+    if until is not None or every is not None:
+        raise SimulateError("times: until and every say them too; leave out either")
+    if isinstance(times, Real):
+        span = f"for 0 to {times:g} s every 0.01 s: until={times:g}, every=0.01"
+        raise SimulateError(f"times = {times:g}: times are a row of numbers; {span}")
     try:
         found = np.atleast_1d(np.asarray(times, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
@@ -276,6 +296,12 @@ def _times(times: npt.ArrayLike) -> Array:
     if found.ndim != 1:
         raise SimulateError(f"times: {quoted(times)} are no times; give numbers in s that rise, such as a linspace")
     return found
+
+
+def _texts(entries: object) -> list[str]:
+    """Return those of a motion's or a path's entries that are text or files."""
+    every = entries if isinstance(entries, list | tuple) else [entries]
+    return [str(one) for one in every if isinstance(one, str | Path)]
 
 
 def _followed(
@@ -366,7 +392,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     if not scene.velocities:
         faults.add(scene.name, "nothing moves: no joint has a coordinate")
     if not len(t):
-        faults.add("times", "none is given; give them in seconds, such as numpy.linspace(0, 2, 201)")
+        faults.add("times", "there is none; give them in seconds, such as numpy.linspace(0, 2, 201)")
     elif not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
         faults.add("times", "must be finite and rise")
     for what, (low, high) in (("motion", motion.span), ("path", path.span)):

@@ -18,6 +18,7 @@ from symdyn.arguments import SympyExpression, check_arguments, native
 from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
 from symdyn.scene.values import Faults, formula_text
+from symdyn.shown import Suggesting
 from symdyn.simulation.initial import Start, Values, by_name, read_start
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
@@ -30,7 +31,7 @@ SMALLEST = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Suggesting):
     """What is asked of a mechanism, for calls that share it: each takes one in place of the scene and of these fields.
 
     >>> import symdyn

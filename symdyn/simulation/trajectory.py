@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
@@ -20,7 +20,7 @@ from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.equations.saturation import Saturation, cut_lines
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.forces import ForceTable, drive_names
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -84,6 +84,8 @@ class Trajectory(Shown):
         low: what q and qd are beyond their doubles, shape (N, nq + nv), of runs with 31 digits; else None.
         held: names of the columns that a controller holds from one sample to the next.
         saturations: when a controller's forces were cut at their limits, in order.
+        curves: driving forces between rows, functions of t by name, where they are known, as those of an optimum;
+            `simulate(forces=run)` takes them.
         dense: what the run is between its rows, see `run(t)`; None of motions that were not integrated here.
     """
 
@@ -108,6 +110,7 @@ class Trajectory(Shown):
     low: Array | None = None
     held: tuple[str, ...] = ()
     saturations: tuple[Saturation, ...] = ()
+    curves: Mapping[str, ForceTable] = field(default_factory=dict, repr=False)
     dense: Callable[[Trajectory, Array], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, object]:
@@ -296,6 +299,7 @@ class Trajectory(Shown):
             "monitors": dict(self.monitors),
         }
 
+    @suggesting
     def plot(
         self,
         *names: str | Sequence[str | Sequence[str]],
@@ -322,6 +326,7 @@ class Trajectory(Shown):
         each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
         return figure(self, each, axes, width)
 
+    @suggesting
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
     ) -> None:
@@ -347,6 +352,7 @@ class Trajectory(Shown):
 
         return draw(self, kind)
 
+    @suggesting
     def animate(self, fps: float = 30.0, loop: bool = True) -> str:
         """Return the mechanism as it moves, a page that a notebook shows; all as of `symdyn.animation`.
 
@@ -357,6 +363,7 @@ class Trajectory(Shown):
 
         return animation(self, fps=fps, loop=loop)
 
+    @suggesting
     def film(
         self,
         file: str | Path,

@@ -14,7 +14,7 @@ from operator import index
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression
+from symdyn.arguments import SympyExpression, suggesting
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import kinks
 from symdyn.errors import SimulateError, listed, suggestion
@@ -254,6 +254,7 @@ MOST = 100_000
 """Intervals that are more than anybody solves."""
 
 
+@suggesting
 def collocation(
     scene: SceneLike | Problem,
     until: float | tuple[float, float],

@@ -26,7 +26,7 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Start, Trajectory, compiled_entries, simulate
-from symdyn.simulation.prescribed import ForceTable
+from symdyn.simulation.prescribed import ForceTable, drive_names
 from symdyn.transcription.grid import Places, Row
 from symdyn.transcription.local import PLACES, Source, appearing, argument_of, inputs_of, symbols_of
 from symdyn.unlocked import cached_property
@@ -183,7 +183,10 @@ class Solution(Shown):
         stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
         a, tau = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), 2, axis=1)
         q, u = self.z[problem.place["q"]], self.z[problem.place["u"]]
-        return Trajectory(self.scene, t, q, u, a, tau, notes=(*problem.notes, self.status), wall=self.wall)
+        names = drive_names(self.scene)
+        curves = {names[k]: table for k, table in self.forces.tables.items()}
+        notes = (*problem.notes, self.status)
+        return Trajectory(self.scene, t, q, u, a, tau, notes=notes, wall=self.wall, curves=curves)
 
     def plot(self, *names: str | Sequence[str | Sequence[str]], **options: Any) -> Figure:
         """Return a figure of the motion, all as of `Trajectory.plot`."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symdyn.algebra import Form
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printable import ENTRYWISE, Printable
@@ -267,6 +267,7 @@ class EquationsOfMotion(Shown):
         return self.sympy().lambdify(values)
 
 
+@suggesting
 def equations(scene: SceneLike) -> EquationsOfMotion:
     """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import check_arguments, native, suggesting
 from symdyn.errors import SimulateError
 from symdyn.scene.values import Faults
 from symdyn.simulation.equations.controller import Feedback
@@ -77,6 +77,7 @@ def linear_law(
     return Feedback(law, inputs, period, measures=signals, reference=reference)
 
 
+@suggesting
 def pid(
     of: str,
     to: str,

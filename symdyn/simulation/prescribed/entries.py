@@ -14,7 +14,7 @@ Every mistake is told once, by the name that it was given under.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from numbers import Real
 from pathlib import Path
@@ -174,7 +174,9 @@ def _table(entry: Any, what: str) -> Columns:
     names = [name for name in entry.keys() if name != TIME]  # noqa: SIM118  a data frame yields columns, a run rows
     arrays = {name: np.asarray(entry[name]) for name in names if isinstance(name, str)}
     numbers = {name: x for name, x in arrays.items() if x.ndim == 1 and x.dtype.kind in "iuf"}
-    return columns_of(f"{what}: {type(entry).__name__}", times, numbers)
+    curves = getattr(entry, "curves", {})
+    found = columns_of(f"{what}: {type(entry).__name__}", times, numbers)
+    return replace(found, curves=curves) if isinstance(curves, Mapping) else found
 
 
 def _dimensions(value: Any) -> int:

@@ -194,7 +194,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
         for name in wanted:
             k = place(name, table.source)
             if k is not None:
-                tables[k] = ForceTable(table.t, table.values[name])
+                tables[k] = table.curves.get(name) or ForceTable(table.t, table.values[name])
     for name, function in said.functions:
         led = scene.prescribed_velocities
         names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)
@@ -341,15 +341,15 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     return SceneMotion(laws, quasi, {name: ForceTable(table.t, table.values[name]) for name, table in letters})
 
 
-def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | None, every: float | None) -> Array:
-    """Return the times of samples: those asked for, else the rows of the one table of motions and paths.
+def motion_times(entries: Sequence[str], until: float | None, every: float | None) -> Array:
+    """Return the times of samples: those asked for, else the rows of the one table among motions and paths, as text.
 
     Raises:
         SimulateError: neither a time of the end nor one table, or times that are none.
     """
     faults = Faults("")
-    named = [(entry.partition("=")[2] or entry).strip() for entry in paths]  # points have tables too, after their names
-    tables = [entry for entry in (*entries, *named) if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
+    named = [entry.partition("=")[2].strip() or entry for entry in entries]  # points have tables after their names
+    tables = [entry for entry in named if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
     if until is None and len(tables) == 1 and every is None:
         return Columns.read(Path(tables[0])).t
     if until is None and len(tables) == 1:

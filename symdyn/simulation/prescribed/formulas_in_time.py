@@ -12,7 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -152,12 +152,14 @@ class Columns:
         t: times, s, shape (N,), strictly rising.
         values: the other columns by name, each of shape (N,).
         every: whether each of them must mean something; of a table those that do are taken.
+        curves: functions of t by name, of what is known between the times.
     """
 
     source: str
     t: Array
     values: Mapping[str, Array]
     every: bool = False
+    curves: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def read(cls, path: Path, needed: Collection[str] | None = None) -> Columns:
