@@ -11,7 +11,7 @@ PACKAGES = {  # package: the packages it may import, and with them those below
     "rounding": ["errors"],
     "extras": ["rounding"],
     "resources": ["extras"],
-    "shown": [],
+    "shown": ["errors"],
     "bounds": [],
     "shell": [],
     "verdict": [],

@@ -16,6 +16,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import SimulateError
+from symdyn.simulation import Start
 from symdyn.transcription import Collocation, Solution
 
 pytestmark = pytest.mark.runs("cc")
@@ -78,6 +79,9 @@ def test_the_forces_that_were_found_swing_the_pole_up():
     found = Solution(problem, np.array(known["z"]), np.zeros(problem.rows), known["objective"], 0.0, True, "", 0, 0.0)
 
     end = found.simulated(rtol=1e-9)
+    start = Start(found.run.q[0], found.run.qd[0])
+    again = symdyn.simulate(found.scene, forces=found.run, until=found.duration, start=start, rtol=1e-9)
+    assert np.array_equal(again.q[-1], end.q[-1])
 
     assert end.q[-1] == pytest.approx([1, np.pi], abs=0.03)
     assert found.run.q[-1] == pytest.approx([1, np.pi])

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -239,3 +240,39 @@ def test_the_byte_that_is_no_text_is_told(tmp_path: Path) -> None:
     (tmp_path / "latin.csv").write_bytes(b"t,\xfc\n0,1\n")
     with pytest.raises(SimulateError, match=r"latin\.csv: byte 2 is not UTF-8; save the file as UTF-8 text"):
         read_file(tmp_path / "latin.csv")
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene$"),
+        (lambda scene: symdyn.sweep(scene, samples=3), r"sweep\(\) got .* 'samples'; did you mean count\?"),
+        (lambda scene: symdyn.collocation(scene, untl=1), r"collocation\(\) got .* 'untl'; did you mean until\?"),
+        (lambda scene: symdyn.inverse(scene, evry=1), r"inverse\(\) got .* 'evry'; did you mean every\?"),
+        (lambda scene: symdyn.film(scene, looop=1), r"film\(\) got .* 'looop'; did you mean loop\?"),
+        (lambda scene: symdyn.pid("q1", "tau1", kpp=1), r"pid\(\) got .* 'kpp'; did you mean kp\?"),
+    ],
+)
+def test_a_wrong_keyword_says_which_was_meant(call: Callable[[Scene], object], told: str, scene: Scene) -> None:
+    with pytest.raises(TypeError, match=told):
+        call(scene)
+
+
+def test_a_wrong_attribute_says_which_was_meant(scene: Scene) -> None:
+    run = inverse(scene, {"q1": "t"}, until=1)
+
+    with pytest.raises(AttributeError, match=r'^Trajectory has no attribute \'q1\'; write \["q1"\]$'):
+        run.q1  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no attribute 'strat'; did you mean start\?$"):
+        symdyn.Problem(scene).strat  # type: ignore[attr-defined]  # noqa: B018
+    assert pickle.loads(pickle.dumps(run)).t.tolist() == run.t.tolist()
+
+
+def test_times_of_inverse_are_given_as_those_of_simulate(scene: Scene) -> None:
+    given = inverse(scene, {"q1": "t**2"}, np.linspace(0, 2, 5))
+
+    assert inverse(scene, {"q1": "t**2"}, until=2, every=0.5).tau.tolist() == given.tau.tolist()
+    with pytest.raises(SimulateError, match=r"^times = 2: times are a row of numbers; .*: until=2, every=0\.01$"):
+        inverse(scene, {"q1": "t"}, 2)
+    with pytest.raises(SimulateError, match=r"^times: until and every say them too; leave out either$"):
+        inverse(scene, {"q1": "t"}, [0.0, 1.0], until=2)

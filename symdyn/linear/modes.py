@@ -92,8 +92,8 @@ class Mode:
 
     @property
     def damping(self) -> float:
-        """Damping ratio -Re λ/|λ|: 1 of what decays without oscillating, -1 of what grows so."""
-        return -self.value.real / abs(self.value)
+        """Damping ratio -Re λ/|λ|: 1 of what decays without oscillating, -1 of what grows so; 0 of λ = 0."""
+        return -self.value.real / (abs(self.value) or 1.0)
 
 
 @dataclass(frozen=True, eq=False)

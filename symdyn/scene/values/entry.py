@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
-from symdyn.arguments import SympyExpression, argument
+from symdyn.arguments import SympyExpression, argument, is_sympy
 from symdyn.errors import SceneError, SimulateError, printable, spoken, suggestion, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, UNMOVED, Pose
 from symdyn.scene.values.formula import quantity
@@ -140,8 +140,9 @@ def shown(quantity: Quantity) -> str:
 
 
 def plain(value: object) -> object:
-    """Return arrays as lists; everything else as it is."""
-    convert = getattr(value, "tolist", None)
+    """Return arrays, and a row or column of SymPy, as lists; everything else as it is."""
+    line = is_sympy(value) and 1 in getattr(value, "shape", ())
+    convert = getattr(value, "flat" if line else "tolist", None)
     return convert() if callable(convert) else value
 
 
