@@ -245,12 +245,12 @@ def test_the_byte_that_is_no_text_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene$"),
-        (lambda scene: symdyn.sweep(scene, samples=3), r"sweep\(\) got .* 'samples'; did you mean count\?"),
-        (lambda scene: symdyn.collocation(scene, untl=1), r"collocation\(\) got .* 'untl'; did you mean until\?"),
-        (lambda scene: symdyn.inverse(scene, evry=1), r"inverse\(\) got .* 'evry'; did you mean every\?"),
-        (lambda scene: symdyn.film(scene, looop=1), r"film\(\) got .* 'looop'; did you mean loop\?"),
-        (lambda scene: symdyn.pid("q1", "tau1", kpp=1), r"pid\(\) got .* 'kpp'; did you mean kp\?"),
+        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene$"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.sweep(scene, samples=3), r"sweep\(\) got .* 'samples'; did you mean count\?"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.collocation(scene, untl=1), r"collocation\(\) got .* 'untl'; did you mean until\?"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.inverse(scene, evry=1), r"inverse\(\) got .* 'evry'; did you mean every\?"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.film(scene, looop=1), r"film\(\) got .* 'looop'; did you mean loop\?"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.pid("q1", "tau1", kpp=1), r"pid\(\) got .* 'kpp'; did you mean kp\?"),  # type: ignore[call-arg]
     ],
 )
 def test_a_wrong_keyword_says_which_was_meant(call: Callable[[Scene], object], told: str, scene: Scene) -> None:

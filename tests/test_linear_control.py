@@ -24,7 +24,7 @@ from symdyn.linear import linearize
 from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearized import complete, systems
 from symdyn.linear.locus import CROSSINGS, read_values, root_locus
-from symdyn.linear.modes import animate_modes, motion
+from symdyn.linear.modes import Mode, animate_modes, motion
 from symdyn.linear.prepared import prepared
 from symdyn.linear.search import Search
 from symdyn.linear.transfer import invariant_zeros
@@ -631,3 +631,7 @@ def test_both_quaternions_of_an_attitude_are_one_position() -> None:
     q[first : first + 4] = [-0.5, 0.5, 0.5, -0.5]
     assert_allclose(Search.wrapped(search, q)[first : first + 4], [0.5, -0.5, -0.5, 0.5])
     assert_allclose(Search.wrapped(search, -q), Search.wrapped(search, q))
+
+
+def test_a_mode_of_an_eigenvalue_zero_has_no_damping() -> None:
+    assert Mode(0j, np.ones(1, dtype=complex)).damping == 0

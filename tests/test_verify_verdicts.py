@@ -6,6 +6,7 @@ Every kind of claim is put where it cannot be looked at. What is no claim stands
 from __future__ import annotations
 
 import json
+import math
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,6 +18,7 @@ from closed_mechanisms import slider_crank
 
 import symdyn
 from symdyn.cli import main
+from symdyn.cli.verify import _ulps
 from symdyn.errors import MissingProgram
 from symdyn.program import Sampling
 from symdyn.scene import read_text
@@ -360,3 +362,8 @@ def test_the_worst_verdict_is_that_of_all_and_of_none_nothing_is_shown() -> None
         *("agrees in numbers", "proved"),
     ]
     assert Verdict.of(0, wrong=True) == Verdict.of(3, wrong=True, proved=True) == "fails"
+
+
+@pytest.mark.parametrize(("error", "told"), [(0.0, "0"), (1.25, "1.2"), (3e292, "of 0"), (math.inf, "inf")])
+def test_an_error_of_what_is_exactly_0_is_no_number_of_ulps(error: float, told: str) -> None:
+    assert _ulps(error) == told

@@ -60,15 +60,10 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     Raises:
         SimulateError: with every fault, one line each.
     """
-    found: list[object] = []
-    faults: list[str] = []
-    for part in parts:
-        try:
-            found.append(part())
-        except SimulateError as error:
-            faults += error.faults
-    if faults:
-        raise SimulateError(tuple(dict.fromkeys(faults)))
+    faults = Faults("")
+    found = [faults.taken(part, None) for part in parts]
+    faults.lines[:] = dict.fromkeys(faults.lines)
+    faults.close(SimulateError)
     return tuple(found)
 
 

@@ -181,11 +181,11 @@ def simulate(
 ) -> Trajectory:
     """Return the motion that forces give a scene from t = 0 on.
 
-    Equations are compiled once for all values of named parameters; for other values of them nothing is compiled, unless
-    numbers decide otherwise than before, which is said.
+    Equations are compiled once for all values of named parameters. Other values need no compiling, unless a numerical
+    decision changes, such as which constraints are independent; that is reported.
 
-    A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` says
-    why, and of the first so does a RuntimeWarning unless somebody listens (`say`).
+    A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` has the
+    reason; without `say`, a RuntimeWarning reports that a run could not go on.
 
     >>> import symdyn
     >>> run = symdyn.simulate(symdyn.example("cart_pole"), forces="F=0.5*cos(t)", until=2)

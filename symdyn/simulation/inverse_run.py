@@ -182,8 +182,8 @@ def inverse(
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
-    A motion that a mechanism cannot go on with returns the rows until then. `Trajectory.stopped` says why, and so does
-    a RuntimeWarning unless somebody listens (`say`).
+    A motion that a mechanism cannot go on with returns the rows until then. `Trajectory.stopped` has the reason;
+    without `say`, a RuntimeWarning reports it.
 
     >>> import symdyn
     >>> run = symdyn.inverse(symdyn.example("two_link"), ["q1=t**2", "q2=0"], [0.0, 0.5, 1.0],
