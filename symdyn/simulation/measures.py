@@ -1,7 +1,7 @@
-"""Measures of a run: formulas of folds, each over what a run shows at its samples.
+"""Measures of a run: formulas of statistics, each of what a run shows at its samples.
 
     max(abs(tau2))              largest value of a formula over the samples of a run
-    max(q1) - end(q2)           folds are numbers, with which formulas go on
+    max(q1) - end(q2)           statistics are numbers, with which formulas go on
     rms(q1_dot)/max(abs(F))
 
 A fold sees the samples alone, `every` seconds apart, as who reads `simulate`'s rows does: a peak between two of them is
@@ -154,7 +154,7 @@ class Measure:
                 return None
             inside = rest[match.end() : close]
             if (inner := _FOLDED.search(inside)) is not None:
-                faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
+                faults.add(where, f'"{said}" takes a statistic of what is a number already: {inner[1]}(...) inside {match[1]}(...)')
                 return None
             formula = read_inside(scene, inside, where, faults, more)
             letter = _letter(scene, len(folds), said)
@@ -172,7 +172,7 @@ class Measure:
             own.add(where, f'"{said}" takes {one} at no time; write max({one}), end({one}) or another of {_listed()}')
         if found is not None and not loose and not folds:
             first = next(iter(scene.coordinates), "t")
-            own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({first}))')
+            own.add(where, f'"{said}" takes no statistic of a run; write such as max(abs({first}))')
         if found is not None and not own.lines:
             SceneUnits(scene).check(found, where, own, fold_units(scene, folds))
         for letter, fold, folded in folds:

@@ -188,7 +188,7 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
     for row in contacts:
         mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
         if "normal" not in mine or any((row.name, number) in shared for number in range(len(row.components))):
-            notes.append(f"contact {row.name}: its forces are not unique, so that nothing is told of them")
+            notes.append(f"contact {row.name}: its forces are not unique and not reported")
             continue
         normal = sizes[:, mine["normal"]]
         plane = np.hypot(
