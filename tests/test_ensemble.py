@@ -74,8 +74,8 @@ def test_all_faults_of_a_call_are_told_at_once() -> None:
     words = "\n".join(told.value.faults)
     for part in (
         "q1: run 1 has nan", "q9 is not known", "shape (1, 1)", "values m1 has 3, values g has 2", "run 1 has -2",
-        "uses M9", "folds what is a number already", "write max(q1), end(q1)", "bracket that is not closed",
-        "folds nothing", "workers = 0",
+        "uses M9", "takes a statistic of a number", "write max(q1), end(q1)", "bracket that is not closed",
+        "takes no statistic", "workers = 0",
     ):  # fmt: skip
         assert part in words
 

@@ -154,7 +154,7 @@ class Measure:
                 return None
             inside = rest[match.end() : close]
             if (inner := _FOLDED.search(inside)) is not None:
-                faults.add(where, f'"{said}" takes a statistic of what is a number already: {inner[1]}(...) inside {match[1]}(...)')
+                faults.add(where, f'"{said}" takes a statistic of a number: {inner[1]}(...) inside {match[1]}(...)')
                 return None
             formula = read_inside(scene, inside, where, faults, more)
             letter = _letter(scene, len(folds), said)
