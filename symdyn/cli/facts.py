@@ -177,12 +177,23 @@ def gather(scene: Scene, formulation: str | None, closing: LoopChoices) -> tuple
             }
             for p in scene.parameters
         ],
+        **({"derived": derived} if (derived := _derived(scene)) else {}),
         **({"values_with_units": list(said)} if (said := SceneUnits(scene).mistakable) else {}),
         **({"doubtful_units": list(said)} if (said := SceneUnits(scene).doubtful) else {}),
         **_signals(scene),
         **counted,
     }
     return facts, left_out
+
+
+def _derived(scene: Scene) -> list[dict[str, str]]:
+    """Return the parameters that are formulas of others, which stand in place of their names."""
+    units = SceneUnits(scene)
+    return [
+        {"name": p.name, "formula": spell(p.value), "unit": p.unit or units.of_formula(p.value, {}), "text": p.text}
+        for p in scene.derived
+        if p.value is not None
+    ]
 
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:

@@ -207,7 +207,8 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
     names = [parameter.name for parameter in scene.parameters]
     for name in given:
         if name not in names:
-            raise DrawError(f'{scene.name}: "{name}" is not a parameter; {suggestion(name, names)}')
+            told = scene.derived_words(name) or f'"{name}" is not a parameter; {suggestion(name, names)}'
+            raise DrawError(f"{scene.name}: {told}")
     values = {}
     for parameter in scene.parameters:
         declared = None if parameter.value is None else parameter.value.at({})

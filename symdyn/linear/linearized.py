@@ -354,6 +354,8 @@ def systems(
             f"{argument('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
         )
     if name not in [one.name for one in scene.parameters]:
+        if told := scene.derived_words(name):
+            raise LinearizeError(f"{argument('over')}: {told}")
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"
             raise LinearizeError(

@@ -128,7 +128,9 @@ def names_of(word: str, given: object) -> tuple[str, ...]:
 def values_of(scene: Scene, free: Sequence[str]) -> dict[str, float]:
     """Return the scene's values of parameters that stay arguments; one without a value is an argument anyway."""
     known = {p.name: p.value for p in scene.parameters}
-    faults = [f'free: "{name}" is not a parameter; {suggestion(name, known)}' for name in free if name not in known]
+    strange = [name for name in free if name not in known]
+    told = {name: f'"{name}" is not a parameter; {suggestion(name, known)}' for name in strange}
+    faults = [f"free: {scene.derived_words(name) or told[name]}" for name in strange]
     if faults:
         raise SceneError(faults)
     numbers = {name: value.at({}) for name in free if (value := known[name]) is not None}

@@ -307,7 +307,8 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     known: dict[str, Parameter] = {}
     for name, raw in values.items():
         if name not in names:
-            faults.add("", f'"{name}" is not a parameter; {suggestion(name, names)}')
+            told = scene.derived_words(name) or f'"{name}" is not a parameter; {suggestion(name, names)}'
+            faults.add("", told)
             continue
         try:
             value, unit, written = value_for(names[name], raw)

@@ -218,8 +218,7 @@ LONGEST_INTEGER = 19  # digits; TOML promises 64 bits
 def write_text(scene: Scene) -> Written:
     """Return the scene as TOML, which holds all of it."""
     blocks = [_lines(raw_of(HEAD, scene))]
-    if scene.parameters:
-        letters = {one.name: raw_of(PARAMETER, one) for one in scene.parameters}
+    if letters := {one.name: raw_of(PARAMETER, one) for one in (*scene.parameters, *scene.derived)}:
         blocks.append(_block("parameters", {name: _shortened(said) for name, said in letters.items()}))
     blocks += _blocks("bodies", BODY, scene.bodies)
     nq = nv = 0

@@ -163,10 +163,11 @@ class Measure:
             left, rest = f"{left}{rest[: match.start()]}{letter}", rest[close + 1 :]
         if len(faults.lines) > count:
             return None
-        known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters)]
+        known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters), *scene.derived_formulas]
         seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
         own = Faults("")
         found = read_formula(left + rest, [*known, *seen], where, own)
+        found = found and substituted(found, scene.derived_formulas)
         loose = [name for name in (found.symbols if found else ()) if name not in known]
         for one in loose:
             own.add(where, f'"{said}" takes {one} at no time; write max({one}), end({one}) or another of {_listed()}')
@@ -260,7 +261,7 @@ def fold_units(scene: Scene, folds: Sequence[tuple[str, str, Quantity]]) -> dict
 
 def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
     """Return a formula of what a run shows, outputs as what they stand for; None after a fault."""
-    outputs = {one.name: one.formula for one in scene.outputs}
+    outputs = {one.name: one.formula for one in scene.outputs} | scene.derived_formulas
     parameters = (one.name for one in scene.parameters)
     known = (*more, *_seen(scene, text), *parameters, *outputs)
     formula = read_formula(text, known, where, faults)

@@ -213,7 +213,8 @@ def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
     every = [*state_names(scene), *(one.name for one in scene.parameters)]
     for name in names:
         if name not in every:
-            faults.add(scene.name, f"{name} is no parameter, and no position or velocity; {suggestion(name, every)}")
+            told = f"{name} is no parameter, and no position or velocity; {suggestion(name, every)}"
+            faults.add(scene.name, scene.derived_words(name) or told)
     forces.check_differentiable(faults)
     faults.close(SimulateError)
 
@@ -325,7 +326,7 @@ def sensitivity(
             faults.add("of", f"{name} is no position or velocity of the end; {suggestion(name, every)}")
     for name in parameters or ():
         if name not in known:
-            faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
+            faults.add("parameters", scene.derived_words(name) or f"{name} is not known; {suggestion(name, known)}")
     faults.close(SimulateError)
     system = state_equations(scene, forces, (), problem.whole)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])

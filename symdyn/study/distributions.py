@@ -267,7 +267,7 @@ def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) 
             faults.add("over", f"{name} is given twice, as {found[name].text} and as {shorten(str(said))}")
             continue
         if name not in there:
-            faults.add("over", f"{name} is not known; {suggestion(name, there)}")
+            faults.add("over", scene.derived_words(name) or f"{name} is not known; {suggestion(name, there)}")
         one = said if isinstance(said, Distribution) else _read(scene, name, said, faults)
         if one is not None:
             found[name] = one

@@ -105,7 +105,8 @@ def read_spread(
         if name in every and name not in known:
             faults.add("over", f"{name} is given by the motion; only parameters can be uncertain there")
         elif name not in every and not (name in scene.coordinates or name in found.means):
-            faults.add("over", f"{name} is no parameter, and no position or velocity; {suggestion(name, known)}")
+            told = f"{name} is no parameter, and no position or velocity; {suggestion(name, known)}"
+            faults.add("over", scene.derived_words(name) or told)
         elif name not in every:
             faults.add("over", f"{name} cannot be moved by itself; {suggestion(name, known)}")
     return found if len(faults.lines) == before else None

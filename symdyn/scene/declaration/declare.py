@@ -39,17 +39,17 @@ from symdyn.scene.declaration.joint_table import (
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
 from symdyn.scene.declaration.spanning import span, turned
-from symdyn.scene.declaration.whole_scene import check
+from symdyn.scene.declaration.whole_scene import check, derived_apart
 from symdyn.scene.forces.force_kind import ForceKind, Scope
 from symdyn.scene.forces.force_table import kinds_of, read_elements, sections
 from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_table import JOINTS, own_keys
 from symdyn.scene.values.body import Body
-from symdyn.scene.values.entry import Entry, EntryReader, Faults, compose, plain, show
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, compose, plain, show, shown
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Part, fields_of, keys_of, needed_of, number, one_of, word
 from symdyn.scene.values.model import Input, Parameter, Point, Scene, Signal
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shape import NUMBER, Shape, choice_of, described, name_shape, table_shape
 
 SECTIONS: Mapping[str, Sequence[Part]] = {
@@ -128,10 +128,9 @@ def assemble(
         bodies, joints = bodies + more_bodies, joints + more_joints
     held = [str(entry.table.get("joint")) for entries in declaration.elements.values() for entry in entries]
     spanned = span(joints, held, spanning_tree, faults)
-    points = _nouns(Point, POINT, declaration.points, faults)
-    named = {point.name: point for point in points}
     loops = (*declaration.loops, *spanned.cut)
-    parameters = _nouns(Parameter, PARAMETER, declaration.parameters, faults)
+    declared = _nouns(Parameter, PARAMETER, declaration.parameters, faults)
+    parameters, derived = derived_apart(declared, [entry.where for entry in declaration.parameters], faults)
     head = _head(declaration, faults)
     scene = Scene(
         name=declaration.name,
@@ -141,17 +140,23 @@ def assemble(
         joints=tuple(
             turned(joint) if joint.name in spanned.turned else joint for joint in read_joints(spanned.joints, faults)
         ),
-        points=points,
+        points=_nouns(Point, POINT, declaration.points, faults),
         loops=read_loops(loops, faults),
         inputs=_nouns(Input, INPUT, declaration.inputs, faults),
         outputs=_nouns(Signal, OUTPUT, declaration.outputs, faults),
+        derived=derived,
         dimensionless=head["dimensionless"] or dimensionless,
         source=source,
     )
-    elements = read_elements(declaration.elements, Scope(named, scene.gravity, parameters), faults)
-    scene = replace(scene, elements=tuple(one for _, one in elements))
+    scene = _written_out(scene, faults)
+    scope = Scope({point.name: point for point in scene.points}, scene.gravity, parameters)
+    elements = read_elements(declaration.elements, scope, faults)
+    scene = _written_out(replace(scene, elements=tuple(one for _, one in elements)), faults)
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
-    places |= {kind: getattr(declaration, kind) for kind in ("parameters", "points", "inputs", "outputs")}
+    places |= {kind: getattr(declaration, kind) for kind in ("points", "inputs", "outputs")}
+    apart = {one.name for one in derived}
+    places["parameters"] = [entry for entry in declaration.parameters if entry.name not in apart]
+    places["derived"] = [entry for entry in declaration.parameters if entry.name in apart]
     where = {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()}
     draft = Draft(scene, where | {"elements": tuple(place for place, _ in elements)})
     positions = read_locks(joints, faults)
@@ -162,6 +167,16 @@ def assemble(
     carried |= {name: replace(carried[name], allow_invalid_inertia=True) for name in excused}
     ordered = replace(scene, bodies=tuple(carried[joint.child] for joint in scene.joints))
     return lock(ordered, positions, faults) if positions else ordered
+
+
+def _written_out(scene: Scene, faults: Faults) -> Scene:
+    """Return the scene with formulas in place of derived parameters."""
+    try:
+        return scene.substituted(scene.derived_formulas)
+    except FormulaError as error:
+        names = ", ".join(f"{name} = {shown(formula)}" for name, formula in scene.derived_formulas.items())
+        faults.add("parameters", f"with {names} a formula {error}; check what it divides by")
+        return scene
 
 
 def _note_friction(scene: Scene, faults: Faults) -> None:

@@ -30,7 +30,7 @@ from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, TIMED, Part
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 
-KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
+KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs", "derived")
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class Draft:
 def draft_of(scene: Scene) -> Draft:
     """Return a scene that was checked before as a draft, its entries where their names say."""
     places = {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
+    places |= {"derived": tuple(f"parameters.{one.name}" for one in scene.derived)}
     return Draft(scene, places | {"elements": tuple(map(place_of, scene.elements))})
 
 
@@ -88,6 +89,9 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield from _uses(place, FORCES[one.kind].parts, one, allowed, slides(scene, one))
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
         yield Use(place, "formula", output.formula, frozenset(scene.formula_names(output.formula.symbols)), output.unit)
+    for place, parameter in zip(where["derived"], scene.derived, strict=True):
+        if parameter.value is not None:
+            yield Use(place, "value", parameter.value, unit=parameter.unit)
 
 
 def _uses(

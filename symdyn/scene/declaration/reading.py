@@ -200,6 +200,9 @@ def read_valued(table: EntryReader) -> Valued:
     except UnitError as error:
         table.refuse("unit", error)
         return Valued(value)
+    if value is not None and value.symbols and unit is not None and not unit.is_coherent:
+        table.fault(_incoherent("unit", text, unit))
+        unit = Unit.read(unit.si)
     try:
         return in_unit(value, unit)
     except FormulaError as error:
@@ -230,8 +233,12 @@ def read_coherent(table: EntryReader, key: str, usual: str) -> str:
         return usual
     if unit is None or unit.is_coherent:
         return text
-    table.fault(f'{key} = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"')
+    table.fault(_incoherent(key, text, unit))
     return unit.si
+
+
+def _incoherent(key: str, text: str, unit: Unit) -> str:
+    return f'{key} = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"'
 
 
 def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:

@@ -9,7 +9,8 @@ Joints hang every body on ground, each on one joint; what closes a loop connects
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from symdyn.errors import listed, nearest, suggestion
 from symdyn.graph import Graph, Op
@@ -20,15 +21,16 @@ from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
+from symdyn.scene.values.formula import check_size, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.model import Scene
+from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.unit import Unit, UnitError
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
-FAMILIES |= {"inputs": "symbol", "outputs": "symbol"}
+FAMILIES |= {"inputs": "symbol", "outputs": "symbol", "derived": "symbol"}
 """Names of one family differ; elements are a family a section."""
 
 
@@ -256,6 +258,57 @@ def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
     return root
 
 
+Parameters = tuple[Parameter, ...]
+
+
+def derived_apart(parameters: Parameters, places: Sequence[str], faults: Faults) -> tuple[Parameters, Parameters]:
+    """Return the parameters that are plain, and the ones that are formulas of others, in plain ones alone.
+
+    What is derived wrongly, such as in a circle, is a fault, and without a value then.
+    """
+    where = dict(zip((one.name for one in parameters), places, strict=True))
+    formulas = {one.name: one.value for one in parameters if one.value is not None and one.value.symbols}
+    found: dict[str, Quantity] = {}
+    for name in formulas:
+        _derive(name, formulas, (), where, found, faults)
+    apart = tuple(replace(one, value=found.get(one.name)) for one in parameters if one.name in formulas)
+    for one in apart:
+        if one.tolerance is not None:
+            faults.add(where[one.name], f"{one.name} is derived; give the tolerance to what it is derived from")
+    return tuple(one for one in parameters if one.name not in formulas), apart
+
+
+def _derive(
+    name: str,
+    formulas: Mapping[str, Quantity],
+    path: tuple[str, ...],
+    where: Mapping[str, str],
+    found: dict[str, Quantity],
+    faults: Faults,
+) -> None:
+    """Put a derived parameter into `found`, those first that its formula names."""
+    if name in found:
+        return
+    formula, place = formulas[name], where[name]
+    told = f"value = {shown(formula)}"
+    found[name] = Quantity.ZERO  # until it is known, and after a fault
+    for other in formula.symbols:
+        if other in (*path, name):
+            circle = " -> ".join([*(*path, name)[(*path, name).index(other) :], other])
+            faults.add(place, f"{told} depends on itself: {circle}; give one of them a number")
+            return
+        if other not in where:
+            faults.add(place, f"{told} uses the undefined symbol {other}; {suggestion(other, where)}")
+            return
+        if other in formulas:
+            _derive(other, formulas, (*path, name), where, found, faults)
+    try:
+        check_size(formula, found)
+        found[name] = substituted(formula, found)
+    except FormulaError as error:
+        faults.add(place, f"{told} {error}")
+
+
 def check(
     draft: Draft, faults: Faults, allow_invalid_inertia: bool = False, dimensions: bool = True
 ) -> tuple[str, ...]:
@@ -285,6 +338,10 @@ def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
         if parameter.positive and value <= 0:
             faults.add(where, f"value = {shown(parameter.value)} is not positive; correct it or drop positive = true")
         values[parameter.name] = value
+    for where, one in zip(draft.where["derived"], draft.scene.derived, strict=True):
+        known = None if one.value is None else one.value.known_at(values)
+        if one.value is not None and one.positive and known is not None and known <= 0:
+            faults.add(where, f"value = {shown(one.value)} is not positive; correct it or drop positive = true")
     for where, letter in zip(draft.where["inputs"], draft.scene.inputs, strict=True):
         _constant(where, letter.value, faults)
     return values

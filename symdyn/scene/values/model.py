@@ -23,7 +23,7 @@ from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.formula import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
@@ -40,7 +40,7 @@ class Parameter:
 
     Attributes:
         name: as formulas write it.
-        value: its value, free of symbols; None leaves it an argument of every generated function.
+        value: its value, free of symbols unless it is derived; None leaves it an argument of every generated function.
         positive: an assumption that printing and certificates may use.
         unit: the coherent unit of its value, e.g. "kg"; "" where none is said.
         latex: how to print it; None derives it from the name.
@@ -156,6 +156,7 @@ class Scene(Shown):
     elements: tuple[Element, ...] = ()
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Signal, ...] = ()
+    derived: tuple[Parameter, ...] = ()
     dimensionless: bool = False
     source: str = field(default="", compare=False)
 
@@ -279,6 +280,7 @@ class Scene(Shown):
         return replace(
             plain,
             parameters=tuple(replace(one, written="") for one in plain.parameters),
+            derived=tuple(replace(one, written="") for one in plain.derived),
             inputs=tuple(replace(one, written="") for one in plain.inputs),
         )
 
@@ -292,6 +294,7 @@ class Scene(Shown):
         return replace(
             self,
             parameters=tuple(map(described, self.parameters)),
+            derived=tuple(map(described, self.derived)),
             inputs=tuple(map(described, self.inputs)),
             outputs=tuple(map(described, self.outputs)),
         )
@@ -314,6 +317,16 @@ class Scene(Shown):
             for x in self.inputs
         )
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=())
+
+    @cached_property
+    def derived_formulas(self) -> dict[str, Quantity]:
+        """The formulas of derived parameters in plain ones, by name; they stand in place of the names."""
+        return {one.name: one.value for one in self.derived if one.value is not None}
+
+    def derived_words(self, name: str) -> str:
+        """Return why a derived parameter takes no value; "" of another name."""
+        formula = self.derived_formulas.get(name)
+        return f"{name} is derived, {name} = {spell(formula)}; give {listed(formula.symbols)}" if formula else ""
 
     def held(self) -> Scene:
         """Return the scene without outputs, its inputs being replaced by their values.

@@ -24,7 +24,7 @@ from symdyn.arguments import argument
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SceneError, SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, velocity_name
+from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import Columns, parameter_values, read_formula, sample_times
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_function, read_law, required_arguments
@@ -181,7 +181,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
         unit = "" if k is None else units[k]
         formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
         if k is not None and formula is not None:
-            formulas[k] = formula
+            formulas[k] = substituted(formula, scene.derived_formulas)
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
     drives |= {name: places[name] for name in letters}
     for table in said.tables:  # without a column of a drive, those that are called like coordinates

@@ -61,7 +61,8 @@ def read_formula(
 def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantity | None:
     """Return a formula in what can be looked at: `LETTERS`, parameters, outputs; None after a fault."""
     words = re.findall(r"\w+", formula_text(text))
-    parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
+    parameters = (one.name for one in scene.parameters)
+    outputs = {one.name: one.formula for one in scene.outputs} | scene.derived_formulas
     formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs), where, faults)
     if formula is None:
         return None
@@ -71,7 +72,7 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
 
 
 def parameter_values(scene: Scene) -> dict[str, Quantity]:
-    """Return the values of the scene's parameters.
+    """Return the values of the scene's parameters, the derived ones among them.
 
     Raises:
         SimulateError: one has no value.
@@ -81,7 +82,8 @@ def parameter_values(scene: Scene) -> dict[str, Quantity]:
         binding = argument("values", dict.fromkeys(free, 1))
         have = "has" if len(free) == 1 else "have"
         raise SimulateError(f"{scene.name}: {', '.join(free)} {have} no value; give them, as in {binding}")
-    return {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
+    values = {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
+    return values | {name: substituted(formula, values) for name, formula in scene.derived_formulas.items()}
 
 
 def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
