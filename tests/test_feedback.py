@@ -399,7 +399,7 @@ def test_gains_of_a_file_on_the_command_line(tmp_path: Path, capsys: pytest.Capt
 def test_what_the_page_says_in_python_runs() -> None:
     page = (Path(__file__).parent.parent / "docs" / "simulate.md").read_text(encoding="utf-8")
     text = page[page.index("    from symdyn.simulation import Feedback, simulate") :]
-    lines = text[: text.index("\nA function that is sampled")].splitlines()
+    lines = text[: text.index("\nA sampled function is called")].splitlines()
     known: dict[str, object] = {"scene": CART}
 
     exec("\n".join(line.removeprefix("    ") for line in lines), known)

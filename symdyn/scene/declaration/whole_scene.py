@@ -21,7 +21,7 @@ from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
-from symdyn.scene.values.formula import check_size, substituted
+from symdyn.scene.values.formula import DEEPEST, MOST_NODES, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
@@ -303,10 +303,29 @@ def _derive(
         if other in formulas:
             _derive(other, formulas, (*path, name), where, found, faults)
     try:
-        check_size(formula, found)
+        _check_size(formula, found)
         found[name] = substituted(formula, found)
     except FormulaError as error:
         faults.add(place, f"{told} {error}")
+
+
+def _check_size(formula: Quantity, values: Mapping[str, Quantity]) -> None:
+    """Refuse to put `values` in place of symbols where that makes more of a formula than one may hold.
+
+    Raises:
+        FormulaError: it would have too many terms, or nest too deep.
+    """
+    nodes, depth = _extent(formula, {name: _extent(one, {}) for name, one in values.items() if name in formula.symbols})
+    if nodes > MOST_NODES or depth > DEEPEST:
+        raise FormulaError("multiplies out to too many terms; give a part of it as a number")
+
+
+def _extent(part: Quantity, known: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """Return how many nodes a formula has, and how many levels, symbols in `known` counted as those say."""
+    if part.op is Op.SYMBOL:
+        return known.get(str(part.value), (1, 1))
+    inside = [_extent(arg, known) for arg in part.args]
+    return 1 + sum(nodes for nodes, _ in inside), 1 + max((depth for _, depth in inside), default=0)
 
 
 def check(

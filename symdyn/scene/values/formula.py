@@ -377,25 +377,6 @@ class _Reader:
             raise FormulaError("its powers multiply out to too many terms; name a part of it as a parameter")
 
 
-def check_size(formula: Quantity, values: Mapping[str, Quantity]) -> None:
-    """Refuse to put `values` in place of symbols where that makes more of a formula than one may hold.
-
-    Raises:
-        FormulaError: it would have too many terms, or nest too deep.
-    """
-    nodes, depth = _extent(formula, {name: _extent(one, {}) for name, one in values.items() if name in formula.symbols})
-    if nodes > MOST_NODES or depth > DEEPEST:
-        raise FormulaError("multiplies out to too many terms; give a part of it as a number")
-
-
-def _extent(part: Quantity, known: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
-    """Return how many nodes a formula has, and how many levels, symbols in `known` counted as those say."""
-    if part.op is Op.SYMBOL:
-        return known.get(str(part.value), (1, 1))
-    inside = [_extent(arg, known) for arg in part.args]
-    return 1 + sum(nodes for nodes, _ in inside), 1 + max((depth for _, depth in inside), default=0)
-
-
 def split_commas(text: str) -> list[str]:
     """Return the parts between the commas that stand in no bracket, as that of atan2(y, x) does.
 
