@@ -228,6 +228,10 @@ ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 
+RESULTS = ("lagrangian", "equation", "reduced")
+"""Steps that end in what a lesson is for, by their key or what stands there before a colon; others are the way."""
+
+
 @dataclass(frozen=True)
 class Step:
     """One step of a derivation.
@@ -252,6 +256,11 @@ class Step:
     level: str = "brief"
     show: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+
+    @property
+    def is_result(self) -> bool:
+        """Whether its last formula is a result, which is framed."""
+        return self.key.partition(":")[0] in RESULTS
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,19 @@ const headed = (tip, [x, y], [a, b], on) => {
   tip.setAttribute("d", on ? `${line([x, y], [x - 8 * a - 3.2 * b, y - 8 * b + 3.2 * a], [x - 8 * a + 3.2 * b, y - 8 * b - 3.2 * a])}Z` : "");
 };
 
+// Names of bodies, at the middle of what is drawn of each
+
+const called = data.bodies.map(body => {
+  const mark = data.marks.find(([kind, , of]) => data.bodies[of] === body && ["link", "particle", "com", "ring", "disc", "slide"].includes(kind));
+  const name = label(""), text = picture.lastChild;
+  text.textContent = body.replaceAll("_", " ");
+  text.setAttribute("class", "live-name");
+  return rows => {
+    const places = mark && wanted("names") ? mark[1].slice(0, mark[0] === "link" ? 2 : 1).map(k => flat(row(rows, k))) : [];
+    name(places.length ? [0, 1].map(i => places.reduce((sum, at) => sum + at[i], 0) / places.length + 18 * i) : null);
+  };
+});
+
 // Trails
 
 const TRAIL = 240; // pictures that a trail is long
@@ -124,6 +137,7 @@ const overlays = rows => {
   vectors();
   placeLines();
   for (const move of coordinates) move(rows);
+  for (const move of called) move(rows);
   trails();
   drawGhost();
 };

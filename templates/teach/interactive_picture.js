@@ -34,6 +34,7 @@ const arrow = (look, width) => {
     head.setAttribute("d", length ? `${line(tip, [back[0] - 3.5 * y, back[1] + 3.5 * x], [back[0] + 3.5 * y, back[1] - 3.5 * x])}Z` : "");
   };
 };
+const HALF = [240, 180]; // of the picture, px
 let named = []; // middles and half the widths of the names that this drawing has so far
 /** Returns what puts a name near a point, inside the picture and clear of names that are already there; or hides it. */
 const label = letters => {
@@ -46,9 +47,9 @@ const label = letters => {
     const [x, y] = point;
     wide ||= text.getComputedTextLength();
     const half = (wide || 20) / 2 + 2;
-    const at = [Math.max(half - 236, Math.min(236 - half, x)), Math.max(-150, Math.min(160, y))];
+    const at = [Math.max(half - 236, Math.min(236 - half, x)), Math.max(-160, Math.min(170, y))];
     const crowded = () => named.some(([a, b, other]) => Math.abs(a - at[0]) < other + half && Math.abs(b - at[1]) < 24);
-    for (let k = 0; k < 8 && crowded(); k++) at[1] += at[1] < 136 ? 24 : -160;
+    for (let k = 0; k < 8 && crowded(); k++) at[1] += at[1] < 146 ? 24 : -160;
     named.push([...at, half]);
     put(text, at);
   };
@@ -125,8 +126,8 @@ const kinds = {
     rail.setAttribute("d", "M-600 12H600");
     hatch.setAttribute("d", Array.from({ length: 76 }, (_, i) => `M${16 * i - 600} 20l8 -8`).join(""));
     return ([at, way]) => {
-      const [x, y] = unit(lean(way));
-      [rail, hatch].forEach(element => put(element, flat(at), Math.atan2(y, x) * 180 / Math.PI));
+      const [x, y] = unit(lean(way)), from = flat(at), along = Math.round(-(from[0] * x + from[1] * y) / 16) * 16;
+      [rail, hatch].forEach(element => put(element, [from[0] + along * x, from[1] + along * y], Math.atan2(y, x) * 180 / Math.PI));
     };
   },
   link: body => {
@@ -265,7 +266,7 @@ const kinds = {
 };
 
 add("rect", "sheet");
-for (const [name, value] of Object.entries({ x: -240, y: -170, width: 480, height: 340 })) picture.lastChild.setAttribute(name, value);
+for (const [name, value] of Object.entries({ x: -240, y: -180, width: 480, height: 360 })) picture.lastChild.setAttribute(name, value);
 const marks = data.marks.map(([kind, rows, body, letters, joint]) => {
   const group = into = add("g", "mark", picture);
   into.dataset.mark = kind;
@@ -277,8 +278,8 @@ const marks = data.marks.map(([kind, rows, body, letters, joint]) => {
 });
 const fall = arrow("gravity", 1.6), fallen = label('<tspan class="i">g</tspan>');
 
-const box = (rows, low, high) => {
-  for (const k of data.points) {
+const box = (rows, places, low, high) => {
+  for (const k of places) {
     lean(row(rows, k)).forEach((x, i) => {
       if (!Number.isFinite(x)) return;
       low[i] = Math.min(low[i], x);
@@ -286,22 +287,39 @@ const box = (rows, low, high) => {
     });
   }
 };
-let low = [0, 0], high = [0, 0];
-/** Chooses the scale: where the mechanism can go when its coordinates take many values in their ranges. */
+/** Rows of points that bodies carry along. */
+const carriedAlong = [...new Set(data.marks.flatMap(([kind, rows, body]) => body < 0 ? [] : ["turn", "slide"].includes(kind) ? [rows[0]] : rows))]
+  .filter(k => data.points.includes(k));
+let low = [0, 0], high = [0, 0], begun = [0, 0];
+/** Chooses the scale by where turns and loops lead, and by the next part of the way of slides, which the picture follows. */
 const fit = () => {
   low = [Infinity, Infinity];
   high = [-Infinity, -Infinity];
-  for (const at of reached()) box(call("drawn_points", { ...at, qd: new Float64Array(n) }), low, high);
+  for (const at of reached()) box(call("drawn_points", { ...at, qd: new Float64Array(n) }), data.points, low, high);
+  const most = Math.max(high[0] - low[0], high[1] - low[1]);
+  begun = [0, 1].map(i => Math.max(high[i] - low[i], most / 2));
+};
+/** Moves the picture along with what would leave it; it grows to half as much again, beyond which bodies may leave it. */
+const follow = rows => {
+  const from = [Infinity, Infinity], to = [-Infinity, -Infinity];
+  box(rows, carriedAlong, from, to);
+  for (const i of [0, 1]) {
+    const more = Math.min(to[i] - from[i], 1.5 * begun[i]) - (high[i] - low[i]);
+    if (more > 0) [low[i], high[i]] = [low[i] - more / 2, high[i] + more / 2];
+    const after = Math.max(0, to[i] - high[i]), before = Math.max(0, low[i] - from[i]);
+    const off = after && before ? (after - before) / 2 : after - before;
+    if (Number.isFinite(off)) [low[i], high[i]] = [low[i] + off, high[i] + off];
+  }
 };
 const draw = () => {
   const rows = call("drawn_points");
-  box(rows, low, high);
-  scale = Math.min(400 / (high[0] - low[0] || 1), 270 / (high[1] - low[1] || 1));
+  follow(rows);
+  scale = Math.min(420 / (high[0] - low[0] || 1), 300 / (high[1] - low[1] || 1));
   middle = [0, 1].map(i => (low[i] + high[i]) / 2);
   named = [];
   const way = unit(lean(row(rows, data.gravity)));
-  fall([-215, -140], way, way[0] || way[1] ? 36 : 0);
-  fallen(way[0] || way[1] ? [-198, -128] : null);
+  fall([-215, -150], way, way[0] || way[1] ? 36 : 0);
+  fallen(way[0] || way[1] ? [-198, -138] : null);
   for (const mark of marks) mark.move(mark.rows.map(k => row(rows, k)));
   overlays(rows);
   tellPage("state", state);

@@ -88,7 +88,8 @@ const moved = (at, group, k, x, span) => {
   const from = at.params[k];
   return led(at, (now, _, to) => ({ ...now, params: exchanged(now.params, k, from + to * (x - from)) }), 1);
 };
-/** Returns states all over the ranges of the sliders. */
+const NEXT = 0.25; // of the range of a slide
+/** Returns states all over the ranges of the sliders; of slides that no loop holds in the next part of their way. */
 const reached = () => {
   const ranges = all("input[type=range][data-group]").filter(input => ["t", "q", "turn"].includes(input.dataset.group));
   const spans = ranges.map(input => [input.dataset.group, Number(input.dataset.k), Number(input.min), Number(input.max)]);
@@ -105,6 +106,11 @@ const reached = () => {
       }
     }
     return found;
+  }
+  const slides = new Set(data.coordinates.filter(([slides]) => slides).map(([, k]) => k));
+  for (const span of spans) {
+    const [group, k, low, high] = span;
+    if (group === "q" && slides.has(k)) [span[2], span[3]] = [-1, 1].map(sign => state.q[k] + sign * NEXT / 2 * (high - low));
   }
   for (let k = 1; k <= 48; k++) {
     let now = state;

@@ -64,16 +64,20 @@ const arrows = {
   reactions: { units: ["N", "N m"], find: () => listed("carried_forces", data.arrows.joints) },
 };
 
+const LEAST = 0.3; // of their lengths, below which arrows are not made shorter to stay inside the frame
 const REACH = 80, CURL = 24; // px of the longest arrow, and of the largest bend
 /** What draws one vector: an arrow along it, and a bend about it. */
 const drawnVector = (kind, owner, body) => {
   into = add("g", `vector ${kind}`, picture);
   Object.assign(into.dataset, { vector: `${kind}:${owner}`, body });
-  const group = into, along = arrow("", 2.4), curve = add("path", ""), tip = add("path", "head");
+  const group = into, along = arrow("", 2.4), curve = add("path", ""), tip = add("path", "head"), sign = add("text", "");
+  sign.textContent = data.signs[kind];
   into = picture;
   return (at, way, length, about, size) => {
     const [x, y] = lean(way), seen = Math.hypot(x, y), long = length * seen / (Math.hypot(...way) || 1);
-    along(flat(at), seen ? [x / seen, y / seen] : NONE, long > 3 ? long : 0);
+    const from = flat(at), [a, b] = seen ? [x / seen, y / seen] : [0, -1], reach = long > 3 ? long : size;
+    along(from, seen ? [a, b] : NONE, long > 3 ? long : 0);
+    put(sign, [from[0] + (reach + 9) * a - 7 * b, from[1] + (reach + 9) * b + 7 * a + 4]);
     bend(curve, tip, flat(at), about, size);
     group.style.display = long > 3 || size > 3 ? "" : "none";
   };
@@ -101,6 +105,14 @@ const vectors = () => {
     arrows[kind].units.forEach((unit, i) => {
       for (const one of rows) most[unit] = Math.max(most[unit] ?? 0, Math.hypot(...one[3 + i]) || 0);
     });
+  }
+  for (const [kind, rows] of found) { // none ends beyond the frame, but for what is short for that
+    const unit = arrows[kind].units[0];
+    for (const [, , at, along] of rows) {
+      const from = flat(at), way = lean(along).map(x => most[unit] > 1e-9 ? REACH * x / most[unit] : 0);
+      const room = Math.min(1, ...way.map((x, i) => x ? Math.max(0, HALF[i] - 16 - Math.sign(x) * from[i]) / Math.abs(x) : 1));
+      most[unit] /= Math.max(room, LEAST);
+    }
   }
   const length = (unit, v, reach) => most[unit] > 1e-9 ? reach * Math.hypot(...v) / most[unit] : 0;
   const used = new Set();

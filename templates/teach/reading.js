@@ -70,6 +70,19 @@ for (const [flow, shown] of byFlow) {
 }
 figure.addEventListener("symdyn:state", due);
 
+// Contents: folded where the window is narrow; the section that is read is marked
+
+const contents = document.querySelector("nav details"), here = contents.querySelector(".here");
+const entries = new Map(every("a", contents).map(link => [link.hash.slice(1), link]));
+const marked = section => {
+  for (const link of entries.values()) link.removeAttribute("aria-current");
+  const link = entries.get(section.id);
+  link?.setAttribute("aria-current", "true");
+  here.textContent = link ? `${[...entries.keys()].indexOf(section.id) + 1} ${link.textContent}` : "";
+};
+document.body.classList.add("moves"); // the figure that moves stands for the one that does not
+contents.open = matchMedia("(min-width: 64rem)").matches;
+
 // The step that is read: the first that begins in the upper part of what is seen of the text, else the last above it
 
 const all = every(".step");
@@ -79,6 +92,7 @@ const read = step => {
   now?.classList.remove("now");
   now = step;
   now.classList.add("now");
+  marked(now.closest("section"));
   if (pointed && document.activeElement !== pointed.term) point(null); // a focus that scrolls the page keeps its term
   let shown = step;
   while (shown && !shown.dataset.show) shown = all[all.indexOf(shown) - 1];

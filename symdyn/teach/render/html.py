@@ -45,6 +45,7 @@ from symdyn.teach.render.live import absence
 from symdyn.teach.render.page import Interactive, interactive
 
 SHOWN: tuple[str, ...] = (
+    "names",
     "frames",
     "angles",
     "places",
@@ -88,7 +89,7 @@ OF_ALL: Mapping[str, str] = {
 }
 
 BY_STEP: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("scene", "task", "coordinates"), ("angles",)),
+    **dict.fromkeys(("scene", "task", "coordinates"), ("angles", "names")),
     "notation": ("frames",),
     "position": ("angles", "places"),
     "energies": ("velocities", "weights", "energies"),
@@ -264,6 +265,7 @@ def _attribute(name: str, entries: list[str]) -> str:
 
 
 SHORT = 150.0  # of a formula between words
+DISPLAYED = '<div class="formula"'
 
 
 def html(document: Document) -> dict[str, str]:
@@ -284,7 +286,8 @@ def html_page(document: Document) -> str:
                     "key": _anchor(step.key),
                     "claim": page.words(step.claim),
                     "reference": in_html(step.reference),
-                    "blocks": [text for block in step.blocks for text in page.block(block)],
+                    "blocks": page.blocks(step),
+                    "result": step.is_result,
                     "reason": page.words(step.reason),
                     "show": in_html(" ".join(page.numbered.shown(step))),
                     "needs": page.numbers(step.needs),
@@ -350,6 +353,15 @@ class _Page:
         latex = self.spell.inline(form)
         return inline(latex) if latex_width(latex) < SHORT else f'<span class="run">{flow("", self.spell(form))}</span>'
 
+    def blocks(self, step: Step) -> list[str]:
+        """Return the elements of a step; the last formula of a result gets the class that frames it."""
+        shown = [text for block in step.blocks for text in self.block(block)]
+        if step.is_result:
+            last = max((k for k, text in enumerate(shown) if text.startswith(DISPLAYED)), default=None)
+            if last is not None:
+                shown[last] = shown[last].replace(DISPLAYED, '<div class="formula last"', 1)
+        return shown
+
     def block(self, block: Block) -> Iterator[str]:
         """Yield the elements of a block."""
         if isinstance(block, Words):
@@ -366,7 +378,8 @@ class _Page:
             svg = re.sub(r"<title>.*?</title>", lambda _: f"<title>{alt}</title>", block.svg, count=1, flags=re.S)
             svg = re.sub(r"<style>.*?</style>\n?", "", svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', lambda _: f'aria-label="{alt}"', svg, count=1)
-            yield f"<figure>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
+            still = ' class="still"' if block.key == "scene" else ""  # what moves stands for it on a screen
+            yield f"<figure{still}>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
         elif isinstance(block, Table):
             yield f'<div class="scroll">{block.html(self.words)}</div>'
         elif isinstance(block, Shares):
@@ -413,4 +426,4 @@ class _Page:
 
 def _numbered(formula: str, number: str, marks: str = "") -> str:
     tag = f'<span class="number">({in_html(number)})</span>' if number else ""
-    return f'<div class="formula"><div class="flow"{marks}>{formula}</div>{tag}</div>'
+    return f'{DISPLAYED}><div class="flow"{marks}>{formula}</div>{tag}</div>'

@@ -163,11 +163,14 @@ ASSIGNED = re.compile(r"(const )?[\w[\]]+ = [\w.()[\] *+/-]*;$")
 """A line that gives a name, or an entry of a result, to a formula."""
 SPACED = re.compile(r" ([=*/+-]) (?![+-])")
 """A sign between spaces, not one before another sign."""
-CHOICE = (
-    *("frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"),
-    *("centrifugal", "momenta", "reactions", "trails", "plots", "phase"),
-)
-"""Words of `Step.show` that the reader may tick, in their order."""
+CHOICES: Mapping[str, Mapping[str, str]] = {
+    "shape": dict.fromkeys(("names", "angles", "places", "frames", "trails"), ""),
+    "motion": {"velocities": "v", "accelerations": "a", "momenta": "p"},
+    "forces": {"weights": "G", "forces": "F", "reactions": "R"},
+    "inertia": {"inertia": "D", "coriolis": "C", "centrifugal": "Z"},
+    "plots": dict.fromkeys(("plots", "phase"), ""),
+}
+"""Words of `Step.show` that the reader may tick, by group, and the sign at the tip of what each draws."""
 
 
 class Interactive(NamedTuple):
@@ -234,7 +237,7 @@ def interactive(
         "planar": stage.view.planar,
         "plotted": [in_html(one["unit"]) for one in plotted(scene)],
         "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
-        "ticks": _ticks(computed),
+        "choices": _choices(computed),
         "ghosts": [in_html(Text.of_latex(symbols[p.name]).plain) for p in scene.parameters],
         "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
@@ -271,8 +274,8 @@ def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None
     return render("teach/interactive_page.html.jinja", values)
 
 
-def _ticks(computed: Live) -> list[str]:
-    """Return the words of what the reader may have shown."""
+def _choices(computed: Live) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return the groups of what the reader may have shown, and words and signs of each."""
     arrows = computed.arrows
     lacking = {
         "angles": computed.sheet.coordinates,
@@ -280,7 +283,8 @@ def _ticks(computed: Live) -> list[str]:
         "forces": arrows.actions,
         "reactions": arrows.joints,
     }
-    return [word for word in CHOICE if lacking.get(word, True)]
+    found = {group: [one for one in signs.items() if lacking.get(one[0], True)] for group, signs in CHOICES.items()}
+    return [(group, ticks) for group, ticks in found.items() if ticks]
 
 
 # What the script is told
@@ -321,5 +325,6 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
         "plotted": plotted(scene),
         "pairs": pairs(scene),
         "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),
+        "signs": {word: sign for signs in CHOICES.values() for word, sign in signs.items() if sign},
         "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point", "leaks", "joules")},
     }
