@@ -686,7 +686,7 @@ def test_what_is_said_of_a_panel_goes_with_it(browser: Any, tmp_path: Path) -> N
         assert page.is_visible("[data-note=energies]")
         page.evaluate("symdyn.two_link.show(['velocities'])")
         assert not page.is_visible("[data-note=energies]")
-        assert page.is_visible("text=Drift is")
+        assert page.is_visible("text=Energy kept to")
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 A guess is drawn where one inertia means one thing, on a body that carries no other one and does not roll on a rim that
 is drawn already, not much larger than the mechanism, and with no joint in a ball or in the course of a rod. Sizes:
-`OUTLINES`.
+`OUTLINES`. A thick rotor, which turns about the axis that it is round about, is drawn as a disc; a body that holds the
+next one at its own centre as the ring of a gimbal around it.
 
 What is drawn of a scene, places of bodies, joints, forces, masses and points, are expressions of its coordinates.
 """
@@ -24,7 +25,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load
-from symdyn.spatial import Mat, Transform, Vec, dot, scale, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -96,6 +97,8 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     Type and directions are those at values of the parameters, sizes follow their formulas.
     """
     said = body.shape
+    if said is None and (ring := _gimbal(scene, body, graph, parameters)) is not None:
+        return ring
     rim = any(FORCES[row.kind].rolls and row.place.body == body.name for row in scene.contacts)
     carries = any(body.name in (joint.parent, joint.child) for joint in scene.loops) or any(
         joint.parent == body.name for joint in scene.joints
@@ -113,6 +116,8 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
         return None
     m, moments, axes = float(known[0]), *_principal(known[1:10].reshape(3, 3), known[10:])
     kind = said.type if said else _guess(m, moments)
+    if kind is None and _is_rotor(scene, body, moments, axes[:, 2]):
+        kind = "disc"
     if kind is None:
         return None
     row = OUTLINES[kind]
@@ -136,6 +141,43 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
         return kind, centre, ()
     sizes = lengths if len(lengths) == row.ways else lengths * row.ways
     return kind, centre, tuple(scale(size, way) for way, size in zip(ways, sizes, strict=False))
+
+
+ROUND = 1.2  # radii of a gimbal's ring and of what turns in it
+
+
+def _gimbal(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, float]) -> Formed | None:
+    """Return the ring of a gimbal, in the plane of its axes and around what it carries; None for any other body."""
+    (seat,) = (joint for joint in scene.joints if joint.child == body.name)
+    carried = [joint for joint in scene.joints if joint.parent == body.name]
+    if len(carried) != 1 or body.particles or scene.loops or not all(map(_central, (seat, *carried))):
+        return None
+    (inner,) = (one for one in scene.bodies if one.name == carried[0].child)
+    first, second = vector(seat.axis, graph), vector(carried[0].axis, graph)
+    normal, within = cross(first, second), outline(scene, inner, graph, parameters)
+    if within is None or not within[2] or all(x.is_zero for x in normal):
+        return None
+    centre, way = within[1], within[2][0]
+    if not all(x.is_zero for x in centre):
+        return None
+    radius = graph.sqrt(dot(way, way)) * graph.constant(Fraction(str(ROUND)))
+    ways = (first, cross(normal, first))
+    return "ring", centre, tuple(scale(radius / graph.sqrt(dot(one, one)), one) for one in ways)
+
+
+def _central(joint: Joint) -> bool:
+    """Return whether a joint turns about one axis through the origins of the frames of both of its bodies."""
+    return joint.type == "revolute" and not (*joint.origin.steps, *joint.tip.steps)
+
+
+def _is_rotor(scene: Scene, body: Body, moments: Array, axis: Array) -> bool:
+    """Return whether a body is round about the axis that it turns about, and flatter than a ball."""
+    low, middle, high = moments
+    (seat,) = (joint for joint in scene.joints if joint.child == body.name)
+    if not (0 < low and middle - low <= ALIKE * high < high - middle) or not _central(seat):
+        return False
+    way = _numbers(vector(seat.axis, Graph()), {})
+    return way is not None and float(np.linalg.norm(np.cross(way, axis))) < ALIKE * float(np.linalg.norm(way))
 
 
 def _guess(mass: float, moments: Array) -> str | None:

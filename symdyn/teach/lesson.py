@@ -32,6 +32,11 @@ from symdyn.unlocked import cached_property
 AXES = "xyz"
 
 
+def called(scene: Scene) -> str:
+    """Return the name of a scene in words: no text shows how identifiers are put together."""
+    return scene.name.replace("_", " ")
+
+
 @dataclass(frozen=True)
 class Mass:
     """A particle or a rigid body.

@@ -24,7 +24,7 @@ from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Picture, Section, Step, Words
-from symdyn.teach.lesson import AXES, Lesson, Prose, together
+from symdyn.teach.lesson import AXES, Lesson, Prose, called, together
 from symdyn.teach.shown_state import Chosen
 
 
@@ -39,7 +39,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
             places = [Form.of(joint.position(Graph()))]
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
     key = "scene.closed" if scene.is_constrained else "scene"
-    claim = lesson.say(key, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
+    claim = lesson.say(key, scene=called(scene), bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
     return Step("scene", claim, (shown, joints), lesson.say(f"{key}.reason"))
 

@@ -55,12 +55,13 @@ const headed = (tip, [x, y], [a, b], on) => {
 // Names of bodies, at the middle of what is drawn of each
 
 const called = data.bodies.map(body => {
-  const mark = data.marks.find(([kind, , of]) => data.bodies[of] === body && ["link", "particle", "com", "ring", "disc", "slide"].includes(kind));
+  const marks = data.marks.filter(([, , of]) => data.bodies[of] === body);
+  const mark = ["ring", "disc", "link", "particle", "com", "slide"].map(kind => marks.find(one => one[0] === kind)).find(Boolean);
   const name = label(""), text = picture.lastChild;
   text.textContent = body.replaceAll("_", " ");
   text.setAttribute("class", "live-name");
   return rows => {
-    const places = mark && wanted("names") ? mark[1].slice(0, mark[0] === "link" ? 2 : 1).map(k => flat(row(rows, k))) : [];
+    const places = mark && wanted("names") ? mark[1].slice(...{ ring: [1, 2], disc: [1, 2], link: [0, 2] }[mark[0]] ?? [0, 1]).map(k => flat(row(rows, k))) : [];
     name(places.length ? [0, 1].map(i => places.reduce((sum, at) => sum + at[i], 0) / places.length + 18 * i) : null);
   };
 });

@@ -144,6 +144,7 @@ drawing("phase").addEventListener("keydown", event => {
 for (const choice of [chosen, pairing]) choice?.addEventListener("change", () => plotted(true));
 
 const single = Object.fromEntries(["t", "K", "P", "E", "drift"].map(name => [name, one(`[data-out=${name}]`)]));
+const RAISED = Object.fromEntries([..."-0123456789"].map((x, i) => [x, "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"[i]]));
 const OFTEN = 50; // ms from one plot to the next while it moves
 let plottedAt = 0, energetic = 0;
 const plotted = (always = !running) => {
@@ -164,7 +165,7 @@ const energies = () => {
   const drift = K + P - first - state.W;
   if (!history.length) energetic = 0;
   energetic = Math.max(energetic, K, Math.abs(K + P), Math.abs(state.W));
-  tell(single.drift, drift, drift === 0 ? "0" : printed(drift.toExponential(1)));
+  tell(single.drift, drift, drift === 0 ? "0" : `10${[...String(Math.ceil(Math.log10(Math.abs(drift))))].map(x => RAISED[x]).join("")}`);
   if (Math.abs(drift) > 1e-9 * energetic && running && !lost.textContent) lost.textContent = data.words.leaks;
   if (history.length > 1 && state.t - history.at(-2).t < STRIP / 600) history.pop();
   history.push({ t: state.t, energies: [K, P, K + P], q: state.q, qd: state.qd });

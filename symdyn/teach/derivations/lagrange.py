@@ -36,7 +36,7 @@ from symdyn.teach.derivations.meaning import meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Bar, Block, Document, Formula, Letter, Name, Picture, Section, Shares, Step, Words
-from symdyn.teach.lesson import Lesson, Mass, Prose, named, silent_steps, together
+from symdyn.teach.lesson import Lesson, Mass, Prose, called, named, silent_steps, together
 from symdyn.teach.notation import (
     acting_steps,
     coordinate_step,
@@ -162,8 +162,8 @@ def scene_picture(lesson: Prose, chosen: Chosen, letters: Sequence[Lettered] = (
     """Return the mechanism with its frames, coordinates, and letters of masses and lengths."""
     q, given, titles = chosen.q, chosen.parameters, lesson.titles
     svg = picture(lesson.scene, q, given, frames=True, prefix="scene-", titles=titles, letters=letters)
-    caption = lesson.say("picture.caption", scene=lesson.scene.name)
-    return Picture(svg, caption, lesson.text("picture.caption", scene=lesson.scene.name), "scene")
+    caption = lesson.say("picture.caption", scene=called(lesson.scene))
+    return Picture(svg, caption, lesson.text("picture.caption", scene=called(lesson.scene)), "scene")
 
 
 def weights_picture(lesson: Lesson, chosen: Chosen, result: list[Mass]) -> Picture | None:
@@ -269,7 +269,7 @@ def _less(a: Form, b: Form) -> Form:
 
 
 SHOWS: Mapping[str, tuple[str, ...]] = {
-    "scene": ("frames",),
+    "scene": ("frames", "angles", "names"),
     "coordinates": ("angles",),
     "acting": ("forces",),
     "lengths": ("forces",),
@@ -370,7 +370,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if lesson.numbers:
         sections = with_appendix(lesson, [errata(lesson, section, chosen) for section in sections])
     sections = [with_figures(section, found) for section in sections]
-    title = lesson.text("title", scene=scene.name)
+    title = lesson.text("title", scene=called(scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
 
 

@@ -45,7 +45,7 @@ from symdyn.teach.derivations.multiplier_steps import (
 )
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Block, Document, Formula, Step, Words
-from symdyn.teach.lesson import named, silent_steps
+from symdyn.teach.lesson import called, named, silent_steps
 from symdyn.teach.notation import acting_steps, coordinate_step, notation_step, scene_step
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, rates_of, starting_rates
 
@@ -223,5 +223,5 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         ]
         sections += [*closed_sections(lesson), lesson.section("numbers", steps)]
     sections = [with_figures(section, found) for section in sections]
-    title = lesson.text("title.multipliers", scene=lesson.scene.name)
+    title = lesson.text("title.multipliers", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

@@ -39,7 +39,7 @@ from symdyn.teach.derivations.quaternion_steps import (
 from symdyn.teach.derivations.rotations import angular_velocity
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
-from symdyn.teach.lesson import AXES, named, silent_steps, together
+from symdyn.teach.lesson import AXES, called, named, silent_steps, together
 from symdyn.teach.notation import acting_steps, parameter_rows, scene_step
 from symdyn.teach.shown_state import Chosen, choose_state
 
@@ -244,7 +244,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]
-    title = lesson.text("title.quaternions", scene=lesson.scene.name)
+    title = lesson.text("title.quaternions", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "quaternions")
 
 

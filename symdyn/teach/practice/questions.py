@@ -17,6 +17,7 @@ from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Blank, Block, Box, Document, Fold, Room, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
+from symdyn.teach.lesson import called
 from symdyn.teach.practice.exercises import FREE, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE, Names
@@ -157,7 +158,7 @@ def sheet(document: Document, solutions: bool = False) -> Document:
                 steps.append(Step(f"question:{block.key}", claim, (*before, *answer)))
                 before = []
     sections = (*known, Section("questions", texts["section.questions"], tuple(steps)))
-    return replace(document, title=texts["sheet.title"].format(scene=document.scene.name), sections=sections)
+    return replace(document, title=texts["sheet.title"].format(scene=called(document.scene)), sections=sections)
 
 
 def _lines(solution: Sequence[Block]) -> int:

@@ -27,6 +27,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.derivations.equation_steps import coefficient_unit
 from symdyn.teach.languages import language_of
+from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inline
 from symdyn.teach.render.controls import UNITS, controls, start
 from symdyn.teach.render.live import Live, Term, by_hand, live
@@ -228,7 +229,7 @@ def interactive(
         "letters": {key: inline(letters.latex(key)) for key in ("K", "P")},
         "numbered": bool(named),
         "name": name,
-        "title": in_html(scene.name),
+        "title": in_html(called(scene)),
         "words": sentences,
         "groups": controls(scene, begun, extent, computed.held, [k for _, k in computed.led]),
         "rows": force_tables(scene, computed, sentences),
@@ -270,7 +271,7 @@ def _short(code: str) -> str:
 def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> str:
     """Return the interactive part as a page of its own, which needs nothing else; see `interactive`."""
     parts = interactive(scene, parameters, language)
-    values = {"title": in_html(scene.name), "language": language, **parts._asdict(), "body": parts.body}
+    values = {"title": in_html(called(scene)), "language": language, **parts._asdict(), "body": parts.body}
     return render("teach/interactive_page.html.jinja", values)
 
 

@@ -37,6 +37,7 @@ from symdyn.teach.derivations.dalembert.solved_loops import solved_loops
 from symdyn.teach.derivations.lagrange import scene_picture, state_step
 from symdyn.teach.derivations.velocities import PAGE, defined_lengths, folded, length
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
+from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import letter
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step, with_appendix
 from symdyn.teach.shown_state import Chosen
@@ -254,7 +255,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "form
             alone = not proof.reference and not table
             sections.append(replace(section, title=lesson.text("section.laws")) if alone else section)
         sections = with_appendix(lesson, sections)
-    title = lesson.text("title.dalembert", scene=lesson.scene.name)
+    title = lesson.text("title.dalembert", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
 
 
