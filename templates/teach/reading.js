@@ -70,6 +70,17 @@ for (const [flow, shown] of byFlow) {
 }
 figure.addEventListener("symdyn:state", due);
 
+// Formulas that are wider than the page scroll by keys too
+
+const reachable = () => {
+  for (const flow of every(".flow")) {
+    if (flow.querySelector("[tabindex]")) continue;
+    if (flow.scrollWidth > flow.clientWidth) flow.tabIndex = 0;
+    else flow.removeAttribute("tabindex");
+  }
+};
+addEventListener("resize", reachable);
+
 // Contents: folded where the window is narrow; the section that is read is marked
 
 const contents = document.querySelector("nav details"), here = contents.querySelector(".here");
@@ -187,4 +198,5 @@ if (box) {
   choose();
 }
 look();
+reachable();
 })();

@@ -43,6 +43,7 @@ from symdyn.teach.mathematics import PART, Spelling, flow, inline, pieces
 from symdyn.teach.practice.questions import questions
 from symdyn.teach.render.live import absence
 from symdyn.teach.render.page import Interactive, interactive
+from symdyn.teach.render.spoken import with_words
 
 SHOWN: tuple[str, ...] = (
     "names",
@@ -309,7 +310,7 @@ def html_page(document: Document) -> str:
         "reading": _reading(document),
         "questions": asked,
     }
-    return render("teach/walkthrough.html.jinja", values)
+    return with_words(render("teach/walkthrough.html.jinja", values), language_of(document.language).page)
 
 
 def _live(document: Document, numbered: Numbered) -> tuple[Interactive | None, str]:
@@ -381,7 +382,7 @@ class _Page:
             still = ' class="still"' if block.key == "scene" else ""  # what moves stands for it on a screen
             yield f"<figure{still}>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
         elif isinstance(block, Table):
-            yield f'<div class="scroll">{block.html(self.words)}</div>'
+            yield f'<div class="scroll" tabindex="0">{block.html(self.words)}</div>'
         elif isinstance(block, Shares):
             yield self._bars(block)
         elif isinstance(block, Box):
@@ -407,7 +408,7 @@ class _Page:
         end = f'<tr class="total">{cells}</tr>'
         caption = f"<caption>{self.words(shares.caption)}</caption>"
         body = "\n".join([*rows, end])
-        return f'<div class="scroll"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
+        return f'<div class="scroll" tabindex="0"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
 
     def _blank(self, blank: Blank) -> str:
         name = _anchor(blank.key)
