@@ -1,4 +1,4 @@
-"""What a screen reader says of the formulas of a page: `alttext` of MathML, and labels of heads of tables.
+"""What a screen reader says of the formulas of a page: `alttext` of MathML, and hidden words in heads of tables.
 
 A program that reads MathML by itself goes by the markup and leaves the text aside.
 """
@@ -31,7 +31,7 @@ def with_words(page: str, words: Mapping[str, str]) -> str:
         if _TAG.sub("", _MATH.sub("", found[2])).strip():
             return found[0]
         label = " ".join(text(inside) for inside in _MATH.findall(found[2]))
-        return f'<th{found[1]} aria-label="{label}">{found[2]}</th>'
+        return f'<th{found[1]}><span class="said">{label}</span><span aria-hidden="true">{found[2]}</span></th>'
 
     page = _HEAD.sub(head, page)
     return _MATH.sub(lambda found: f'<math alttext="{text(found[1])}">{found[1]}</math>', page)
