@@ -233,6 +233,15 @@ RESULTS = ("lagrangian", "equation", "reduced")
 
 
 @dataclass(frozen=True)
+class Try:
+    """One parameter to move at a sentence, and its value, in its unit, at which what the sentence says changes."""
+
+    parameter: str
+    threshold: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Step:
     """One step of a derivation.
 
@@ -246,6 +255,7 @@ class Step:
         show: what the figure of a page shows while the step is read, words of `symdyn.teach.render.html`; none
             for what the step before showed.
         needs: keys of blanks that are answered or given up before the step is shown.
+        tries: sliders that a page with a moving figure has below the blocks.
     """
 
     key: str
@@ -256,6 +266,7 @@ class Step:
     level: str = "brief"
     show: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    tries: tuple[Try, ...] = ()
 
     @property
     def is_result(self) -> bool:

@@ -84,6 +84,17 @@ one("[data-do=turn]")?.addEventListener("input", event => {
   draw();
 });
 
+/** Sets parameter k, as its slider in the panel does, without a stop of the motion. */
+compute.set = (k, value) => {
+  const [next, there] = moved(state, "params", k, value, 1);
+  state = fitted(obeyed(next));
+  lost.textContent = there ? "" : data.words.open;
+  rebase();
+  if (running) return;
+  if (play.disabled) show();
+  else run(true);
+};
+
 // A link that keeps the state: its address holds all numbers, with all digits
 
 const KEPT = ["q", "qd", "qdd", "params", "t"], link = one("[data-do=link]");

@@ -186,6 +186,17 @@ figure.addEventListener("pointerout", event => {
   if (event.target.closest?.("[data-vector]") && !pointed) for (const { term } of terms) term.classList.remove("hot");
 });
 
+// Sliders at sentences: they move the parameter of the figure, from where it begins, and let it play
+
+for (const slider of every("[data-try]")) {
+  const k = Number(slider.dataset.try), output = slider.closest("p").querySelector("output");
+  const tell = () => { output.textContent = written(live.state().params[k], 3, false); };
+  slider.value = live.state().params[k];
+  tell();
+  slider.addEventListener("input", () => { live.set(k, slider.valueAsNumber); tell(); });
+  figure.addEventListener("symdyn:state", () => { if (document.activeElement !== slider) slider.value = live.state().params[k]; tell(); });
+}
+
 // Whether numbers are shown
 
 const box = figure.querySelector("[data-do=numbers]");

@@ -42,6 +42,7 @@ from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_step
 from symdyn.teach.derivations.meaning import axes_of
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, limit_steps, reduced, zero
 from symdyn.teach.derivations.velocities import folded, length
+from symdyn.teach.derivations.tries import at_bound
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
@@ -59,6 +60,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         return None
     r, others = named(left.q), [named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)]
     blocks: list[Block] = []
+    bounds: list[Form] = []
     (slope,) = gradient(left.static, [left.q])
     W = lesson.name("W:", "W", node=left.static)
     try:
@@ -69,16 +71,20 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
-        blocks += _solutions(lesson, factored, r, {str(lesson.state.qd[k].value) for k in left.cyclic})
+        blocks += _solutions(lesson, factored, r, {str(lesson.state.qd[k].value) for k in left.cyclic}, bounds)
     blocks += _numbers(lesson, left)
     key = "steady.led" if left.led else "steady.free"
     claim = lesson.say(key, q=r, others=together(others))
     reason = lesson.say(f"{key}.reason", W=W)
-    return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"))
+    tries = tuple(one for value in bounds if (one := at_bound(lesson, left.chosen, value)) is not None)
+    return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"), tries=tries)
 
 
-def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> list[Block]:
-    """Return what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
+def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str], bounds: list[Form]) -> list[Block]:
+    """Return what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any.
+
+    What must lie between -1 and 1 is added to `bounds`.
+    """
     found: list[Block] = []
     for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
@@ -107,6 +113,7 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> li
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).power(-1)))
         found.append(lesson.say("steady.wave", wave=wave, value=value))
+        bounds.append(value)
     return found
 
 

@@ -35,6 +35,7 @@ from symdyn.teach.document import (
     Room,
     Shares,
     Step,
+    Try,
     Words,
 )
 from symdyn.teach.languages import language_of
@@ -289,6 +290,7 @@ def html_page(document: Document) -> str:
                     "reference": in_html(step.reference),
                     "blocks": page.blocks(step),
                     "result": step.is_result,
+                    "tries": [page.tried(one) for one in step.tries],
                     "reason": page.words(step.reason),
                     "show": in_html(" ".join(page.numbered.shown(step))),
                     "needs": page.numbers(step.needs),
@@ -362,6 +364,17 @@ class _Page:
             if last is not None:
                 shown[last] = shown[last].replace(DISPLAYED, '<div class="formula last"', 1)
         return shown
+
+    def tried(self, one: Try) -> dict[str, str | int]:
+        """Return the slider of a threshold: twice as far, in the middle where what the sentence says changes."""
+        scene = self.document.scene
+        k = next(k for k, parameter in enumerate(scene.parameters) if parameter.name == one.parameter)
+        label = inline(self.spell.symbols[one.parameter])
+        text = language_of(self.document.language).page["try"].format(
+            name=label, value=self.spell.written(one.threshold), unit=in_html(scene.shown_unit(one.unit))
+        )
+        low, high = sorted((0.02 * one.threshold, 2 * one.threshold))
+        return {"k": k, "unit": in_html(scene.shown_unit(one.unit)), "text": text, "low": f"{low:.6g}", "high": f"{high:.6g}"}
 
     def block(self, block: Block) -> Iterator[str]:
         """Yield the elements of a block."""
