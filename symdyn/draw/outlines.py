@@ -174,7 +174,7 @@ def _is_rotor(scene: Scene, body: Body, moments: Array, axis: Array) -> bool:
     """Return whether a body is round about the axis that it turns about, and flatter than a ball."""
     low, middle, high = moments
     (seat,) = (joint for joint in scene.joints if joint.child == body.name)
-    if not (0 < low and middle - low <= ALIKE * high < high - middle) or not _central(seat):
+    if not (low > 0 and middle - low <= ALIKE * high < high - middle) or not _central(seat):
         return False
     way = _numbers(vector(seat.axis, Graph()), {})
     return way is not None and float(np.linalg.norm(np.cross(way, axis))) < ALIKE * float(np.linalg.norm(way))

@@ -20,8 +20,7 @@ STEPS = 200
 def at_bound(lesson: Lesson, chosen: Chosen, value: Form) -> Try | None:
     """Return where |value| = 1 as one parameter changes, a rate before all others; None for what has no such place.
 
-    Args:
-        value: of parameters alone, such as g/(R Ω²), the cosine of a place that exists below one.
+    The value is of parameters alone, such as g/(R Ω²), the cosine of a place that exists where this is below one.
     """
     parameters = {one.name: one for one in lesson.scene.parameters}
     names = list(dict.fromkeys(value.symbols))

@@ -370,11 +370,19 @@ class _Page:
         scene = self.document.scene
         k = next(k for k, parameter in enumerate(scene.parameters) if parameter.name == one.parameter)
         label = inline(self.spell.symbols[one.parameter])
-        text = language_of(self.document.language).page["try"].format(
-            name=label, value=self.spell.written(one.threshold), unit=in_html(scene.shown_unit(one.unit))
+        text = (
+            language_of(self.document.language)
+            .page["try"]
+            .format(name=label, value=self.spell.written(one.threshold), unit=in_html(scene.shown_unit(one.unit)))
         )
         low, high = sorted((0.02 * one.threshold, 2 * one.threshold))
-        return {"k": k, "unit": in_html(scene.shown_unit(one.unit)), "text": text, "low": f"{low:.6g}", "high": f"{high:.6g}"}
+        return {
+            "k": k,
+            "unit": in_html(scene.shown_unit(one.unit)),
+            "text": text,
+            "low": f"{low:.6g}",
+            "high": f"{high:.6g}",
+        }
 
     def block(self, block: Block) -> Iterator[str]:
         """Yield the elements of a block."""
@@ -421,7 +429,9 @@ class _Page:
         end = f'<tr class="total">{cells}</tr>'
         caption = f"<caption>{self.words(shares.caption)}</caption>"
         body = "\n".join([*rows, end])
-        return f'<div class="scroll" tabindex="0"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
+        return (
+            f'<div class="scroll" tabindex="0"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
+        )
 
     def _blank(self, blank: Blank) -> str:
         name = _anchor(blank.key)

@@ -15,10 +15,11 @@ from symdyn.arguments import argument
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import BMatrix, Latex, Line, latex_width
+from symdyn.emit.print import BREAK, BMatrix, Latex, Line, latex_width
 from symdyn.errors import EmitError
 from symdyn.table import Table
 from symdyn.teach.document import (
+    ERRATA,
     Blank,
     Block,
     Box,
@@ -85,15 +86,29 @@ class _Page:
 
     def step(self, step: Step) -> dict[str, str]:
         """Return the places of the template: a claim stays on the page of what it announces."""
-        body = self.body(step.blocks, Line.room)
+        boxes = [block for block in step.blocks if isinstance(block, Box)]
+        small = step.key.startswith(ERRATA)
+        body = "\n\n".join(map(self._run_in, boxes)) if small else self.body(step.blocks, Line.room)
         displayed = body.lstrip().startswith(DISPLAYS)
         return {
-            "claim": self.words(step.claim),
+            "claim": rf"\textbf{{{self.words(step.claim)}}}"
+            if step.is_result and step.claim.parts
+            else self.words(step.claim),
             "reference": step.reference,
             "end": "}" if displayed else rf"\par}}{WITH_NEXT}" if body else "}",
             "body": body.lstrip("\n") if displayed else body,
             "reason": self.words(step.reason),
         }
+
+    def _run_in(self, box: Box) -> str:
+        """Return a box as one paragraph in small print, its formulas in the line."""
+        parts = [rf"\textbf{{{self.words(box.title)}.}}"]
+        for block in box.blocks:
+            if isinstance(block, Words):
+                parts.append(self.words(block))
+            elif isinstance(block, Formula):
+                parts.append(f"${''.join(self.spell.formula(block)).replace(BREAK, '')}$.")
+        return f"{{\\small\n{' '.join(parts)}\n\\par}}"
 
     def words(self, words: Words) -> str:
         return self.spell.words(words, in_latex)
