@@ -150,3 +150,19 @@ WIDTH = """e => {
     return Math.abs((c.x - a.x) * (d.y - b.y) - (c.y - a.y) * (d.x - b.x)) / n;
 }"""
 """Area between the quarters of a closed line, by its length: 0 of one that goes and comes back on a straight line."""
+
+
+def test_a_gimbal_is_drawn_as_rings_around_its_rotor():
+    rings = [body(name, mass=1, inertia=["1/100"] * 3, about="com") for name in ("outer", "inner")]
+    rotor = body("rotor", mass=1, inertia=["1/200", "1/200", "1/125"], about="com")
+    axes = {"outer": ("ground", [0, 0, 1]), "inner": ("outer", [1, 0, 0]), "rotor": ("inner", [0, 0, 1])}
+    joints = [revolute(f"j_{child}", parent, child, axis=axis) for child, (parent, axis) in axes.items()]
+    gimbal = scene("gimbal", bodies=[*rings, rotor], joints=joints)
+
+    q, values = pose(gimbal)
+    found = places(gimbal, q.reshape(1, -1), values).outlines
+
+    assert {name: one.look for name, one in found.items()} == {"outer": "ring", "inner": "ring", "rotor": "disc"}
+    radii = [float(np.linalg.norm(found[name].ways[0])) for name in ("rotor", "inner", "outer")]
+    assert radii == pytest.approx([0.016**0.5, 1.2 * 0.016**0.5, 1.44 * 0.016**0.5])
+    assert interactive_page(gimbal)

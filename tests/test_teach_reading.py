@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,9 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document
+from symdyn.teach.languages import language_of
 from symdyn.teach.render.html import BY_STEP, POINTING, SHOWN, Numbered, Owners, html_page, pointed
+from symdyn.teach.render.spoken import with_words
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LESSONS = [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("slider_crank", "dalembert")]
@@ -248,3 +251,33 @@ def test_a_lesson_of_too_many_terms_has_no_numbers(monkeypatch: pytest.MonkeyPat
     page = html_page(lesson("pendulum"))
     assert 'data-n="' not in page
     assert 'data-do="numbers"' not in page
+
+
+# What is beside the formulas
+
+
+def test_formulas_are_said_in_words() -> None:
+    """axe-core finds heads of tables empty that hold mathematics alone."""
+    math = "<mover><mi>q</mi><mo>¨</mo></mover><mo>=</mo><mo>−</mo>"
+    math += "<mfrac><mi>g</mi><msup><mi>l</mi><mn>2</mn></msup></mfrac>"
+
+    english, slovak = (with_words(f"<th><math>{math}</math></th>", language_of(one).page) for one in ("en", "sk"))
+
+    assert 'alttext="q double dot equals minus g over (l squared)"' in english
+    assert re.sub("<.*?>", "", english).startswith("q double dot equals")
+    assert 'alttext="q s dvomi bodkami rovná sa mínus g lomeno (l na druhú)"' in slovak
+
+
+@pytest.mark.runs
+def test_a_slider_at_a_sentence_is_around_the_threshold_that_it_states(browser: Any, tmp_path: Path) -> None:
+    hoop = lesson_of(read(Path(__file__).parent / "data" / "found" / "hoop_driven.toml"))
+    (one,) = (one for section in hoop.sections for step in section.steps for one in step.tries)
+    assert one.threshold == pytest.approx((9.81 / 0.4) ** 0.5)  # Ω² > g/R
+
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(hoop), encoding="utf-8")
+    with opened(browser, path) as page:
+        page.fill("[data-try]", f"{one.threshold / 2:.4f}")
+        assert state_of(page, hoop.scene)[one.parameter] == pytest.approx(one.threshold / 2, rel=1e-3)
+        assert page.text_content("nav [aria-current]")
+        assert not page.is_visible(".still")
