@@ -17,8 +17,8 @@ from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document
 from symdyn.teach.languages import language_of
+from symdyn.teach.mathematics import with_words
 from symdyn.teach.render.html import BY_STEP, POINTING, SHOWN, Numbered, Owners, html_page, pointed
-from symdyn.teach.render.spoken import with_words
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LESSONS = [("two_link", "lagrange"), ("cart_pole", "lagrange"), ("slider_crank", "dalembert")]

@@ -40,8 +40,7 @@ from symdyn.teach.derivations.charts import (
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.meaning import axes_of
-from symdyn.teach.derivations.reduced import Reduced, cyclic_of, led_by, limit_steps, reduced, zero
-from symdyn.teach.derivations.tries import at_bound
+from symdyn.teach.derivations.reduced import Reduced, at_bound, cyclic_of, led_by, limit_steps, reduced, zero
 from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, named, together

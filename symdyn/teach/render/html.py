@@ -40,31 +40,14 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import language_of
 from symdyn.teach.lesson import masses
-from symdyn.teach.mathematics import PART, Spelling, flow, inline, pieces
+from symdyn.teach.mathematics import PART, Spelling, flow, inline, pieces, with_words
 from symdyn.teach.practice.questions import questions
 from symdyn.teach.render.live import absence
 from symdyn.teach.render.page import Interactive, interactive
-from symdyn.teach.render.spoken import with_words
 
 SHOWN: tuple[str, ...] = (
-    "names",
-    "frames",
-    "angles",
-    "places",
-    "velocities",
-    "accelerations",
-    "weights",
-    "forces",
-    "inertia",
-    "coriolis",
-    "centrifugal",
-    "momenta",
-    "reactions",
-    "energies",
-    "plots",
-    "phase",
-    "trails",
-    "ghost",
+    *("names", "frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia"),
+    *("coriolis", "centrifugal", "momenta", "reactions", "energies", "plots", "phase", "trails", "ghost"),
 )
 """Words that stand alone; `body:NAME` and `joint:NAME` point at one."""
 
