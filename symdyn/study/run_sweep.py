@@ -262,6 +262,10 @@ NUMBERS = re.compile(r"\d[\d.e+-]*")
 Say = Callable[[str], None]
 
 
+def _is_empty(value: object) -> bool:
+    return isinstance(value, (tuple, list)) and not value
+
+
 @with_fields(Problem, Run)
 def sweep(
     scene: SceneLike | Problem,
@@ -331,7 +335,8 @@ def sweep(
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:
-        of_runs = [name for name, one in fields.items() if name in vars(run) and one not in (None, False, (), [])]
+        unsaid = {name for name, one in fields.items() if one is None or one is False or _is_empty(one)}
+        of_runs = [name for name in fields if name in vars(run) and name not in unsaid]
         for name in (*problem.given, *of_runs):
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
         job = places_job(problem.scene, function or USUAL, at, over, measure, design, count, seed, block, faults)

@@ -325,6 +325,7 @@ class Scene(Shown):
 
     def derived_words(self, name: str) -> str:
         """Return why a derived parameter takes no value; "" of another name."""
+        check_arguments(Scene.derived_words, locals(), SceneError)
         formula = self.derived_formulas.get(name)
         return f"{name} is derived, {name} = {spell(formula)}; give {listed(formula.symbols)}" if formula else ""
 
