@@ -54,8 +54,12 @@ def _bundle(noun: object) -> dict[str, str]:
 shown_by(_bundle)
 
 
-MOVED = {"derive": "symdyn.dynamics.derive", "lower": "symdyn.program.lower"}
-"""Names that were offered here, for errors alone."""
+MOVED = {
+    "derive": "symdyn.dynamics.derive",
+    "lower": "symdyn.program.lower",
+    **{name: f"symdyn.linearize(...).{name}" for name in ("lqr", "lqg", "kalman", "place", "bode", "margins")},
+}
+"""Names that are somewhere else, for errors alone."""
 
 
 def __getattr__(name: str) -> object:

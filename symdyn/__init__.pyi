@@ -27,6 +27,7 @@ from .linear import linearize as linearize
 from .runtime import lambdify as lambdify, load as load
 from .scene import Scene as Scene, example as example, read as read
 from .simulation import (
+    Feedback as Feedback,
     Problem as Problem,
     inverse as inverse,
     pid as pid,

@@ -330,6 +330,38 @@ def check_arguments(
     return given
 
 
+def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
+    """Raise TypeError for a keyword that a function does not have, with one that it has."""
+    known = [one for one in inspect.signature(function).parameters if one != "self"]
+    for name in keywords:
+        if name not in known:
+            told = f"it is {RENAMED[name]} now" if RENAMED.get(name) in known else choice(name, known)
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
+
+
+RENAMED = {"of": "measures", "to": "inputs", "drives": "inputs"}
+"""Keywords by what they were called, for errors alone."""
+
+
+def checked(error: type[SymdynError]) -> Callable[[F], F]:
+    """Let a function or method check its arguments, as of `check_arguments`, and tell of keywords that it lacks."""
+
+    def around(function: F) -> F:
+        @wraps(function)
+        def call(*values: Any, **keywords: Any) -> Any:
+            _refuse_unknown(function, keywords)
+            try:
+                given = inspect.signature(function).bind(*values, **keywords).arguments
+            except TypeError:  # too many, or one is missing: Python says which
+                return function(*values, **keywords)
+            check_arguments(function, given, error)
+            return function(*values, **keywords)
+
+        return call  # type: ignore[return-value]
+
+    return around
+
+
 def walked(
     function: Callable[..., object], arguments: Mapping[str, Any], *names: str, error: type[SymdynError] = ArgumentError
 ) -> tuple[tuple[Any, ...], ...]:

@@ -74,7 +74,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "load": [{"functions": ["mass_matrix"]}],
     "lower": [{}],
     "picture": [{}],
-    "pid": [{"of": "theta", "to": "F", "kp": 1}],
+    "pid": [{"measures": "theta", "inputs": "F", "kp": 1}],
     "read": [{"path": folder("examples") / "cart_pole.toml"}],
     "sensitivity": [{"until": 0.01}],
     "simulate": [{"until": 0.01}, {"scene": "pendulum", "until": 0.01}],

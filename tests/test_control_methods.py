@@ -111,7 +111,7 @@ def test_responses_over_time_are_those_of_python_control(name: str) -> None:
         ("sampled_step", sampled, told["period"] * 7.5, None, 1),
         ("sampled_impulse", sampled, told["period"] * 7.5, None, 1),
     ):
-        found = getattr(system, kind.removeprefix("sampled_"))(end, points)
+        found = getattr(system, kind.removeprefix("sampled_"))(until=end, points=points)
         wanted = np.array(told[kind]).transpose(2, 0, 1)
         assert_allclose(found.values[::skip], wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
 
@@ -121,7 +121,7 @@ def test_what_is_told_of_a_step_is_what_python_control_tells(name: str) -> None:
     one, told = answered(name)["y1", "w1"], ANSWERS[name]
     wanted, step = told["step_info"], told["until"] / 4000
     closed = StateSpace(one.A - one.B @ one.C, one.B, one.C)
-    found = closed.step(told["until"], 4001).info()
+    found = closed.step(until=told["until"], points=4001).info()
 
     for key, theirs in {"rise_time": "RiseTime", "settling_time": "SettlingTime", "peak_time": "PeakTime"}.items():
         assert_allclose(found[key], wanted[theirs], atol=1.001 * step)
@@ -164,7 +164,7 @@ def test_mechanisms_are_to_python_control_what_they_are_here(name: str) -> None:
     assert again.states.names == one.states.names
     assert StateSpace.from_control(one.discretize(0.1).to_control()).period == 0.1
     omega = np.geomspace(0.1, 100, 17)
-    assert_allclose(one.bode(omega).response, np.moveaxis(theirs(1j * omega, squeeze=False), 2, 0), rtol=1e-9)
+    assert_allclose(one.bode(omega=omega).response, np.moveaxis(theirs(1j * omega, squeeze=False), 2, 0), rtol=1e-9)
     damping = control.damp(theirs, doprint=False)
     mine = [(mode.frequency * 2 * np.pi, mode.damping) for mode in one.modes for _ in range(1 + mode.oscillates)]
     known = [(w, zeta) for w, zeta in zip(*damping[:2], strict=True) if w > 1e-3]
@@ -177,7 +177,7 @@ def test_a_nyquist_plot_goes_through_the_same_points_as_python_control() -> None
     theirs = control.nyquist_response(loop.to_control())
     omega = theirs.contour.imag[theirs.contour.imag > 0][::20]
 
-    assert_allclose(loop.nyquist(omega).response[:, 0, 0], loop.to_control()(1j * omega), rtol=1e-9)
+    assert_allclose(loop.nyquist(omega=omega).response[:, 0, 0], loop.to_control()(1j * omega), rtol=1e-9)
     assert theirs.count == -1  # one turn against the clock about -1: the open loop has one pole that grows
     assert loop.margins().stable
 
@@ -259,7 +259,7 @@ ALL: dict[str, Callable[[], Any]] = {
     "Compensator": lambda: mechanism("arm").lqg(),
     "StateSpace": lambda: mechanism("arm").discretize(0.1),
     "FrequencyResponse": lambda: mechanism("arm").bode(),
-    "TimeResponse": lambda: mechanism("arm").step(2),
+    "TimeResponse": lambda: mechanism("arm").step(until=2),
     "RootLocus": lambda: mechanism("cart_pole").root_locus("theta"),
 }
 
@@ -285,7 +285,7 @@ def test_plots_are_grids_as_those_of_python_control() -> None:
     bode = arm.bode().plot()
     assert len(bode.axes) == 2 * 4  # of two outputs sizes and phases, of two inputs
     assert [one.get_xlabel() for one in bode.axes[-2:]] == ["frequency, rad/s"] * 2
-    assert arm.bode().plot(hertz=True).axes[-1].get_xlabel() == "frequency, Hz"
+    assert arm.bode(hertz=True).plot().axes[-1].get_xlabel() == "frequency, Hz"
     assert_allclose(np.asarray(bode.axes[0].lines[0].get_xdata(), dtype=np.float64), 2 * np.pi * arm.bode().hertz)
     assert len(arm.nyquist().plot().axes) == len(arm.step().plot().axes) == 4
     assert arm.discretize(0.1).step().plot().axes[0].lines[0].get_drawstyle() == "steps-post"
@@ -309,16 +309,16 @@ def test_a_sampled_system_has_the_modes_of_the_one_it_comes_from() -> None:
         (lambda one: one.margins(), "output: name one of x, theta"),
         (lambda one: one.margins("tetha"), "output: tetha is not known; did you mean theta"),
         (lambda one: one["theta", "G"], "input: G is not known; known are F"),
-        (lambda one: one.bode([0.0]), "omega: frequencies must be finite and above zero, in rad/s"),
-        (lambda one: one.bode([1.0], hertz=[1.0]), "omega, hertz: give one of them"),
-        (lambda one: one.discretize(0.1).bode([32.0]), "32 rad/s is beyond half the rate of samples, 31.4159 rad/s"),
+        (lambda one: one.bode(omega=[0.0]), "omega: frequencies must be finite and above zero, in rad/s"),
+        (lambda one: one.bode(omega=[1.0], hertz=[1.0]), "omega, hertz: give one of them"),
+        (lambda one: one.discretize(0.1).bode(omega=[32.0]), "32 rad/s is beyond half the rate of samples, 31.4159 rad/s"),
         (lambda one: one.discretize(0.1).discretize(0.1), "it is sampled already, every 0.1 s"),
         (lambda one: one.discretize(0.1).root_locus("x"), "a root locus is of a system without a period"),
         (lambda one: one.root_locus("x", gains=[1, 0]), "gains: values must be finite and increase"),
-        (lambda one: one.step(-1), "until = -1: give a time above zero"),
+        (lambda one: one.step(until=-1), "until = -1: give a time above zero"),
         (lambda one: one.step(points=1), "points, until: 1 times; give 2 to"),
         (lambda one: one.impulse().info("x"), "info: is of a step response"),
-        (lambda one: one.step(1e5), "until = 100000 s, points = 500: dt 200.401: something grows"),
+        (lambda one: one.step(until=1e5), "until = 100000 s, points = 500: dt 200.401: something grows"),
         (lambda one: one.discretize(0.0), "dt 0: a period is finite and above zero"),
     ],
 )

@@ -237,13 +237,13 @@ def test_parts_of_a_pid_may_be_left_out(parts: tuple[float, ...], period: float 
         ({"kp": 0, "ki": 1, "limits": 3}, "pid: antiwindup: ki = 1 alone tells no time in which the integral is to"),
         ({"kp": np.inf}, "pid: kp = inf: give a finite number"),
         ({"kp": "much"}, "kp = 'much': give a number"),
-        ({"to": "G"}, "G is neither a drive nor a coordinate"),
+        ({"inputs": "G"}, "G is neither a drive nor a coordinate"),
         ({"limits": -3}, "limits: F: -3 is neither a size above 0"),
     ],
 )
 def test_what_no_pid_can_be_is_told(more: dict[str, Any], words: str) -> None:
     with pytest.raises(SimulateError) as fault:
-        simulate(CART, until=0.1, feedback=pid(**{"of": "theta", "to": "F", "kp": 1, **more}))
+        simulate(CART, until=0.1, feedback=pid(**{"measures": "theta", "inputs": "F", "kp": 1, **more}))
 
     assert words in str(fault.value)
 

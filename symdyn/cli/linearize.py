@@ -6,6 +6,7 @@ import argparse
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -89,9 +90,25 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = system.linearization.bode(hertz=options.hertz or None)
+    found = system.linearization.bode(hertz=options.hertz or True)
     lines = [] if options.bode else found.table().csv().splitlines()
     return lines + written(options.bode or (), found.table().csv, found.picture), found.as_json()
+
+
+def _margins(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    one, lines, data = system.linearization, Lines(), []
+    for output, input in product(one.outputs.names, one.inputs.names):
+        found = one.margins(output, input)
+        kind = "stable" if found.stable else "unstable"
+        lines.append(f"loop {input} = -{output}, {kind}: {found.words}")
+        data.append({"output": output, "input": input, **found.as_json()})
+    return lines or ["no input drives anything"], data
+
+
+def _step(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    table = system.linearization.step().table()
+    columns = zip(table.columns, zip(*table.rows, strict=True), strict=True)
+    return table.csv().splitlines(), {str(name): list(values) for name, values in columns}
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -157,6 +174,8 @@ ASKED: tuple[LinearRequest, ...] = (
     LinearRequest("transfer", _transfer, shown=True),
     LinearRequest("reach", _reach, shown=True),
     LinearRequest("bode", _bode, "bode", shown=True),
+    LinearRequest("margins", _margins, shown=True),
+    LinearRequest("step", _step, shown=True),
     LinearRequest("dt", _sampled),
     LinearRequest("lqr", _lqr, "gains"),
     LinearRequest("kalman", _kalman),

@@ -25,9 +25,10 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native, walked
+from symdyn.arguments import checked, native, walked
 from symdyn.errors import LinearizeError, listed
 from symdyn.linear.modes import NOTHING, balance, spectrum
+from symdyn.linear.plots import Answer
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights
 from symdyn.rounding import in_digits
@@ -256,6 +257,7 @@ class Linearization(StateSpace):
             f"{self.scene.name}: is the mechanism, and no controller; give lin.lqr(Q, R) or lin.lqg(...)"
         )
 
+    @checked(LinearizeError)
     def lqr(self, Q: Weights | None = None, R: Weights | None = None, period: float | None = None) -> Regulator:
         """Return the linear quadratic regulator, u = u0 - K (x - x0).
 
@@ -271,9 +273,9 @@ class Linearization(StateSpace):
         """
         from symdyn.linear.regulator import lqr
 
-        check_arguments(Linearization.lqr, locals(), LinearizeError)
         return lqr(self, Q, R, *native(float, period))
 
+    @checked(LinearizeError)
     def place(self, poles: Sequence[complex] | Array, period: float | None = None) -> Regulator:
         """Return the feedback u = u0 - K (x - x0) that gives the closed loop its poles, 1/s, one a state.
 
@@ -286,9 +288,9 @@ class Linearization(StateSpace):
         """
         from symdyn.linear.regulator import place
 
-        check_arguments(Linearization.place, {"period": period}, LinearizeError)
         return place(self, poles, *native(float, period))
 
+    @checked(LinearizeError)
     def kalman(self, W: Weights | None = None, V: Weights | None = None, period: float | None = None) -> Observer:
         """Return the gain of the Kalman filter, a predictor where it is sampled.
 
@@ -303,9 +305,9 @@ class Linearization(StateSpace):
         """
         from symdyn.linear.regulator import kalman
 
-        check_arguments(Linearization.kalman, locals(), LinearizeError)
         return kalman(self, W, V, *native(float, period))
 
+    @checked(LinearizeError)
     def lqg(
         self,
         Q: Weights | None = None,
@@ -317,12 +319,11 @@ class Linearization(StateSpace):
         """Return the controller of measured outputs: `lqr(Q, R)` on the state that `kalman(W, V)` tells."""
         from symdyn.linear.regulator import Compensator
 
-        check_arguments(Linearization.lqg, locals(), LinearizeError)
         return Compensator(self.lqr(Q, R, period), self.kalman(W, V, period))
 
 
 @dataclass(frozen=True)
-class Stability:
+class Stability(Answer):
     """A verdict.
 
     Attributes:
@@ -336,6 +337,9 @@ class Stability:
     names: tuple[str, ...]
     verdict: str
     words: str
+
+    def __repr__(self) -> str:
+        return "\n    ".join([f"<Stability: {self.words}", *self.lines]) + ">"
 
     @property
     def lines(self) -> tuple[str, ...]:

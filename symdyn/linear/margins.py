@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
+from symdyn.linear.plots import Answer
 from symdyn.linear.transfer import balanced, invariant_zeros, minimal
 from symdyn.rounding import in_digits
 
@@ -39,7 +40,7 @@ POINTS = 4000
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(Answer):
     """Margins of the loop that feeds -y back to w.
 
     Attributes:
@@ -65,16 +66,23 @@ class Margins:
         return 20 * math.log10(self.gain) if self.gain > 0 else -math.inf
 
     def __repr__(self) -> str:
-        said = [
-            f"{what} {in_digits(x, 4)}{unit}" + ("" if math.isnan(w) else f" at {in_digits(w, 4)} rad/s")
-            for what, x, unit, w in (
-                ("gain", self.gain, "", self.phase_crossover),
-                ("phase", self.phase, "°", self.gain_crossover),
-                ("delay", self.delay, " s", math.nan),
-                ("distance", self.distance, "", math.nan),
-            )
-        ]
-        return f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: {', '.join(said)}>"
+        return f"<Margins of a loop that is {'stable' if self.stable else 'unstable'}: {self.words}>"
+
+    @property
+    def words(self) -> str:
+        """All of them in one line."""
+        parts = (
+            ("gain", self.gain, "", self.phase_crossover),
+            ("phase", self.phase, "°", self.gain_crossover),
+            ("delay", self.delay, " s", math.nan),
+            ("distance", self.distance, "", math.nan),
+        )
+        at = ("" if math.isnan(w) else f" at {in_digits(w, 4)} rad/s" for *_, w in parts)
+        return ", ".join(f"{what} {in_digits(x, 4)}{unit}{w}" for (what, x, unit, _), w in zip(parts, at, strict=True))
+
+    def as_json(self) -> dict[str, float | bool | None]:
+        """Return them for JSON; what is not finite is None."""
+        return {name: x if math.isfinite(x) else None for name, x in asdict(self).items()}
 
 
 def margins(one: StateSpace) -> Margins:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import checked
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.shown import Shown
@@ -35,8 +35,18 @@ WIDEST, HIGHEST = 6, 6
 """Inputs and outputs of a plot; further ones are left out, and the title says so."""
 
 
-class Plotted(Shown):
-    """An answer that has a plot, and tables beside it."""
+class Answer(Shown):
+    """What a linear system answers: it has a short `repr`, and a notebook shows that and its tables."""
+
+    __slots__ = ()
+
+    def tables(self) -> Sequence[Table[Any]]:
+        """Return the tables that a notebook shows."""
+        return ()
+
+
+class Plotted(Answer):
+    """An answer that has a plot, which a notebook shows above its tables."""
 
     __slots__ = ()
 
@@ -47,20 +57,16 @@ class Plotted(Shown):
         """Return the plot, a Figure of matplotlib; its axes can be changed, and `.savefig(...)` writes it."""
         return self._figure().figure(POINTS)
 
+    @checked(LinearizeError)
     def picture(self, kind: str) -> bytes:
         """Return the plot as "svg", "pdf" or "png"; the same plot, the same bytes.
 
         Raises:
             LinearizeError: another kind.
         """
-        check_arguments(Plotted.picture, locals(), LinearizeError)
         if kind not in KINDS:
             raise LinearizeError(f"kind = {kind!r}: give one of {', '.join(KINDS)}")
         return self._figure().picture(kind)
-
-    def tables(self) -> Sequence[Table[Any]]:
-        """Return the tables that a notebook shows below it."""
-        return ()
 
 
 def pole_map(
@@ -141,18 +147,18 @@ def _grid(
     return FilledFigure(f"{response.name}: {title}", (max(5.0, 1.0 + size[0] * columns), 1.0 + size[1] * rows), fill)
 
 
-def bode(response: FrequencyResponse, hertz: bool) -> FilledFigure:
+def bode(response: FrequencyResponse) -> FilledFigure:
     """Return the Bode plot of frequency responses."""
 
     def draw(axes: Sequence[Any], i: int, k: int) -> str:
-        x = response.hertz if hertz else response.omega
+        x = response.hertz if response.unit == "Hz" else response.omega
         if response.response[:, i, k].any():
             axes[0].semilogx(x, response.decibels[:, i, k], linewidth=1.0)
             axes[1].semilogx(x, response.degrees[:, i, k], linewidth=1.0)
             axes[1].yaxis.set_major_locator(_quarters())
         axes[0].set_ylabel("dB")
         axes[1].set_ylabel("phase, °")
-        return "frequency, Hz" if hertz else "frequency, rad/s"
+        return f"frequency, {response.unit}"
 
     return _grid(response, "frequency response", (3.2, 3.0), draw, 2, sharex=True)
 

@@ -20,7 +20,7 @@ import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -165,6 +165,13 @@ class Observer(Plotted):
 
     def _figure(self) -> FilledFigure:
         return _before_and_after(self.system, self.poles, self.period, "filter")
+
+    def feedback(self) -> NoReturn:
+        """Raise LinearizeError: an estimate of the state is no force."""
+        raise LinearizeError(
+            f"{self.name}: an observer estimates the state, and drives nothing; give lin.lqg(Q, R, W, V), which has a "
+            "regulator beside it"
+        )
 
     def as_json(self) -> dict[str, object]:
         """Return it for JSON."""

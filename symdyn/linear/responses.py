@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, native
+from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.locus import RootLocus, numbers, root_locus
@@ -24,8 +24,6 @@ from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.table import Table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from symdyn.linear.state_space import Axis, StateSpace
 
 POINTS, CLOSE = 200, 2000
@@ -42,6 +40,7 @@ class FrequencyResponse(Plotted):
         response: G, shape (N, y, w), units of outputs over those of inputs; infinite at an undamped mode.
         name: what it is of.
         kind: what `plot` draws.
+        unit: of frequencies there.
     """
 
     omega: Array
@@ -51,10 +50,18 @@ class FrequencyResponse(Plotted):
     response: Complexes
     name: str = ""
     kind: Literal["bode", "nyquist"] = "bode"
+    unit: Literal["rad/s", "Hz"] = "rad/s"
 
     def __repr__(self) -> str:
         span = f"{self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s, {len(self.omega)} frequencies"
         return f"<FrequencyResponse of {self.name}: {_channels(self.inputs, self.outputs)}, {span}>"
+
+    @checked(LinearizeError)
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> FrequencyResponse:
+        """Return the response to one output from one input, `response["theta", "F"]`; errors as of a system."""
+        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        inputs, outputs = self.inputs.of([k]), self.outputs.of([i])
+        return replace(self, inputs=inputs, outputs=outputs, response=self.response[:, [i]][:, :, [k]])
 
     @property
     def decibels(self) -> Array:
@@ -87,13 +94,8 @@ class FrequencyResponse(Plotted):
             columns += [size, phase]
         return Table(head, np.stack(columns, axis=1).tolist(), range(len(head)))
 
-    def plot(self, hertz: bool = False) -> Figure:
-        """Return the Bode plot, over rad/s or Hz, or the Nyquist plot where that was asked for, of matplotlib."""
-        check_arguments(FrequencyResponse.plot, locals(), LinearizeError)
-        return (bode(self, bool(hertz)) if self.kind == "bode" else nyquist(self)).figure(2 * self.response.size)
-
     def _figure(self) -> FilledFigure:
-        return bode(self, hertz=True) if self.kind == "bode" else nyquist(self)
+        return bode(self) if self.kind == "bode" else nyquist(self)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON; what is not finite is None."""
@@ -114,23 +116,25 @@ def _channels(inputs: Axis, outputs: Axis) -> str:
 def frequency_response(
     one: StateSpace,
     omega: Sequence[float] | Array | None = None,
-    hertz: Sequence[float] | Array | str | None = None,
+    hertz: Sequence[float] | Array | str | bool = False,
     points: int = POINTS,
     kind: Literal["bode", "nyquist"] = "bode",
 ) -> FrequencyResponse:
     """Return the frequency responses of a system; arguments and errors as of its method `bode`."""
     _check_driven(one, "a frequency response")
-    if omega is not None and hertz is not None:
+    switch = isinstance(hertz, bool | np.bool_)
+    if omega is not None and not switch:
         raise LinearizeError("omega, hertz: give one of them")
     if omega is not None:
         w = _frequencies(omega, "omega", "rad/s", one.period)
         f = w / (2 * math.pi)
     else:
         said = numbers(hertz, argument("hertz")) if isinstance(hertz, str) else hertz
-        f = usual_frequencies(one, points) if said is None else _frequencies(said, "hertz", "Hz", one.period)
+        f = usual_frequencies(one, points) if switch else _frequencies(said, "hertz", "Hz", one.period)
         w = 2 * math.pi * f
     found = np.array([response_at(one, x) for x in w])
-    return FrequencyResponse(w, f, one.inputs, one.outputs, found, one.name, kind)
+    unit: Literal["rad/s", "Hz"] = "Hz" if hertz is not False else "rad/s"
+    return FrequencyResponse(w, f, one.inputs, one.outputs, found, one.name, kind, unit)
 
 
 def _check_driven(one: StateSpace, what: str) -> None:
@@ -140,7 +144,7 @@ def _check_driven(one: StateSpace, what: str) -> None:
         )
 
 
-def _frequencies(given: Sequence[float] | Array, what: str, unit: str, period: float | None) -> Array:
+def _frequencies(given: object, what: str, unit: str, period: float | None) -> Array:
     try:
         found = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -213,6 +217,15 @@ class TimeResponse(Plotted):
         span = f"t = 0 to {self.t[-1]:.4g} s, {len(self.t)} times"
         return f"<TimeResponse of {self.name} to a unit {self.kind}: {_channels(self.inputs, self.outputs)}, {span}>"
 
+    @checked(LinearizeError)
+    def __getitem__(self, channel: tuple[str | None, str | None]) -> TimeResponse:
+        """Return the response of one output to one input, `response["theta", "F"]`; errors as of a system."""
+        i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
+        inputs, outputs, values = self.inputs.of([k]), self.outputs.of([i]), self.values[:, [i]][:, :, [k]]
+        final = None if self.final is None else self.final[[i]][:, [k]]
+        return replace(self, inputs=inputs, outputs=outputs, values=values, final=final)
+
+    @checked(LinearizeError)
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
         """Return what is said of a step response: times in s, overshoot and undershoot in % of the final value.
 
@@ -222,13 +235,11 @@ class TimeResponse(Plotted):
         Raises:
             LinearizeError: it is none of a step; a name that is not known, or none given where there are several.
         """
-        check_arguments(TimeResponse.info, locals(), LinearizeError)
         if self.kind != "step":
             raise LinearizeError("info: is of a step response, and this is one of an impulse")
-        i = self.outputs.place(output, "output")
-        k = self.inputs.place(input, "input")
-        y = self.values[:, i, k]
-        final = float(y[-1] if self.final is None else self.final[i, k])
+        one = self[output, input]
+        y = one.values[:, 0, 0]
+        final = float(y[-1] if one.final is None else one.final[0, 0])
         part = y / final if final else np.full(len(y), math.nan)
         begun, risen = (self._first(part, level) for level in RISES)
         away = np.flatnonzero(~(np.abs(part - 1) < SETTLES))

@@ -18,20 +18,27 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments, native
+from symdyn.arguments import argument, check_arguments, checked, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError, suggestion
+from symdyn.errors import LinearizeError, nearest, suggestion
 from symdyn.extras import install
+from symdyn.linear.locus import RootLocus
+from symdyn.linear.margins import Margins, margins
 from symdyn.linear.modes import Complexes, Mode, Spectrum, spectrum
 from symdyn.linear.plots import Plotted, pole_map
+from symdyn.linear.responses import (
+    CLOSE,
+    FrequencyResponse,
+    TimeResponse,
+    frequency_response,
+    locus_over_gain,
+    time_response,
+)
+from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, reach, transfers
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
-    from symdyn.linear.locus import RootLocus
-    from symdyn.linear.margins import Margins
-    from symdyn.linear.responses import FrequencyResponse, TimeResponse
-    from symdyn.linear.transfer import Reach, Transfer
     from symdyn.simulation import Feedback
 
 
@@ -64,6 +71,11 @@ class Axis:
             raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}")
         return self.names.index(name)
 
+
+RENAMED = {
+    "eigenvalues": "poles", "mode_table": "damp()", "transfers": "transfer()", "control": "to_control()",
+}  # fmt: skip
+"""Names that systems had, for errors alone."""
 
 STAYS = 1e-8
 """How near 1 an eigenvalue of a sampled system is of what stays as it is."""
@@ -134,6 +146,17 @@ class StateSpace(Plotted):
         to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
         return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """Raise AttributeError, with the name that was meant."""
+            known = [one for one in dir(self) if not one.startswith("_")]
+            if name in known:
+                return object.__getattribute__(self, name)  # it raised such an error itself
+            meant = nearest(name, known)
+            told = f"; it is {RENAMED[name]} now" if name in RENAMED else f"; did you mean {meant}?" if meant else ""
+            raise AttributeError(f"{type(self).__name__} has no {name!r}{told}", name=name, obj=self)
+
     @classmethod
     def from_control(cls, system: Any) -> StateSpace:
         """Return a StateSpace, or a transfer function, of python-control, with its names and its period.
@@ -160,13 +183,13 @@ class StateSpace(Plotted):
             system.dt or None, name,
         )  # fmt: skip
 
+    @checked(LinearizeError)
     def __getitem__(self, channel: tuple[str | None, str | None]) -> StateSpace:
         """Return the system to one output from one input, `system["theta", "F"]`, all states kept.
 
         Raises:
             LinearizeError: a name that is not known, or None where there are several.
         """
-        check_arguments(StateSpace.__getitem__, locals(), LinearizeError)
         i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
@@ -201,8 +224,6 @@ class StateSpace(Plotted):
     @cached_property
     def zeros(self) -> Complexes:
         """Invariant zeros of all inputs and outputs together, 1/s: where inputs move states and outputs rest."""
-        from symdyn.linear.transfer import balanced, invariant_zeros
-
         A, B, C, _ = balanced(self)
         return invariant_zeros(A, B, C, self.D, float(np.linalg.norm(A, 2)) if A.size else 0.0)
 
@@ -230,93 +251,104 @@ class StateSpace(Plotted):
     @overload
     def transfer(self, output: None = None, *, input: str) -> Transfer: ...
 
+    @checked(LinearizeError)
     def transfer(self, output: str | None = None, input: str | None = None) -> Transfer | tuple[Transfer, ...]:
         """Return the transfer function to an output from an input; without names all of them, output by output.
 
         Raises:
             LinearizeError: a name that is not known, or one is left out where there are several.
         """
-        from symdyn.linear.transfer import transfers
-
-        check_arguments(StateSpace.transfer, locals(), LinearizeError)
-        if output is None and input is None:
-            return transfers(self)
-        return transfers(self[output, input])[0]
+        found = transfers(self._chosen(output, input))
+        return found if output is None and input is None else found[0]
 
     def controllability(self) -> Reach:
         """Return what the inputs move."""
-        from symdyn.linear.transfer import balanced, reach
-
         A, B, _, _ = balanced(self)
-        return reach(A, B, self.states.names)
+        return reach("controllability", A, B, self.states.names)
 
     def observability(self) -> Reach:
         """Return what the outputs show."""
-        from symdyn.linear.transfer import balanced, reach
-
         A, _, C, _ = balanced(self)
-        return reach(A.T, C.T, self.states.names)
+        return reach("observability", A.T, C.T, self.states.names)
 
+    @checked(LinearizeError)
     def bode(
-        self, omega: Sequence[float] | Array | None = None, *, hertz: Sequence[float] | Array | str | None = None
+        self,
+        output: str | None = None,
+        input: str | None = None,
+        omega: Sequence[float] | Array | None = None,
+        *,
+        hertz: Sequence[float] | Array | str | bool = False,
     ) -> FrequencyResponse:
-        """Return the responses of all outputs to all inputs, whose `.plot()` is a Bode plot.
+        """Return the response to an output from an input, or all responses, whose `.plot()` is a Bode plot.
 
         Args:
+            output: y; without names all outputs to all inputs.
+            input: w.
             omega: frequencies, rad/s, above zero; without them 200, from a decade below the slowest mode to one above
                 the fastest.
-            hertz: in place of them, Hz; or a range of them, "geomspace(0.1,10,200)".
+            hertz: True shows these in Hz, in plots and notebooks; or frequencies in Hz, or a range of them,
+                "geomspace(0.1,10,200)", which are shown so.
 
         Raises:
-            LinearizeError: there is no input, a frequency is none, or both are given.
+            LinearizeError: a name that is not known; there is no input, a frequency is none, or both are given.
         """
-        from symdyn.linear.responses import frequency_response
+        return frequency_response(self._chosen(output, input), omega, hertz)
 
-        check_arguments(StateSpace.bode, locals(), LinearizeError)
-        return frequency_response(self, omega, hertz)
-
+    @checked(LinearizeError)
     def nyquist(
-        self, omega: Sequence[float] | Array | None = None, *, hertz: Sequence[float] | Array | str | None = None
+        self,
+        output: str | None = None,
+        input: str | None = None,
+        omega: Sequence[float] | Array | None = None,
+        *,
+        hertz: Sequence[float] | Array | str | bool = False,
     ) -> FrequencyResponse:
         """Return the same as `bode`, closer together; its `.plot()` is a Nyquist plot."""
-        from symdyn.linear.responses import CLOSE, frequency_response
+        return frequency_response(self._chosen(output, input), omega, hertz, CLOSE, "nyquist")
 
-        check_arguments(StateSpace.nyquist, locals(), LinearizeError)
-        return frequency_response(self, omega, hertz, CLOSE, "nyquist")
-
+    @checked(LinearizeError)
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
         """Return how far the loop that feeds -y back to the input w is from the edge of stability.
 
         Raises:
             LinearizeError: a name that is not known, or none given where there are several.
         """
-        from symdyn.linear.margins import margins
-
-        check_arguments(StateSpace.margins, locals(), LinearizeError)
         return margins(self[output, input])
 
-    def step(self, until: float | None = None, points: int | None = None) -> TimeResponse:
-        """Return how all outputs follow each input, which goes from 0 to 1 at t = 0, from x = 0.
+    @checked(LinearizeError)
+    def step(
+        self,
+        output: str | None = None,
+        input: str | None = None,
+        until: float | None = None,
+        points: int | None = None,
+    ) -> TimeResponse:
+        """Return how an output follows an input, or all follow each, which goes from 0 to 1 at t = 0, from x = 0.
 
         Args:
+            output: y; without names all outputs to all inputs.
+            input: w.
             until: the end, s; without it when the slowest mode has settled, or the fastest has grown a hundredfold.
-            points: how many times are told, from 0 to the end; of a sampled system all samples are.
+            points: number of times, from 0 to the end; of a sampled system there is one a sample.
 
         Raises:
-            LinearizeError: there is no input, or an end or a number of points that is none.
+            LinearizeError: a name that is not known; there is no input, or an end or a number of points that is none.
         """
-        from symdyn.linear.responses import time_response
+        return time_response(self._chosen(output, input), "step", until, points)
 
-        check_arguments(StateSpace.step, locals(), LinearizeError)
-        return time_response(self, "step", until, points)
-
-    def impulse(self, until: float | None = None, points: int | None = None) -> TimeResponse:
+    @checked(LinearizeError)
+    def impulse(
+        self,
+        output: str | None = None,
+        input: str | None = None,
+        until: float | None = None,
+        points: int | None = None,
+    ) -> TimeResponse:
         """Return the same of an impulse of area 1, which a sampled system is given as 1/T for one period."""
-        from symdyn.linear.responses import time_response
+        return time_response(self._chosen(output, input), "impulse", until, points)
 
-        check_arguments(StateSpace.impulse, locals(), LinearizeError)
-        return time_response(self, "impulse", until, points)
-
+    @checked(LinearizeError)
     def root_locus(
         self, output: str | None = None, input: str | None = None, gains: Sequence[float] | Array | None = None
     ) -> RootLocus:
@@ -330,11 +362,13 @@ class StateSpace(Plotted):
         Raises:
             LinearizeError: a name that is not known, gains that do not increase, a loop 1 + k D = 0, or a sampled one.
         """
-        from symdyn.linear.responses import locus_over_gain
-
-        check_arguments(StateSpace.root_locus, locals(), LinearizeError)
         return locus_over_gain(self[output, input], gains)
 
+    def _chosen(self, output: str | None, input: str | None) -> StateSpace:
+        """Return the system of a channel; the whole without names."""
+        return self if output is None and input is None else self[output, input]
+
+    @checked(LinearizeError)
     def discretize(self, dt: float) -> StateSpace:
         """Return the system from sample to sample, its inputs held for `dt` s, by the matrix exponential.
 
@@ -343,7 +377,6 @@ class StateSpace(Plotted):
         """
         from scipy.linalg import expm  # late: it takes long to load
 
-        check_arguments(StateSpace.discretize, locals(), LinearizeError)
         (period,) = native(float, dt)
         check_period(period)
         if self.period is not None:

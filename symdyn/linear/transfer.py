@@ -28,7 +28,9 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.linear.modes import Complexes, balance, pairs_of, spectrum
+from symdyn.linear.plots import Answer
 from symdyn.rounding import in_digits
+from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.state_space import StateSpace
@@ -58,22 +60,29 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Answer):
     """What all inputs together move, or all outputs together show.
 
     Attributes:
+        name: "controllability" or "observability".
         rank: of how many states.
         order: how many states there are.
         marks: one an eigenvalue, those that are zero as one, nearest to hidden first.
     """
 
+    name: str
     rank: int
     order: int
     marks: tuple[Mark, ...]
 
     def __repr__(self) -> str:
-        lost = "".join(f"; the mode {shown(one.value)} is hidden, of {', '.join(one.states)}" for one in self.hidden)
-        return f"<Reach: rank {self.rank} of {self.order}, margin {in_digits(self.margin, 2)}{lost}>"
+        lost = "".join(f"\n    hidden: mode {shown(one.value)} 1/s of {', '.join(one.states)}" for one in self.hidden)
+        return f"<{self.name.capitalize()}: rank {self.rank} of {self.order}, margin {in_digits(self.margin, 2)}{lost}>"
+
+    def tables(self) -> list[Table[str | float]]:
+        """Return the modes, the one that is nearest to hidden first."""
+        rows = [(shown(one.value), one.margin, ", ".join(one.states)) for one in self.marks]
+        return [Table(("mode, 1/s", "margin", "states"), rows, (1,))]
 
     @property
     def margin(self) -> float:
@@ -94,13 +103,13 @@ class Reach:
         return {"rank": self.rank, "order": self.order, "margin": self.margin, "modes": marks}
 
 
-def reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+def reach(name: str, A: Array, B: Array, names: tuple[str, ...]) -> Reach:
     """Return what B moves of balanced states."""
     size, B = float(np.linalg.norm(A, 2)) or 1.0, alike(A, B)
     V, W = staircase(A, B)
     marks = [Mark(value, 0.0, states) for value, _, states in _least(A, B[:, :0], W, names, size)]
     marks += [Mark(*one) for one in _least(A, B, V, names, size)]
-    return Reach(V.shape[1], len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
+    return Reach(name, V.shape[1], len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
 
 
 def _least(
@@ -172,7 +181,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Transfer:
+class Transfer(Answer):
     """How one output follows one input, in s, or in z of a sampled system.
 
     Attributes:

@@ -22,7 +22,7 @@ from symdyn.emit.print import (
 from symdyn.errors import SymdynError
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.linear import Formulas, Linearization, Plotted
+from symdyn.linear import Answer, Formulas, Linearization
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
 from symdyn.program import Program
 from symdyn.runtime import Loaded, NumericFunction
@@ -225,14 +225,15 @@ def latex_of_linearization(system: Linearization | Formulas) -> str:
     return system.latex()
 
 
-def linear_answer(result: Plotted) -> list[Markup]:
-    """Return what a linear system, a regulator or a response says of itself, its plot and its tables."""
+def linear_answer(result: Answer) -> list[Markup]:
+    """Return what a linear system, a regulator or a response says of itself, its plot if it has one, its tables."""
     first, *lines = repr(result)[1:-1].split("\n")
-    if EXTRAS["plot"].there:
-        plot = picture(result.picture("svg"), "svg", f"plot of {first}", dark=False)
-    else:
-        plot = note(f"plots need matplotlib: {install('plot')}")
-    return [head(first), *map(note, lines), plot, beside(*map(shown, result.tables()))]
+    parts, draw = [head(first), *map(note, lines)], getattr(result, "picture", None)
+    if draw and EXTRAS["plot"].there:
+        parts.append(picture(draw("svg"), "svg", f"plot of {first}", dark=False))
+    elif draw:
+        parts.append(note(f"plots need matplotlib: {install('plot')}"))
+    return [*parts, beside(*map(shown, result.tables()))]
 
 
 def linear_formulas(result: Formulas) -> list[Markup]:

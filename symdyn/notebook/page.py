@@ -153,7 +153,7 @@ NOUNS = {
     "symdyn.identification.excitation:Excitation": "runs:excitation",
     "symdyn.linear.formulas:Formulas": "mechanisms:linear_formulas",
     "symdyn.linear.linearization:Linearization": "mechanisms:linearization",
-    "symdyn.linear.plots:Plotted": "mechanisms:linear_answer",
+    "symdyn.linear.plots:Answer": "mechanisms:linear_answer",
     "symdyn.program.routine:Program": "mechanisms:program",
     "symdyn.scene.values.model:Scene": "mechanisms:scene",
     "symdyn.simulation.variations:Sensitivity": "mechanisms:sensitivity",

@@ -8,20 +8,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, suggesting
+from symdyn.arguments import checked, native
 from symdyn.errors import SimulateError
 from symdyn.scene.values import Faults
 from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.equations.linear_law import LinearLaw, numbers_by_signal
 
 
+@checked(SimulateError)
 def linear_law(
     A: object,
     B: object,
     C: object,
     D: object,
     measures: str | Sequence[str],
-    drives: str | Sequence[str],
+    inputs: str | Sequence[str],
     *,
     period: float | None = None,
     y0: object = None,
@@ -47,7 +48,7 @@ def linear_law(
         C: shape (m, n).
         D: shape (m, p).
         measures: the p signals y: names of coordinates, velocities, points' places or outputs, or formulas of these.
-        drives: names of the m drives or inputs.
+        inputs: names of the m drives or inputs of the scene.
         period: seconds between samples; None is none.
         y0: the signals where the law was designed, by name or in order; 0 where nothing is said.
         u0: forces or inputs there, likewise.
@@ -57,12 +58,11 @@ def linear_law(
     Raises:
         SimulateError: with every fault: matrices of other sizes, names that are not there.
     """
-    check_arguments(linear_law, locals(), SimulateError)
     faults = Faults("linear law")
-    signals, inputs = ((one,) if isinstance(one, str) else tuple(one) for one in (measures, drives))
-    law = LinearLaw.read({"A": A, "B": B, "C": C, "D": D}, signals, inputs, faults)
+    signals, driven = ((one,) if isinstance(one, str) else tuple(one) for one in (measures, inputs))
+    law = LinearLaw.read({"A": A, "B": B, "C": C, "D": D}, signals, driven, faults)
     at, given = (
-        numbers_by_signal(one, names, where, faults) for one, names, where in ((y0, signals, "y0"), (u0, inputs, "u0"))
+        numbers_by_signal(one, names, where, faults) for one, names, where in ((y0, signals, "y0"), (u0, driven, "u0"))
     )
     names = ((states,) if isinstance(states, str) else tuple(states)) or law.states
     if len(set(names)) != len(law.states):
@@ -71,16 +71,16 @@ def linear_law(
     law = replace(
         law,
         y0=tuple(at.get(name, 0.0) for name in signals),
-        initial=tuple(given.get(name, 0.0) for name in inputs),
+        initial=tuple(given.get(name, 0.0) for name in driven),
         states=names,
     )
-    return Feedback(law, inputs, period, measures=signals, reference=reference)
+    return Feedback(law, driven, period, measures=signals, reference=reference)
 
 
-@suggesting
+@checked(SimulateError)
 def pid(
-    of: str,
-    to: str,
+    measures: str,
+    inputs: str,
     kp: float,
     ki: float = 0.0,
     kd: float = 0.0,
@@ -105,8 +105,8 @@ def pid(
     (True, (201,))
 
     Args:
-        of: the signal y: a coordinate, velocity, point's place or output, or a formula of these.
-        to: the drive or input.
+        measures: the signal y: a coordinate, velocity, point's place or output, or a formula of these.
+        inputs: the drive, or input of the scene.
         kp: force a unit of e.
         ki: force a unit of e and second.
         kd: force a unit of ė.
@@ -122,7 +122,6 @@ def pid(
     Reference: Åström and Hägglund, Advanced PID Control (2006), chapters 3 (filter, back calculation and its time) and
     13 (samples).
     """
-    check_arguments(pid, locals(), SimulateError)
     faults, times = Faults("pid"), {"filter": filter, "period": period}
     for name, x in {"kp": kp, "ki": ki, "kd": kd, **times, "antiwindup": antiwindup}.items():
         if x is not None and not math.isfinite(float(x)):
@@ -150,5 +149,5 @@ def pid(
     A, B, C, D, start, L = np.array(list(states.values())).reshape(-1, 6, 1).swapaxes(0, 1)
     law = LinearLaw(np.diagflat(A), B, C.T, np.array([[kp + D.sum()]]), (0.0,), (0.0,), tuple(states), L, start)
     return Feedback(
-        law, (to,), period, limits={} if limits is None else {to: limits}, measures=(of,), reference=reference
+        law, inputs, period, limits={} if limits is None else {inputs: limits}, measures=measures, reference=reference
     )
