@@ -311,7 +311,10 @@ def test_a_sampled_system_has_the_modes_of_the_one_it_comes_from() -> None:
         (lambda one: one["theta", "G"], "input: G is not known; known are F"),
         (lambda one: one.bode(omega=[0.0]), "omega: frequencies must be finite and above zero, in rad/s"),
         (lambda one: one.bode(omega=[1.0], hertz=[1.0]), "omega, hertz: give one of them"),
-        (lambda one: one.discretize(0.1).bode(omega=[32.0]), "32 rad/s is beyond half the rate of samples, 31.4159 rad/s"),
+        (
+            lambda one: one.discretize(0.1).bode(omega=[32.0]),
+            "32 rad/s is beyond half the rate of samples, 31.4159 rad/s",
+        ),
         (lambda one: one.discretize(0.1).discretize(0.1), "it is sampled already, every 0.1 s"),
         (lambda one: one.discretize(0.1).root_locus("x"), "a root locus is of a system without a period"),
         (lambda one: one.root_locus("x", gains=[1, 0]), "gains: values must be finite and increase"),

@@ -22,7 +22,7 @@ from symdyn.simulation import Feedback, Forces, read_feedback, simulate
 from symdyn.simulation.equations.control_loop import Loop, lateness
 from symdyn.simulation.equations.controller import placed
 from symdyn.simulation.equations.implicit import Implicit, differences, slopes
-from symdyn.simulation.equations.linear_feedback import Gains, rotation_vector, state_names
+from symdyn.simulation.equations.linear_feedback import Gains, state_names
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
@@ -216,7 +216,8 @@ def test_the_difference_on_the_group_is_the_rotation_vector_and_the_way_in_the_m
     )
     slope = (8 * np.array(ahead) - np.array(far)).T / 12e-3  # of fourth order
     assert np.allclose(every.slope(0.0, q, np.zeros(6))[:, :7], slope, atol=1e-8)
-    assert rotation_vector(np.array([1.0, 1e-200, 0, 0]))[0] == 2e-200
+    upright = replace(one, q0=np.array([0, 0, 0, 1.0, 0, 0, 0]))
+    assert upright.away(np.array([0, 0, 0, 1.0, 1e-200, 0, 0]))[3] == 2e-200
 
 
 def test_gains_bring_a_free_body_back_from_any_turn() -> None:
@@ -323,7 +324,9 @@ BAD = [
     ({"limits": {"F": 0}}, "limits: F: 0 is neither a size above 0"),
     ({"limits": {"F": -3}}, "limits: F: -3 is neither a size above 0"),
     ({"limits": {"G": 1}}, "limits: G: is no input"),
-    ({"limits": {"F": "a"}}, "limits: is no table of sizes"),
+    ({"limits": {"F": "a"}}, "limits: F: a is neither a size above 0"),
+    ({"limits": {"F": 10**400}}, "is neither a size above 0"),
+    ({"limits": 3}, "limits: 3 is no table of sizes by input"),
 ]
 
 

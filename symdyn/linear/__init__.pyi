@@ -18,7 +18,6 @@ from .linearized import (
 from .locus import RootLocus as RootLocus, root_locus as root_locus
 from .margins import Margins as Margins
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
-from .plots import Answer as Answer
 from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
 from .state_space import Axis as Axis, StateSpace as StateSpace

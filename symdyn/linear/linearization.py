@@ -1,4 +1,4 @@
-"""Linear systems: a mechanism next to an operating point, to first order, and the stability that eigenvalues show.
+"""Linear systems: a mechanism about an operating point, to first order, and the stability that eigenvalues show.
 
     ẋ = A x + B w        x, w, y     deviations of states, inputs and outputs from the point
     y = C x + D w        p, m        independent positions (by constraints on them), velocities (by all)
@@ -11,7 +11,7 @@ Eigenvalues that are zero are no modes and no sign of instability. They are coun
     cyclic       positions on which no rate depends
     rolling      at rest, as many as there are more positions than velocities: it stays where it is put
     drifting     velocities that no rate of a velocity depends on, once cyclic positions are left out: conserved momenta
-    family       other states that A maps to nothing: equilibria, or steady motions, next to this one
+    family       other states that A maps to nothing: equilibria, or steady motions, close to this one
     undecided    the rest: of these the linear motion tells nothing
 """
 
@@ -29,6 +29,7 @@ from symdyn.arguments import checked, native, walked
 from symdyn.errors import LinearizeError, listed
 from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
+from symdyn.linear.regulator import Compensator, Observer, Regulator, kalman, lqr, place
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.weights import Weights
 from symdyn.rounding import in_digits
@@ -38,7 +39,6 @@ from symdyn.unlocked import cached_property
 if TYPE_CHECKING:
     from symdyn.linear.formulas import Formulas
     from symdyn.linear.prepared import Prepared
-    from symdyn.linear.regulator import Compensator, Observer, Regulator
 
 
 ZEROS = {
@@ -135,7 +135,7 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Linearization(StateSpace):
-    """A mechanism next to an operating point: a `StateSpace` named after its scene, without a period.
+    """A mechanism about an operating point: a `StateSpace` named after its scene, without a period.
 
     Attributes:
         scene: the mechanism, its parameters bound.
@@ -147,7 +147,7 @@ class Linearization(StateSpace):
         kind: whether x = 0 is an equilibrium ("rest"), a motion along which A is constant ("steady") or neither.
         dropped: cyclic positions of a steady motion that are no states, as nothing depends on them.
         cyclic: positions that can be anywhere: equilibria, or motions, are the same there; one eigenvalue zero each.
-        family: how many more directions lead to other equilibria next to this one.
+        family: how many more directions lead to other equilibria close to this one.
         feeding: forces, then inputs, at the point where formulas of these depend on the state: part of A, and not of
             what gains have to give; () where forces are constant.
         notes: what a user should know.
@@ -271,8 +271,6 @@ class Linearization(StateSpace):
             LinearizeError: with every fault: a name that is not known, a weight that is none; a mode that is weighed,
                 does not decay, and that no input moves.
         """
-        from symdyn.linear.regulator import lqr
-
         return lqr(self, Q, R, *native(float, period))
 
     @checked(LinearizeError)
@@ -286,8 +284,6 @@ class Linearization(StateSpace):
             LinearizeError: poles that are too few or many, without their conjugates, or more often the same than there
                 are drives; a mode that no input moves.
         """
-        from symdyn.linear.regulator import place
-
         return place(self, poles, *native(float, period))
 
     @checked(LinearizeError)
@@ -303,8 +299,6 @@ class Linearization(StateSpace):
         Raises:
             LinearizeError: with every fault, as of `lqr`: a mode that does not decay and that no output shows.
         """
-        from symdyn.linear.regulator import kalman
-
         return kalman(self, W, V, *native(float, period))
 
     @checked(LinearizeError)
@@ -316,9 +310,7 @@ class Linearization(StateSpace):
         V: Weights | None = None,
         period: float | None = None,
     ) -> Compensator:
-        """Return the controller of measured outputs: `lqr(Q, R)` on the state that `kalman(W, V)` tells."""
-        from symdyn.linear.regulator import Compensator
-
+        """Return the controller of measured outputs: `lqr(Q, R)` of the state that `kalman(W, V)` estimates."""
         return Compensator(self.lqr(Q, R, period), self.kalman(W, V, period))
 
 

@@ -10,7 +10,7 @@ The signature of T is the number of different real solutions, each a position, a
 found, there are no others. Nothing is rounded: numbers are fractions, and signs are those of exact coefficients, by
 Descartes' rule, which counts exactly where all roots are real, as those of a symmetric matrix are.
 
-Over values of a parameter, or of a letter that positions, rates or forces name, equations are derived once, with
+Over values of a parameter, or of a symbol that positions, rates or forces name, equations are derived once, with
 parameters free; only a value that changes their form, as zero does, derives again. Where a value moves the place of
 rest, or of a steady motion, it is followed from the last one. That A is the same at two times of a steady motion is
 looked at for the first value; at the others, that velocities stay and that the same positions are cyclic. Where axes do
@@ -169,7 +169,7 @@ def linearize(
     anywhere: bool = False,
     **fields: Unpack[Problem.Fields],
 ) -> Linearization:
-    """Return how a mechanism moves next to a point, to first order.
+    """Return the linear motion of a mechanism about a point, to first order.
 
     >>> import symdyn
     >>> system = symdyn.linearize(symdyn.example("cart_pole"))
@@ -351,7 +351,7 @@ def systems(
     }
     if name in taken:
         raise LinearizeError(
-            f"{argument('over')}: {name} moves; a range is of a parameter, or of a letter that formulas name"
+            f"{argument('over')}: {name} moves; a range is of a parameter, or of a symbol that formulas name"
         )
     if name not in [one.name for one in scene.parameters]:
         if told := scene.derived_words(name):

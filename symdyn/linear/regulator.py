@@ -182,7 +182,7 @@ class Observer(Plotted):
 
 
 class Compensator(StateSpace):
-    """A regulator that acts on what a filter tells of the state: a linear system from r - y, of outputs, to drives.
+    """A regulator of the state that a filter estimates: a linear system from r - y, of outputs, to drives.
 
     Attributes:
         regulator, observer: what it is made of.
@@ -323,7 +323,7 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     found = np.linalg.eigvals(A - B @ K).astype(np.complex128)
     apart = max(float(np.abs(found - value).min()) for value in wanted)
     if not apart <= PLACED * max(1.0, float(np.abs(wanted).max())):
-        raise LinearizeError("poles: cannot be placed to six digits: a mode is next to one that no input moves")
+        raise LinearizeError("poles: cannot be placed to six digits: a mode is close to one that no input moves")
     return _regulator(one, used, K / scale[None, :], found[np.argsort(-found.real, kind="stable")], period)
 
 
@@ -438,7 +438,7 @@ def _gain(
     poles = np.linalg.eigvals(part - way @ K).astype(np.complex128)
     if not np.isfinite(K).all() or not np.all((poles.real < 0) if period is None else (np.abs(poles) < 1)):
         raise LinearizeError(
-            "not all poles of what was found decay; weights differ by too much, or a mode is next to one out of reach"
+            "not all poles of what was found decay; weights differ by too much, or a mode is close to one out of reach"
         )
     return K @ basis.T / scale[None, :], poles[np.argsort(-poles.real, kind="stable")], notes
 

@@ -227,7 +227,7 @@ class TimeResponse(Plotted):
 
     @checked(LinearizeError)
     def info(self, output: str | None = None, input: str | None = None) -> dict[str, float]:
-        """Return what is said of a step response: times in s, overshoot and undershoot in % of the final value.
+        """Return the figures of a step response: times in s, overshoot and undershoot in % of the final value.
 
         It rises from 10 to 90 % of the final value, and has settled when it stays within 2 % of it; of a system that is
         not stable the last value stands for the final one. What never happens is nan.

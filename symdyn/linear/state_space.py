@@ -1,9 +1,9 @@
-"""Linear systems of A, B, C, D with names and units, all the time or from sample to sample, and what each answers.
+"""Linear systems of A, B, C, D with names and units, continuous or sampled, and what each answers.
 
     ẋ = A x + B w           x(t + T) = A x(t) + B w(t), w held between samples, where there is a period T
     y = C x + D w
 
-A mechanism next to a point, a closed loop, a controller and a sampled system answer the same questions by the same
+A mechanism about a point, a closed loop, a controller and a sampled system answer the same questions by the same
 names. What is asked of one input and output takes their names, which may be left out where there is one alone.
 """
 
@@ -83,7 +83,7 @@ STAYS = 1e-8
 
 @dataclass(frozen=True, eq=False, init=False)
 class StateSpace(Plotted):
-    """A linear system: a mechanism next to a point or from sample to sample, a loop that is closed, a controller.
+    """A linear system: a mechanism about a point or from sample to sample, a loop that is closed, a controller.
 
     Attributes:
         A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
@@ -141,7 +141,7 @@ class StateSpace(Plotted):
             object.__setattr__(self, key, value)
 
     def __repr__(self) -> str:
-        when = "all the time" if self.period is None else f"every {self.period:g} s"
+        when = "continuous" if self.period is None else f"every {self.period:g} s"
         told = (f"{len(one)} {what}" for what, one in (("states", self.states), ("inputs", self.inputs)))
         to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
         return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"

@@ -6,6 +6,7 @@ Equations are shown as they are read, where they are not too long for it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from symdyn.algebra import Array
 from symdyn.draw import picture as drawn
@@ -22,7 +23,7 @@ from symdyn.emit.print import (
 from symdyn.errors import SymdynError
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.linear import Answer, Formulas, Linearization
+from symdyn.linear import Formulas, Linearization
 from symdyn.notebook.page import Markup, beside, formula, formulas, head, note, notes, picture, shown, table, verdict
 from symdyn.program import Program
 from symdyn.runtime import Loaded, NumericFunction
@@ -225,7 +226,7 @@ def latex_of_linearization(system: Linearization | Formulas) -> str:
     return system.latex()
 
 
-def linear_answer(result: Answer) -> list[Markup]:
+def linear_answer(result: Any) -> list[Markup]:
     """Return what a linear system, a regulator or a response says of itself, its plot if it has one, its tables."""
     first, *lines = repr(result)[1:-1].split("\n")
     parts, draw = [head(first), *map(note, lines)], getattr(result, "picture", None)

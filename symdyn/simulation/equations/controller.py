@@ -304,7 +304,7 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
         try:
             ends = (-float(limit), float(limit)) if isinstance(limit, Real) else limit
             least, most = map(float, ends)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             least = most = math.nan
         if not least < most:
             faults.add(where, f"{limit} is neither a size above 0 nor [smallest, largest]")
