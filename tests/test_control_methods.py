@@ -262,6 +262,64 @@ ALL: dict[str, Callable[[], Any]] = {
     "TimeResponse": lambda: mechanism("arm").step(until=2),
     "RootLocus": lambda: mechanism("cart_pole").root_locus("theta"),
 }
+WORDS: dict[str, Callable[[], Any]] = {
+    "Margins": lambda: mechanism("cart_pole").margins("theta"),
+    "Transfer": lambda: mechanism("cart_pole").transfer("theta"),
+    "Reach": lambda: mechanism("cart_pole").controllability(),
+    "Stability": lambda: mechanism("cart_pole").stability,
+}
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_what_has_no_plot_is_short_and_shows_itself(name: str) -> None:
+    found = WORDS[name]()
+
+    assert type(found).__name__ == name
+    assert len(repr(found)) < 250
+    assert "img" not in found._repr_mimebundle_()["text/html"].rpartition("</style>")[2]
+
+
+def test_a_channel_is_chosen_by_name_everywhere() -> None:
+    arm = mechanism("arm")
+
+    for whole, one in ((arm.step(until=2), arm.step("q2", "M1", until=2)),
+                       (arm.impulse(until=2), arm.impulse("q2", "M1", until=2))):  # fmt: skip
+        assert_allclose(whole["q2", "M1"].values, one.values, rtol=1e-9, atol=1e-12)
+        assert (one.outputs.names, one.inputs.names) == (("q2",), ("M1",))
+    for ask in (arm.bode, arm.nyquist):
+        assert_allclose(ask(omega=[1, 2])["q2", "M1"].response, ask("q2", "M1", [1, 2]).response)
+    with pytest.raises(LinearizeError, match="output: q3 is not known"):
+        arm.step()["q3", "M1"]
+
+
+def test_frequencies_are_shown_in_one_unit_in_plots_and_notebooks() -> None:
+    pytest.importorskip("matplotlib")
+    for hertz, unit in ((False, "rad/s"), (True, "Hz"), ([1.0, 2.0], "Hz")):
+        found = mechanism("cart_pole").bode(hertz=hertz)
+        assert found.unit == unit
+        assert (
+            found._figure().figure(1).axes[-1].get_xlabel()
+            == found.plot().axes[-1].get_xlabel()
+            == f"frequency, {unit}"
+        )
+
+
+def test_what_was_meant_is_told() -> None:
+    one = mechanism("cart_pole")
+
+    with pytest.raises(AttributeError, match=r"Linearization has no 'bod'; did you mean bode\?"):
+        one.bod  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match="no 'eigenvalues'; it is poles now"):
+        one.eigenvalues  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"symdyn has no 'lqr'; it is symdyn\.linearize\(\.\.\.\)\.lqr now"):
+        symdyn.lqr  # noqa: B018
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'untill'; did you mean until\?"):
+        one.step(untill=3)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="unexpected keyword argument 'of'; it is measures now"):
+        symdyn.pid(of="theta", inputs="F", kp=1)  # type: ignore[call-arg]
+    with pytest.raises(LinearizeError, match=r"an observer estimates the state.* give lin\.lqg\(Q, R, W, V\)"):
+        symdyn.simulate(one.scene, until=1, feedback=one.kalman())
+    assert symdyn.Feedback is Feedback
 
 
 @pytest.mark.parametrize("name", ALL)

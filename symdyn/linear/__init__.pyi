@@ -20,7 +20,8 @@ from .margins import Margins as Margins
 from .modes import Mode as Mode, Spectrum as Spectrum, animate_modes as animate_modes
 from .regulator import Compensator as Compensator, Observer as Observer, Regulator as Regulator
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
-from .state_space import Axis as Axis, StateSpace as StateSpace
+from .state_space import StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
 from .system import System as System, SystemsFile as SystemsFile
 from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words
+from .weights import Axis as Axis

@@ -35,8 +35,8 @@ from symdyn.dynamics.outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.linear.linearization import Linearization, Point
-from symdyn.linear.state_space import Axis
 from symdyn.linear.variations import Outputs, Variations, read_outputs, variations
+from symdyn.linear.weights import Axis
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, force_unit
 from symdyn.simulation import Forces, Problem, opened

@@ -30,9 +30,9 @@ from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
-from symdyn.linear.state_space import Axis, StateSpace
+from symdyn.linear.state_space import StateSpace
 from symdyn.linear.transfer import poles_in_words, shown, staircase
-from symdyn.linear.weights import Weights, weight
+from symdyn.linear.weights import Axis, Weights, weight
 from symdyn.scene.values import Faults
 from symdyn.table import Table
 
@@ -48,8 +48,19 @@ SPINNING = (
 """What is said of gains beside forces that feed back, at a point where velocities change, and in axes that turn."""
 
 
+class _Gain(Plotted):
+    """A gain that was found for a system."""
+
+    system: Linearization
+
+    @property
+    def name(self) -> str:
+        """What it is of."""
+        return self.system.name
+
+
 @dataclass(frozen=True, eq=False)
-class Regulator(Plotted):
+class Regulator(_Gain):
     """Feedback of the state.
 
     Attributes:
@@ -71,11 +82,6 @@ class Regulator(Plotted):
     def __repr__(self) -> str:
         told = "".join(f"\n    {line}" for line in (*self.lines(), f"poles: {poles_in_words(self.poles)}"))
         return f"<Regulator of {self.name}{_when(self.period)}:{told}>"
-
-    @property
-    def name(self) -> str:
-        """What it is of."""
-        return self.system.name
 
     @property
     def closed_loop(self) -> StateSpace:
@@ -141,7 +147,7 @@ class Regulator(Plotted):
 
 
 @dataclass(frozen=True, eq=False)
-class Observer(Plotted):
+class Observer(_Gain):
     """The gain of a Kalman filter, L, shape (nx, ny), and the poles of A - L C; of a sampled one of Φ - L C."""
 
     system: Linearization
@@ -153,11 +159,6 @@ class Observer(Plotted):
     def __repr__(self) -> str:
         outputs = ", ".join(self.system.outputs.names)
         return f"<Observer of {self.name} from {outputs}{_when(self.period)}; poles: {poles_in_words(self.poles)}>"
-
-    @property
-    def name(self) -> str:
-        """What it is of."""
-        return self.system.name
 
     def tables(self) -> list[Table[str | float]]:
         """Return L with its names."""
@@ -382,29 +383,21 @@ def _disturbed(W: Weights | None, one: Linearization, B: Array, faults: Faults) 
     return both[:n, :n] + B @ both[n:, n:] @ B.T
 
 
-@dataclass(frozen=True)
-class RegulatorWords:
-    """How faults speak: the weight of what is minimised, what it lacks, and how a mode is out of reach."""
-
-    weight: str
-    forgets: str
-    beyond: str
-
-
 WORDS = {
-    "lqr": RegulatorWords("Q", "gives no weight to", "no input moves"),
-    "kalman": RegulatorWords("W", "lets nothing disturb", "no output shows"),
+    "lqr": ("Q", "gives no weight to", "no input moves"),
+    "kalman": ("W", "lets nothing disturb", "no output shows"),
 }
+"""How faults call the weight of what is minimised, what it lacks, and a mode that is out of reach."""
 
 
 def _gain(
     A: Array, B: Array, step: Array, held: Array, Q: Array, R: Array, period: float | None,
-    words: RegulatorWords, names: tuple[str, ...],
+    words: tuple[str, str, str], names: tuple[str, ...],
 ) -> tuple[Array, Complexes, tuple[str, ...]]:  # fmt: skip
     """Return K, the poles, and notes; `step` and `held` are A and B, or those of a sampled system."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
 
-    scale = balance(A)
+    (weighed, forgets, beyond), scale = words, balance(A)
     A, B, Q = A * scale[None, :] / scale[:, None], B / scale[:, None], Q * scale[None, :] * scale[:, None]
     step, held = step * scale[None, :] / scale[:, None], held / scale[:, None]
     size = float(np.linalg.norm(A, 2)) or 1.0
@@ -414,19 +407,19 @@ def _gain(
     if any(value.real <= SIDEWAYS * size for value in drifting):
         if drifting[0].real > SIDEWAYS * size:
             raise LinearizeError(
-                f"{words.weight} {words.forgets} the mode {shown(drifting[0])}, of {_named(unseen, names)}, which "
+                f"{weighed} {forgets} the mode {shown(drifting[0])}, of {_named(unseen, names)}, which "
                 "grows; name those there"
             )
-        basis, notes = seen, (f"left alone: {_named(unseen, names)}; {words.weight} {words.forgets} them",)
+        basis, notes = seen, (f"left alone: {_named(unseen, names)}; {weighed} {forgets} them",)
     if not basis.shape[1]:
-        raise LinearizeError(f"{words.weight} {words.forgets} anything that has to be; give weights by name")
+        raise LinearizeError(f"{weighed} {forgets} anything that has to be; give weights by name")
     part, way = basis.T @ A @ basis, basis.T @ B
     beside = staircase(part, way)[1]
     stuck = _lasting(beside.T @ part @ beside, size)
     if stuck:
         raise LinearizeError(
-            f"{words.beyond} the mode {shown(stuck[0])}, of {_named(basis @ beside, names)}, and it does not decay; "
-            f"leave those out of {words.weight}, or let something reach them"
+            f"{beyond} the mode {shown(stuck[0])}, of {_named(basis @ beside, names)}, and it does not decay; "
+            f"leave those out of {weighed}, or let something reach them"
         )
     part, way, cost = basis.T @ step @ basis, basis.T @ held, basis.T @ Q @ basis
     try:

@@ -6,6 +6,7 @@ all other cases, to six digits in print and all digits in JSON.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,8 @@ from symdyn.table import Table
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
-    from symdyn.linear.state_space import Axis, StateSpace
+    from symdyn.linear.state_space import StateSpace
+    from symdyn.linear.weights import Axis
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""
@@ -89,16 +91,16 @@ def text(system: Linearization, formulas: Symbolic | None = None) -> str:
     for letter, axis in (("x", system.states), ("w", system.inputs), ("y", system.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
     lines.append("")
-    every = {"A": (system.states, system.states), "B": (system.states, system.inputs),
-             "C": (system.outputs, system.states), "D": (system.outputs, system.inputs)}  # fmt: skip
-    for letter, (rows, columns) in every.items():
+    for letter, (rows, columns) in system.names.items():
         matrix: Array = getattr(system, letter)
         if matrix.size and (letter in "AB" or matrix.any()):
-            lines += [*Table.matrix(letter, rows.names, columns.names, matrix.tolist()).lines(), ""]
+            lines += [*Table.matrix(letter, rows, columns, matrix.tolist()).lines(), ""]
         elif matrix.size:
             lines += [f"{letter} = 0", ""]
     if formulas is not None:
-        told = [line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), every[letter])]
+        told = [
+            line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), system.names[letter])
+        ]
         told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(system), *(f"  {line}" for line in roots(formulas)), ""]
@@ -158,12 +160,12 @@ def where_in_words(system: Linearization) -> str:
     return f"at {', '.join(parts)}" + (f"; {shown('t', point.t, 's')}" if point.t else "")
 
 
-def _formulas(letter: str, rows: Rows, axes: tuple[Axis, Axis]) -> list[str]:
+def _formulas(letter: str, rows: Rows, names: tuple[Sequence[str], Sequence[str]]) -> list[str]:
     """Return the entries that are no numbers as formulas."""
     return [
         f"{letter}[{row}, {column}] = {_spelled(entry)}"
-        for row, entries in zip(axes[0].names, rows, strict=True)
-        for column, entry in zip(axes[1].names, entries, strict=True)
+        for row, entries in zip(names[0], rows, strict=True)
+        for column, entry in zip(names[1], entries, strict=True)
         if not isinstance(entry, Number)
     ]
 

@@ -24,7 +24,8 @@ from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.table import Table
 
 if TYPE_CHECKING:
-    from symdyn.linear.state_space import Axis, StateSpace
+    from symdyn.linear.state_space import StateSpace
+    from symdyn.linear.weights import Axis
 
 POINTS, CLOSE = 200, 2000
 """Frequencies that nobody gives, of a Bode and of a Nyquist plot."""

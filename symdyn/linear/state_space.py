@@ -20,7 +20,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, checked, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError, nearest, suggestion
+from symdyn.errors import LinearizeError, nearest
 from symdyn.extras import install
 from symdyn.linear.locus import RootLocus
 from symdyn.linear.margins import Margins, margins
@@ -35,6 +35,7 @@ from symdyn.linear.responses import (
     time_response,
 )
 from symdyn.linear.transfer import Reach, Transfer, balanced, invariant_zeros, reach, transfers
+from symdyn.linear.weights import Axis, read_axis, read_matrix
 from symdyn.table import Table
 from symdyn.unlocked import cached_property
 
@@ -42,39 +43,7 @@ if TYPE_CHECKING:
     from symdyn.simulation import Feedback
 
 
-@dataclass(frozen=True)
-class Axis:
-    """What the rows or columns of a matrix stand for, and their units."""
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.names)
-
-    def of(self, places: Sequence[int]) -> Axis:
-        """Return some of them."""
-        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
-
-    def place(self, name: str | None, what: str) -> int:
-        """Return the place of a name, or of the only one there is; `what` says what has it.
-
-        Raises:
-            LinearizeError: no such name, or none given where there are several.
-        """
-        if name is None and len(self) == 1:
-            return 0
-        if name is None:
-            raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
-        if name not in self.names:
-            raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}")
-        return self.names.index(name)
-
-
-RENAMED = {
-    "eigenvalues": "poles", "mode_table": "damp()", "transfers": "transfer()", "control": "to_control()",
-}  # fmt: skip
+RENAMED = {"eigenvalues": "poles", "mode_table": "damp()", "transfers": "transfer()", "control": "to_control()"}
 """Names that systems had, for errors alone."""
 
 STAYS = 1e-8
@@ -121,12 +90,12 @@ class StateSpace(Plotted):
         """
         check_arguments(StateSpace.__init__, {"period": period, "name": name}, LinearizeError)
         faults: list[str] = []
-        found = {letter: _matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
+        found = {letter: read_matrix(letter, one, faults) for letter, one in {"A": A, "B": B, "C": C}.items()}
         n, nw, ny = len(found["A"]), found["B"].shape[-1], len(found["C"])
-        found["D"] = np.zeros((ny, nw)) if D is None else _matrix("D", D, faults)
+        found["D"] = np.zeros((ny, nw)) if D is None else read_matrix("D", D, faults)
         shapes = {"A": (n, n), "B": (n, nw), "C": (ny, n), "D": (ny, nw)}
         faults += [
-            f"{letter} is {_size(found[letter])}, and has to be {' x '.join(map(str, shape))}, by the rows of A and C "
+            f"{letter} is {_size(found[letter].shape)}, and has to be {_size(shape)}, by the rows of A and C "
             "and the columns of B"
             for letter, shape in shapes.items()
             if not faults and found[letter].shape != shape
@@ -134,7 +103,7 @@ class StateSpace(Plotted):
         if period is not None and not (math.isfinite(period) and period > 0):
             faults.append(f"period = {period:g}: give seconds above zero, or None")
         axes = {"states": (states, "x", n), "inputs": (inputs, "w", nw), "outputs": (outputs, "y", ny)}
-        said = {what: _axis(what, *one, faults) for what, one in axes.items()} if not faults else {}
+        said = {what: read_axis(what, *one, faults) for what, one in axes.items()} if not faults else {}
         if faults:
             raise LinearizeError(faults)
         for key, value in {**found, **said, "period": period, "name": name}.items():
@@ -193,6 +162,12 @@ class StateSpace(Plotted):
         i, k = self.outputs.place(channel[0], "output"), self.inputs.place(channel[1], "input")
         return StateSpace(self.A, self.B[:, [k]], self.C[[i]], self.D[[i]][:, [k]], self.states,
                           self.inputs.of([k]), self.outputs.of([i]), self.period, self.name)  # fmt: skip
+
+    @property
+    def names(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Names of the rows and of the columns of A, B, C and D."""
+        x, w, y = (one.names for one in (self.states, self.inputs, self.outputs))
+        return {"A": (x, x), "B": (x, w), "C": (y, x), "D": (y, w)}
 
     @cached_property
     def spectrum(self) -> Spectrum:
@@ -414,9 +389,7 @@ class StateSpace(Plotted):
 
     def tables(self) -> list[Table[str | float]]:
         """Return the matrices with their names, and the modes."""
-        x, w, y = (one.names for one in (self.states, self.inputs, self.outputs))
-        every = {"A": (x, x), "B": (x, w), "C": (y, x), "D": (y, w)}
-        found = [Table.matrix(letter, *axes, getattr(self, letter).tolist()) for letter, axes in every.items()]
+        found = [Table.matrix(letter, *names, getattr(self, letter).tolist()) for letter, names in self.names.items()]
         return [*(one for one in found if one.rows and len(one.columns) > 1), self.damp()]
 
     def feedback(self) -> Feedback:
@@ -447,31 +420,5 @@ def sampled(one: StateSpace, Phi: Array, Gamma: Array, period: float) -> StateSp
     return StateSpace(Phi, Gamma, one.C, one.D, one.states, one.inputs, one.outputs, period, one.name)
 
 
-def _matrix(letter: str, given: object, faults: list[str]) -> Array:
-    """Return a matrix; what is wrong with it goes to the faults."""
-    try:
-        found = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
-    if found.ndim != 2 or not np.isfinite(found).all():
-        faults.append(f"{letter} is no matrix of finite numbers, as in [[0, 1], [-2, -3]]")
-        return np.zeros((0, 0))
-    return found
-
-
-def _axis(what: str, given: Axis | Sequence[str] | None, letter: str, count: int, faults: list[str]) -> Axis:
-    """Return names of states, inputs or outputs; what is wrong with them goes to the faults."""
-    if isinstance(given, Axis):
-        names, units = given.names, given.units
-    else:
-        names = tuple(f"{letter}{k + 1}" for k in range(count)) if given is None else tuple(given)
-        units = ("",) * len(names)
-    if len(names) != count or not all(isinstance(one, str) for one in names):
-        faults.append(f"{what}: give {count} names, not {len(names)}")
-    elif len(set(names)) < count:
-        faults.append(f"{what}: {next(one for one in names if names.count(one) > 1)} is named twice")
-    return Axis(names, units)
-
-
-def _size(matrix: Array) -> str:
-    return " x ".join(map(str, matrix.shape))
+def _size(shape: tuple[int, ...]) -> str:
+    return " x ".join(map(str, shape))

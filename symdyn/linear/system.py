@@ -27,11 +27,11 @@ from symdyn.linear.modes import MODE_PERIOD, Mode, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.regulator import Observer, Regulator
 from symdyn.linear.report import Symbolic, as_json, latex, text
-from symdyn.linear.state_space import Axis, StateSpace
+from symdyn.linear.state_space import StateSpace
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.transfer import shown
-from symdyn.linear.weights import check_arrays, read_weights
+from symdyn.linear.weights import Axis, check_arrays, read_weights
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.simulation import Problem, Trajectory

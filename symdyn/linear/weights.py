@@ -1,10 +1,11 @@
-"""Weights and variances, by name or as matrices, from Python, a command line or an .npz file."""
+"""Matrices whose rows and columns have names; weights and variances, from Python, a command line or an .npz file."""
 
 from __future__ import annotations
 
 import math
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 from zipfile import BadZipFile, ZipFile, ZipInfo
@@ -15,8 +16,38 @@ from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError, quoted, suggestion
 from symdyn.linear.locus import number_in
-from symdyn.linear.state_space import Axis
 from symdyn.scene.values import Faults, FormulaError
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What the rows or columns of a matrix stand for, and their units."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.names)
+
+    def of(self, places: Sequence[int]) -> Axis:
+        """Return some of them."""
+        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
+
+    def place(self, name: str | None, what: str) -> int:
+        """Return the place of a name, or of the only one there is; `what` says what has it.
+
+        Raises:
+            LinearizeError: no such name, or none given where there are several.
+        """
+        if name is None and len(self) == 1:
+            return 0
+        if name is None:
+            raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
+        if name not in self.names:
+            raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}")
+        return self.names.index(name)
+
 
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Sequence[float] | float | Array
 
@@ -157,3 +188,29 @@ def _number(given: Any) -> float:
         return float(given)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def read_matrix(letter: str, given: object, faults: list[str]) -> Array:
+    """Return a matrix; what is wrong with it goes to the faults."""
+    try:
+        found = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = np.zeros(0)
+    if found.ndim != 2 or not np.isfinite(found).all():
+        faults.append(f"{letter} is no matrix of finite numbers, as in [[0, 1], [-2, -3]]")
+        return np.zeros((0, 0))
+    return found
+
+
+def read_axis(what: str, given: Axis | Sequence[str] | None, letter: str, count: int, faults: list[str]) -> Axis:
+    """Return names of states, inputs or outputs; what is wrong with them goes to the faults."""
+    if isinstance(given, Axis):
+        names, units = given.names, given.units
+    else:
+        names = tuple(f"{letter}{k + 1}" for k in range(count)) if given is None else tuple(given)
+        units = ("",) * len(names)
+    if len(names) != count or not all(isinstance(one, str) for one in names):
+        faults.append(f"{what}: give {count} names, not {len(names)}")
+    elif len(set(names)) < count:
+        faults.append(f"{what}: {next(one for one in names if names.count(one) > 1)} is named twice")
+    return Axis(names, units)

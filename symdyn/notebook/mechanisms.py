@@ -207,9 +207,7 @@ WIDEST = 16
 def linearization(system: Linearization) -> list[Markup]:
     """Return the matrices of a linear system, its modes, and whether it is stable."""
     told = system.stability
-    states, inputs, outputs = system.states.names, system.inputs.names, system.outputs.names
-    axes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
-    matrices = [_matrix(letter, getattr(system, letter), *axes[letter]) for letter in axes]
+    matrices = [_matrix(letter, getattr(system, letter), *names) for letter, names in system.names.items()]
     return [
         head(system.scene.name, f"linearised {system.manner}"),
         verdict(told.verdict != "unstable", told.words),
