@@ -312,7 +312,7 @@ def test_what_was_meant_is_told() -> None:
     with pytest.raises(AttributeError, match="no 'eigenvalues'; it is poles now"):
         one.eigenvalues  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"symdyn has no 'lqr'; it is symdyn\.linearize\(\.\.\.\)\.lqr now"):
-        symdyn.lqr  # noqa: B018
+        symdyn.lqr  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(TypeError, match=r"unexpected keyword argument 'untill'; did you mean until\?"):
         one.step(untill=3)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="unexpected keyword argument 'of'; it is measures now"):
