@@ -293,7 +293,7 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in keywords:
         if name not in known:
-            told = choice(name, known)
+            told = f"it is {RENAMED[name]} now" if RENAMED.get(name) in known else choice(name, known)
             raise ArgumentError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
 
 
@@ -328,15 +328,6 @@ def check_arguments(
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
     return given
-
-
-def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
-    """Raise TypeError for a keyword that a function does not have, with one that it has."""
-    known = [one for one in inspect.signature(function).parameters if one != "self"]
-    for name in keywords:
-        if name not in known:
-            told = f"it is {RENAMED[name]} now" if RENAMED.get(name) in known else choice(name, known)
-            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
 
 
 RENAMED = {"of": "measures", "to": "inputs", "drives": "inputs"}

@@ -307,9 +307,9 @@ def test_frequencies_are_shown_in_one_unit_in_plots_and_notebooks() -> None:
 def test_what_was_meant_is_told() -> None:
     one = mechanism("cart_pole")
 
-    with pytest.raises(AttributeError, match=r"Linearization has no 'bod'; did you mean bode\?"):
+    with pytest.raises(AttributeError, match=r"Linearization has no attribute 'bod'; did you mean bode\?"):
         one.bod  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match="no 'eigenvalues'; it is poles now"):
+    with pytest.raises(AttributeError, match="no attribute 'eigenvalues'; it is poles now"):
         one.eigenvalues  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"symdyn has no 'lqr'; it is symdyn\.linearize\(\.\.\.\)\.lqr now"):
         symdyn.lqr  # type: ignore[attr-defined]  # noqa: B018

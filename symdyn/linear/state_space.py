@@ -20,7 +20,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import argument, check_arguments, checked, native
 from symdyn.draw import FilledFigure
-from symdyn.errors import LinearizeError, nearest
+from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.locus import RootLocus
 from symdyn.linear.margins import Margins, margins
@@ -118,13 +118,10 @@ class StateSpace(Plotted):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Raise AttributeError, with the name that was meant."""
-            known = [one for one in dir(self) if not one.startswith("_")]
-            if name in known:
-                return object.__getattribute__(self, name)  # it raised such an error itself
-            meant = nearest(name, known)
-            told = f"; it is {RENAMED[name]} now" if name in RENAMED else f"; did you mean {meant}?" if meant else ""
-            raise AttributeError(f"{type(self).__name__} has no {name!r}{told}", name=name, obj=self)
+            """Raise AttributeError, of a name that it had with that of today."""
+            if name in RENAMED:
+                raise AttributeError(f"{type(self).__name__} has no attribute {name!r}; it is {RENAMED[name]} now")
+            return super().__getattr__(name)
 
     @classmethod
     def from_control(cls, system: Any) -> StateSpace:
