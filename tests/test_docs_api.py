@@ -23,7 +23,7 @@ IDENTIFICATION = {
 NAMES: dict[ModuleType, set[str]] = {
     symdyn: {name for name in offered("symdyn") if not name.endswith("Error")},
     identification: IDENTIFICATION,
-    simulation: {"Feedback", "linear_law", "Uncertainty", "Trajectory", "Sensitivity"},
+    simulation: {"linear_law", "Uncertainty", "Trajectory", "Sensitivity"},
     study: {"Indices", "Runs", "ensemble", "open", "sweep", "uncertainty"},
     linear: {"Linearization"},
     transcription: {"Collocation"},

@@ -78,7 +78,7 @@ GROUPS = (
     Group("Scenes", ("scene",)),
     Group("Equations", ("dynamics", "emit")),
     Group("Compiled functions", ("runtime", "program")),
-    Group("Simulation", ("simulation",), ("simulation.Feedback", "simulation.linear_law")),
+    Group("Simulation", ("simulation",), ("simulation.linear_law",)),
     Group("Linear systems and control", ("linear",), follows=True),
     Group("Optimal control", ("transcription",), follows=True),
     Group("Identification", ("identification",), tuple(f"identification.{one}" for one in IDENTIFICATION)),

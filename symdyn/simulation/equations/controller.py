@@ -46,6 +46,12 @@ LARGEST = 1e7
 class Feedback(Shown):
     """A controller.
 
+    >>> import symdyn
+    >>> hold = symdyn.Feedback(lambda t, q, u: 40 * q[1] + 6 * u[1] + 3 * u[0], "F", period=0.01, limits={"F": 10})
+    >>> run = symdyn.simulate(symdyn.example("cart_pole"), until=1, start={"theta": 0.1}, feedback=hold)
+    >>> bool(abs(run["F"]).max() <= 10)
+    True
+
     Attributes:
         law: of time, s, coordinates, shape (nq,), and velocities, shape (nv,): the force of every input, shape
             (inputs,), N or N m; a number where there is one input. Without a period it is asked at states that are
