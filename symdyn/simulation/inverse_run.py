@@ -287,8 +287,8 @@ def _times(times: npt.ArrayLike, given: Sequence[str], until: float | None, ever
     if until is not None or every is not None:
         raise SimulateError("times: until and every say them too; leave out either")
     if isinstance(times, Real):
-        span = f"for 0 to {times:g} s every 0.01 s: until={times:g}, every=0.01"
-        raise SimulateError(f"times = {times:g}: times are a row of numbers; {span}")
+        span = f"for 0 to {quoted(times)} s every 0.01 s: until={quoted(times)}, every=0.01"
+        raise SimulateError(f"times = {quoted(times)}: times are a row of numbers; {span}")
     try:
         found = np.atleast_1d(np.asarray(times, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
