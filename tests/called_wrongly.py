@@ -55,6 +55,7 @@ def cart() -> symdyn.Scene:
 
 
 DOORS: dict[str, list[dict[str, Any]]] = {
+    "Feedback": [{"law": [[1, 2, 3, 4]], "inputs": "F"}],
     "Scene": [{"name": "made"}],
     "SymdynError": [{}],
     "Problem": [{}],

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, check_arguments
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
@@ -86,7 +86,8 @@ class Feedback(Shown):
     quantisation: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Take one name as several."""
+        """Take one name as several; SimulateError of a field that is of no kind it can be."""
+        check_arguments(Feedback, vars(self), SimulateError)
         for name in ("inputs", "measures"):
             one = getattr(self, name)
             object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
