@@ -70,7 +70,7 @@ FOLDERS = {  # package: folder: the folders of the same package that it may impo
         "": ["languages"],
         "student": ["", "languages"],
         "derivations": ["student", "", "languages"],
-        "practice": ["student", "", "languages"],
+        "practice": ["derivations", "student", "", "languages"],
         "render": ["practice", "derivations", "", "languages"],
     },
     "verify": {"written": [], "": ["written"]},

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from test_teach_practice import EXAMPLES, blanks, lesson
+from test_teach_practice import EXAMPLES, lesson
 
 import symdyn
 from symdyn.algebra.form import Number, Symbol
@@ -20,7 +20,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text, write_text
 from symdyn.scene.values.quantity import Quantity
 from symdyn.teach import rendered, walkthrough
-from symdyn.teach.document import Room
+from symdyn.teach.document import Questions, Room
 from symdyn.teach.notation import NUMBERS
 from symdyn.teach.practice.exercises import with_exercises
 from symdyn.teach.practice.questions import sheet
@@ -145,16 +145,17 @@ def test_what_cannot_be_varied_is_said() -> None:
 @pytest.mark.parametrize("grade", [1, 2, 3])
 def test_a_sheet_asks_in_order_with_room_or_with_solutions(grade: int) -> None:
     document = with_exercises(lesson("two_link"), grade)
+    questions = [block for _, block in document.blocks() if isinstance(block, Questions)]
     asked, solved = sheet(document), sheet(document, solutions=True)
 
     steps = asked.sections[-1].steps
-    assert [step.key for step in steps] == [f"question:{blank.key}" for blank in blanks(document)]
+    assert [step.key for step in steps] == [f"question:{blank.key}" for blank in questions]
     assert [step.claim.parts[0].split(".")[0] for step in steps if isinstance(step.claim.parts[0], str)] == [
         str(k + 1) for k in range(len(steps))
     ]
     assert all(isinstance(step.blocks[-1], Room) for step in steps)
     assert not any(isinstance(block, Room) for _, block in solved.blocks())
-    for blank, step in zip(blanks(document), solved.sections[-1].steps, strict=True):
+    for blank, step in zip(questions, solved.sections[-1].steps, strict=True):
         assert step.blocks[-len(blank.solution) :] == blank.solution
     for format in ("md", "latex", "html", "notebook"):
         assert "question" in str(next(iter(rendered(asked, format).values()))).lower()

@@ -213,13 +213,51 @@ class Blank:
 
 
 @dataclass(frozen=True)
+class Option:
+    """What may be chosen: whether it is right, and why or why not."""
+
+    text: Words
+    right: bool
+    reason: Words
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A question with answers to choose from, of which some are right; its key is unique in the document."""
+
+    key: str
+    ask: Words
+    options: tuple[Option, ...]
+    solution: tuple[Block, ...]
+
+    @property
+    def lettered(self) -> dict[str, Option]:
+        """The options by letter."""
+        return dict(zip("abcdefgh", self.options, strict=False))
+
+    @property
+    def right(self) -> list[str]:
+        """The letters of those that are right."""
+        return [letter for letter, option in self.lettered.items() if option.right]
+
+    @property
+    def listed(self) -> list[Words]:
+        """Each option as a paragraph: "a) q = 0"."""
+        return [Words((f"{letter}) ", *option.text.parts)) for letter, option in self.lettered.items()]
+
+
+@dataclass(frozen=True)
 class Room:
     """Empty lines on a sheet, to write on by hand."""
 
     lines: int
 
 
-Block = Union[Words, Formula, Braced, Matrix, Picture, Table[Words], Shares, Box, Fold, Blank, Room]
+Block = Union[Words, Formula, Braced, Matrix, Picture, Table[Words], Shares, Box, Fold, Blank, Choice, Room]
+
+
+Questions = (Blank, Choice)
+"""Blocks that wait for an answer; each has a key, what is asked, and a solution."""
 
 
 # The document
@@ -336,6 +374,6 @@ class Document:
 
 def _opened(block: Block) -> Iterator[Block]:
     yield block
-    inside = block.blocks if isinstance(block, (Box, Fold)) else block.solution if isinstance(block, Blank) else ()
+    inside = block.blocks if isinstance(block, (Box, Fold)) else block.solution if isinstance(block, Questions) else ()
     for inner in inside:
         yield from _opened(inner)

@@ -2,7 +2,7 @@
 // Typed answers: read by the tables that the shell reads too, values in doubles, no evaluation of text as code.
 const Answers = (() => {
   const {symbols, dotted, short, quantities, free, points, values, words, grammar, speeds, balances, mistakes, marks, pairs} = QUESTIONS;
-  const {drawn, twins, bound} = QUESTIONS;
+  const {drawn, twins, bound, rounded, enough} = QUESTIONS;
   const {letters, functions, commands, timeLetters, operators, closing, begins} = grammar;
   const has = (table, key) => Object.prototype.hasOwnProperty.call(table, key);
   const sticks = (pattern, text, at) => { pattern.lastIndex = at; return pattern.exec(text); };
@@ -354,6 +354,7 @@ const Answers = (() => {
     if (near(1)) return said(true, "answer.right");
     if (free.includes(key) && elsewhere(key, mine)) return said(true, "answer.shifted");
     if (points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");
+    if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
     if (near(1, ROUNDED)) return said(false, "answer.rounded");
     const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes);
     if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);

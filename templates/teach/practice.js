@@ -1,6 +1,8 @@
 // Exercises of a page: answers are judged, solutions opened; what follows is shown when all that it needs is done.
 (() => {
-  const done = new Set();
+  const {words, choices} = QUESTIONS, forms = [...document.querySelectorAll("form.blank")];
+  const progress = document.querySelector(".progress"), done = new Set();
+  const open = () => forms.filter(form => !done.has(form.dataset.number));
   function found(form) {
     done.add(form.dataset.number);
     for (const step of document.querySelectorAll("[data-needs][hidden]")) {
@@ -9,17 +11,52 @@
     for (const note of document.querySelectorAll(".waits")) {
       note.hidden = !note.parentElement.querySelector("[data-needs][hidden]");
     }
+    counted();
   }
-  for (const form of document.querySelectorAll("form.blank")) {
-    const solution = form.querySelector(".solution");
+  function counted() {
+    const text = words["answer.progress"].replace("{done}", done.size).replace("{all}", forms.length);
+    const output = progress.querySelector("output");
+    if (output.textContent !== text) output.textContent = text;
+    progress.querySelector("button").disabled = done.size === forms.length;
+  }
+  // The first open question behind where the reader is, or the first of all
+  function next() {
+    const here = document.activeElement.closest("form.blank") || last;
+    const rest = open(), behind = here && rest.find(form => here.compareDocumentPosition(form) & Node.DOCUMENT_POSITION_FOLLOWING);
+    const form = behind || rest[0];
+    if (!form) return;
+    form.scrollIntoView({block: "center"});
+    form.querySelector("input").focus({preventScroll: true});
+  }
+  let last = null;
+  // What is chosen is right when it is all that is right; of what is wrong the reasons are told
+  function chosen(form, verdict) {
+    const right = choices[form.dataset.key], boxes = [...form.querySelectorAll("input")].filter(box => box.checked);
+    const wrong = boxes.filter(box => !right.includes(box.value));
+    const word = !boxes.length ? "fault.empty" : wrong.length ? "answer.chosen" : boxes.length < right.length ? "answer.more" : "answer.right";
+    verdict.textContent = words[word];
+    for (const box of wrong) {
+      const reason = box.closest("p").querySelector(".why").cloneNode(true);
+      reason.hidden = false;
+      verdict.append(` ${box.value}) `, reason);
+    }
+    return word === "answer.right";
+  }
+  for (const form of forms) {
+    const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");
+    form.addEventListener("focusin", () => { last = form; });
     form.addEventListener("submit", event => {
       event.preventDefault();
-      const verdict = form.querySelector(".verdict"), told = Answers.judge(form.dataset.key, form.elements.answer.value);
-      verdict.textContent = told.text;
-      verdict.className = "verdict " + (told.right ? "right" : "wrong");
-      if (told.right) solution.open = true;
+      let right;
+      if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) right = chosen(form, verdict);
+      else ({right, text: verdict.textContent} = Answers.judge(form.dataset.key, form.elements.answer.value));
+      verdict.className = "verdict " + (right ? "right" : "wrong");
+      if (right) solution.open = true;
     });
     solution.addEventListener("toggle", () => { if (solution.open) found(form); });
     if (solution.open) found(form);  // as the browser keeps it
   }
+  progress.querySelector("button").addEventListener("click", next);
+  progress.hidden = false;
+  counted();
 })();

@@ -13,7 +13,7 @@ equation with its terms switched each: M q̈ = Q - s_C k_C q̇ q̇ - s_D k_D q̇
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -70,7 +70,10 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
-        blocks += _solutions(lesson, factored, r, {str(lesson.state.qd[k].value) for k in left.cyclic}, bounds)
+        rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
+        found = list(level_places(factored, r, rates))
+        blocks += [lesson.say(key, **places) for key, places in found]
+        bounds += [places["value"] for key, places in found if key == "steady.wave"]
     blocks += _numbers(lesson, left)
     key = "steady.led" if left.led else "steady.free"
     claim = lesson.say(key, q=r, others=together(others))
@@ -79,19 +82,15 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"), tries=tries)
 
 
-def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str], bounds: list[Form]) -> list[Block]:
-    """Return what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any.
-
-    What must lie between -1 and 1 is added to `bounds`.
-    """
-    found: list[Block] = []
+def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[str, dict[str, Form]]]:
+    """Yield what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
     for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
             continue
         names = set(inner.symbols)
         if r.name not in names and names & rates:
-            found.append(lesson.say("steady.any", rates=inner, q=r))
+            yield "steady.any", {"rates": inner, "q": r}
             continue
         waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
         if not waves or any(one == r for one in _without(inner, r).walk()):
@@ -100,7 +99,7 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str], bound
             continue
         (wave,) = waves
         if inner == wave:
-            found.append(lesson.say("steady.zero", wave=wave))
+            yield "steady.zero", {"wave": wave}
             continue
         over = [term for term in inner.terms if wave not in set(term.walk())]
         under = [_divided(term, wave) for term in inner.terms if wave in set(term.walk())]
@@ -111,9 +110,7 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str], bound
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).power(-1)))
-        found.append(lesson.say("steady.wave", wave=wave, value=value))
-        bounds.append(value)
-    return found
+        yield "steady.wave", {"wave": wave, "value": value}
 
 
 def _without(form: Form, r: Symbol) -> Form:

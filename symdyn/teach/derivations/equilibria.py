@@ -301,7 +301,7 @@ def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, ch
     M = [gradient(lesson.momenta[k], [state.qd[j] for j in moved]) for k in moved]
     K = [gradient(rests.forces[k], [state.q[j] for j in moved]) for k in moved]
     matrices = [[substitute(row, exact) for row in rows] for rows in (M, K)]
-    shown = [[_short(lesson, x) for row in matrix for x in row] for matrix in matrices]
+    shown = [[short_form(lesson, x) for row in matrix for x in row] for matrix in matrices]
     if max(length(x) for forms in shown for x in forms) > LONGEST:
         return []
     blocks: list[Block] = [lesson.say("near.drop")]
@@ -318,7 +318,7 @@ def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, ch
     return [*blocks, *_frequencies(lesson, matrices, modes, tag, chosen)]
 
 
-def _short(lesson: Lesson, node: Expr) -> Form:
+def short_form(lesson: Lesson, node: Expr) -> Form:
     """Return a node in the ring of the lesson, or as a quotient where a spring is none of the ring's."""
     try:
         return lesson.short(node)

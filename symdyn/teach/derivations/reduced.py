@@ -14,7 +14,7 @@ Reference: Routh; Goldstein, Classical Mechanics, 8.3.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -210,9 +210,28 @@ def limit_steps(lesson: Lesson, left: Reduced | None, chosen: Chosen) -> list[St
 
 def _energies(lesson: Lesson) -> Step | None:
     """Return what K and P become as one parameter after the other vanishes."""
-    graph, energy = lesson.graph, lesson.energy
     rows: list[tuple[Words, Form | Words, Form | Words, Words]] = []
     checks: list[Block] = []
+    for symbol, K, P in vanishing(lesson):
+        try:
+            shown = (kinetic_form(lesson, K), with_squares(lesson.short(P)))
+        except (DerivationError, KeyError):
+            continue
+        if max(map(length, shown)) > LONGEST:
+            continue
+        rows.append((Words((named(symbol), " → 0")), *shown, _left(lesson, K, P)))
+        if body := smaller_by(lesson, symbol, K, P):
+            checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
+    if not rows:
+        return None
+    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
+    blocks, reason = (table, *checks), lesson.say("limits.reason")
+    return Step("limits", lesson.say("limits"), blocks, reason, show=("energies", "ghost"))
+
+
+def vanishing(lesson: Lesson) -> Iterator[tuple[Expr, Expr, Expr]]:
+    """Yield each parameter that may go to zero, and what K and P become, where they have a value and change."""
+    graph, energy = lesson.graph, lesson.energy
     for parameter in lesson.scene.parameters:
         if parameter.unit.replace("^", "").replace("²", "2").replace(" ", "") not in UNITS:
             continue
@@ -221,25 +240,12 @@ def _energies(lesson: Lesson) -> Step | None:
             K, P = substitute([energy.K, energy.P], {symbol: graph.zero})
         except ZeroDivisionError:
             continue
-        if zero(lesson, K - energy.K) and zero(lesson, P - energy.P):
-            continue
-        try:
-            shown = (kinetic_form(lesson, K), with_squares(lesson.short(P)))
-        except (DerivationError, KeyError):
-            continue
-        if max(map(length, shown)) > LONGEST:
-            continue
-        rows.append((Words((Symbol(parameter.name), " → 0")), *shown, _left(lesson, K, P)))
-        checks += _smaller(lesson, symbol, K, P)
-    if not rows:
-        return None
-    table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
-    blocks, reason = (table, *checks), lesson.say("limits.reason")
-    return Step("limits", lesson.say("limits"), blocks, reason, show=("energies", "ghost"))
+        if not (zero(lesson, K - energy.K) and zero(lesson, P - energy.P)):
+            yield symbol, K, P
 
 
-def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:
-    """Return what no longer counts: coordinates whose rates move nothing, and those that L forgets."""
+def forgotten(lesson: Lesson, K: Expr, P: Expr) -> tuple[list[Form], list[Form]]:
+    """Return coordinates whose rates move nothing, and those on which L no longer depends, for energies in a limit."""
     state = lesson.state
     idle: list[Form] = [named(q) for q, u in zip(state.q, state.qd, strict=True) if zero(lesson, gradient(K, [u])[0])]
     cyclic: list[Form] = []
@@ -247,6 +253,12 @@ def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:
         known = gradient(K - P, [q])[0]
         if name not in idle and zero(lesson, known) and not zero(lesson, lesson.slopes[k]):
             cyclic.append(name)
+    return idle, cyclic
+
+
+def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:
+    """Return what no longer counts."""
+    idle, cyclic = forgotten(lesson, K, P)
     parts: list[str | Form] = []
     if idle:
         parts += lesson.say("limits.idle", names=together(idle)).parts
@@ -255,8 +267,8 @@ def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:
     return Words(tuple(parts) or ("–",))
 
 
-def _smaller(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> list[Block]:
-    """Return the sentence that the mechanism without a body that weighs nothing has the same energies."""
+def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:
+    """Return the body without which the mechanism has the same energies, since it weighs nothing; "" for none."""
     graph = lesson.graph
     for body in lesson.scene.bodies:
         smaller = without(lesson.scene, body.name)
@@ -269,8 +281,8 @@ def _smaller(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> list[Block]:
         less = substitute([other.K, other.P], {vanishing: graph.zero})
         same = zero(lesson, K - less[0]) and zero(lesson, P - less[1])
         assert same, f"without {body.name} the energies are others: one of the two derivations is wrong"
-        return [lesson.say("limits.smaller", parameter=named(vanishing), body=body.name)]
-    return []
+        return body.name
+    return ""
 
 
 def without(scene: Scene, body: str) -> Scene | None:

@@ -27,16 +27,21 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
+    Choice,
     Document,
     Fold,
     Formula,
     Matrix,
+    Questions,
     Section,
     Step,
     Words,
 )
 from symdyn.teach.languages import fill, language_of
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.derived import with_given
+from symdyn.teach.practice.physics import PHYSICS, with_physics
+from symdyn.teach.student.diagnosis import BOUND, points_of
 from symdyn.teach.student.grammar import Names, Target
 from symdyn.teach.student.statements import read_formula
 from symdyn.verdict import Verdict
@@ -125,7 +130,7 @@ def written_out(block: Block) -> Iterator[Form]:
         yield from block.entries
     elif isinstance(block, (Box, Fold)):
         yield from (form for inner in block.blocks for form in written_out(inner))
-    elif isinstance(block, Blank):
+    elif isinstance(block, Questions):
         yield from (part for part in block.ask.parts if not isinstance(part, str))
     elif isinstance(block, (Table, Words)):
         cells = [cell for row in block.rows for cell in row] if isinstance(block, Table) else [block]
@@ -161,6 +166,9 @@ ASIDE = ("meaning", "power")
 AFTER = ("after", "numbers")
 """What keys of sections after the equations begin with."""
 
+LATER = ("formulations", "laws", "errata")
+"""Sections that come after all derivations."""
+
 GIVEN = ("scene", "principle", "count")
 """Sections that state what is known, which no grade hides."""
 
@@ -172,12 +180,13 @@ MOST = 6  # results of one step that are asked for; the others stand with the so
 
 
 def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()) -> Document:
-    """Return the document with blanks in place of results; steps that come after a blank need it.
+    """Return the document with blanks in place of results, then questions of physics; what comes after one needs it.
 
     Args:
         document: a walkthrough.
         grade: 1 for every step, 2 for the results of each part, 3 for energies and equations without the steps.
-        ask: steps, by key or kind ("square:2", "square"), that are asked for in place of those of the grade.
+        ask: steps, by key or kind ("square:2", "square", "physics"), that are asked for in place of those of the
+            grade.
 
     Raises:
         TeachError: there is no such grade or step, or no result that could be left out.
@@ -187,23 +196,30 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     asked = [section for section in document.sections if not is_given(section)]
     every = {step.key: (section, step) for section in asked for step in section.steps}
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
-    if not results:
+    document, physics = with_physics(document)
+    of_physics = [step.key for step in physics.steps] if physics else []
+    if not results and not of_physics:
         raise TeachError(
             f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with "
             f"{argument('until')}, or leave it out"
         )
     kinds = ask or GRADES[grade].kinds
-    known = {name for key in results for name in (key, _kind(key))}
+    known = {name for key in (*results, *of_physics) for name in (key, _kind(key))}
     if missing := sorted(set(ask) - known):
-        listed = ", ".join(dict.fromkeys(map(_kind, results)))
+        listed = ", ".join(dict.fromkeys(map(_kind, (*results, *of_physics))))
         raise TeachError(f"{document.scene.name}: {', '.join(missing)} cannot be asked for here; give some of {listed}")
     chosen = {key for key in results if key in kinds or _kind(key) in kinds}
     if not kinds:
         chosen = {key for key in results if _kind(key) not in ASIDE and not every[key][0].key.startswith(AFTER)}
-    chosen = chosen or {key for key in results if _kind(key) in RESULTS}
+    asked_physics = {key for key in of_physics if not ask or key in ask or _kind(key) in ask}
+    chosen = chosen or {key for key in results if _kind(key) in RESULTS and not (ask and asked_physics)}
     alone = GRADES[grade].alone and not ask
     sections = [_asked(document, part, results, chosen, alone) for part in document.sections]
-    sections = _joined(sections) if alone else sections
+    sections = _joined(sections) if alone and chosen else sections
+    if physics and asked_physics:
+        steps = tuple(step for step in physics.steps if step.key in asked_physics)
+        place = next((k for k, one in enumerate(sections) if one.key.startswith((*AFTER, *LATER))), len(sections))
+        sections.insert(place, replace(physics, steps=steps))
     return with_given(replace(document, sections=tuple(_gated(document, sections))))
 
 
@@ -337,32 +353,39 @@ def _joined(sections: Sequence[Section]) -> list[Section]:
 
 def _gated(document: Document, sections: Sequence[Section]) -> Iterator[Section]:
     """Yield the sections; a step without blanks needs those before it that it may follow from, and those it tells."""
-    blanks = [(step.key, b) for part in sections for step in part.steps for b in step.blocks if isinstance(b, Blank)]
-    told, before = Hidden(document, {blank.key: blank.answer for _, blank in blanks}), list[tuple[str, str]]()
+    blanks = [b for part in sections for step in part.steps for b in step.blocks if isinstance(b, Questions)]
+    answers = {blank.key: blank.answer for blank in blanks if isinstance(blank, Blank)}
+    told, before = Hidden(document, answers), list[tuple[str, str]]()
     for section in sections:
         steps = []
         for step in section.steps:
-            own = [(step.key, block.key) for block in step.blocks if isinstance(block, Blank)]
+            own = [(step.key, block.key) for block in step.blocks if isinstance(block, Questions)]
             before += own
             needs = {key for source, key in before if follows(step.key, source)} if not own else set()
             if not own and not is_given(section):
                 needs |= set(told.by(step))
-            steps.append(replace(step, needs=tuple(blank.key for _, blank in blanks if blank.key in needs)))
+            steps.append(replace(step, needs=tuple(blank.key for blank in blanks if blank.key in needs)))
         yield replace(section, steps=tuple(steps))
 
 
 def judge(document: Document, key: str, text: str) -> str:
-    """Return whether a typed answer to a blank, plain text or LaTeX, is right, in the language of the document.
+    """Return whether a typed answer is right, in the language of the document.
+
+    To a blank it is plain text or LaTeX, to a choice the letters of what is chosen: "a, c".
 
     Raises:
-        TeachError: there is no such blank.
+        TeachError: there is no such exercise.
     """
-    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Questions)}
     if key not in blanks:
         raise TeachError(f"there is no exercise {key!r}; {choice(key, blanks)}")
     words = language_of(document.language).lesson
     if not text.strip():
         return words["fault.empty"]
+    asked = blanks[key]
+    if isinstance(asked, Choice):
+        return _judged_choice(document, asked, text)
+    assert isinstance(asked, Blank), "the two kinds of questions"
     try:
         form = read_formula(text, document.scene)
     except TeachError as fault:
@@ -371,7 +394,9 @@ def judge(document: Document, key: str, text: str) -> str:
     if named:
         return words["fault.quantity"].format(text=named[0])
     graph = Graph()
-    typed, right = form.express(graph), blanks[key].answer.express(graph)
+    typed, right = form.express(graph), asked.answer.express(graph)
+    if asked.left.startswith(ROUNDED) and _is_near(document.scene, typed, right):
+        return words["answer.right"]
     same, turned = (
         Claim("same", "typed", "answer", (typed,), (right,)),
         Claim("turned", "typed", "-", (-typed,), (right,)),
@@ -380,9 +405,32 @@ def judge(document: Document, key: str, text: str) -> str:
     if all(finding.verdict == Verdict.NOT_SHOWN for finding in findings):
         return words["answer.undefined"]
     verdicts = [finding.verdict in Verdict.HOLD for finding in findings]
-    if not verdicts[0] and _lies_elsewhere(document.scene, blanks[key], typed, right):
+    if not verdicts[0] and _lies_elsewhere(document.scene, asked, typed, right):
         return words["answer.shifted"]
     return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
+
+
+ROUNDED, ENOUGH = f"{PHYSICS}:", 5e-3
+"""What keys of quantities begin with that may be given as a number, in the scene's own numbers; to which part of it."""
+
+
+def _is_near(scene: Scene, typed: Expr, right: Expr) -> bool:
+    """Whether a value is the right one, for the parameters of the scene, to three digits or so."""
+    rows = points_of(scene).values([typed, right])[BOUND:]
+    return bool(rows) and all(abs(mine - x) <= ENOUGH * abs(x) for mine, x in rows)
+
+
+def _judged_choice(document: Document, asked: Choice, text: str) -> str:
+    """Return whether the letters of what is chosen are right, with the reasons why others are not."""
+    words, spelled = language_of(document.language).lesson, Spelling(document)
+    chosen = set(text.lower()) - set(" ,;.()")
+    if not chosen <= set(asked.lettered):
+        return words["answer.letters"].format(letters=", ".join(asked.lettered))
+    wrong = sorted(chosen - set(asked.right))
+    reasons = [f"{letter}) {spelled.words(asked.lettered[letter].reason, str)}" for letter in wrong]
+    if wrong:
+        return " ".join((words["answer.chosen"], *reasons))
+    return words["answer.right" if chosen == set(asked.right) else "answer.more"]
 
 
 def _lies_elsewhere(scene: Scene, blank: Blank, typed: Expr, right: Expr) -> bool:

@@ -15,10 +15,10 @@ from symdyn.algebra import Form, Number
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
-from symdyn.teach.document import Blank, Block, Box, Document, Fold, Room, Section, Step, Words
+from symdyn.teach.document import Blank, Block, Box, Choice, Document, Fold, Questions, Room, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
-from symdyn.teach.practice.exercises import FREE, is_given, quantities
+from symdyn.teach.practice.exercises import ENOUGH, FREE, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import Mistake
@@ -30,11 +30,13 @@ FEW, BUDGET, SMALL = 300, 1000, 2
 
 def questions(document: Document) -> dict[str, Any]:
     """Return what a page needs to check answers, as JSON takes it; empty for a document without blanks."""
-    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
-    if not blanks:
+    every = [block for _, block in document.blocks() if isinstance(block, Questions)]
+    blanks = {block.key: block for block in every if isinstance(block, Blank)}
+    if not every:
         return {}
     asked = {key: (blank.left, Form.of(document.value(blank.answer))) for key, blank in blanks.items()}
-    return questions_of(document.scene, asked, document.language)
+    choices = {block.key: block.right for block in every if isinstance(block, Choice)}
+    return {**questions_of(document.scene, asked, document.language), "choices": choices}
 
 
 def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], language: str) -> dict[str, Any]:
@@ -48,13 +50,14 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
     Returns:
         symbols: the scene's name of every way to write one, dotted: what they are with dots, short: shorthands such as
         c12, quantities: names of results, points: see `symdyn.teach.student.diagnosis`, values: of each question at
-        every point, free: questions that a constant may be added to, balances: of equations what vanishes at every
-        point, their drive, the acceleration that they are solved for, and whether forces stand beside the drive in
-        front of the answer; mistakes: of each question rules and what they give at a few points (marks, pairs),
+        every point, free: questions that a constant may be added to, rounded: those that a number answers which is
+        right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
+        acceleration that they are solved for, and whether forces stand beside the drive in front of the answer;
+        mistakes: of each question rules and what they give at a few points (marks, pairs),
         grammar, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
-    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(requested)))
+    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // max(1, len(requested))))
     balanced = not scene.is_constrained and diagnosis.course is not None
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
     values = {key: _shortened(points, form) for key, (_, form) in requested.items()}
@@ -70,6 +73,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "scaled": SCALED,
         "united": [key for key, row in values.items() if points.united([row[0], row[SCALED]])],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
+        "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
+        "enough": ENOUGH,
         "points": [dict(point) for point in points.at],
         "values": values,
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
@@ -150,10 +155,12 @@ def sheet(document: Document, solutions: bool = False) -> Document:
         for step in section.steps:
             before: list[Block] = [step.claim] if step.claim.parts else []
             for block in step.blocks:
-                if not isinstance(block, Blank):
+                if not isinstance(block, Questions):
                     before.append(block)
                     continue
                 claim = Words((f"{len(steps) + 1}. ", *block.ask.parts))
+                if isinstance(block, Choice):
+                    before += block.listed
                 answer = block.solution if solutions else (Room(_lines(block.solution)),)
                 steps.append(Step(f"question:{block.key}", claim, (*before, *answer)))
                 before = []
@@ -168,7 +175,7 @@ def _lines(solution: Sequence[Block]) -> int:
 
 def solutions_last(document: Document) -> Document:
     """Return the document with solutions and steps that need them in a section at its end; one without as it is."""
-    if not any(isinstance(block, Blank) for _, block in document.blocks()):
+    if not any(isinstance(block, Questions) for _, block in document.blocks()):
         return document
     texts = language_of(document.language).lesson
     solved: list[Step] = []
@@ -182,9 +189,11 @@ def solutions_last(document: Document) -> Document:
                 continue
             shown.append(step)
             for block in step.blocks:
-                if isinstance(block, Blank):
-                    told = "exercise.solved.zero" if block.shown == Number.ZERO else "exercise.solved"
-                    claim = Words(fill(texts[told], {"left": block.shown}))
+                if isinstance(block, Questions):
+                    claim = block.ask
+                    if isinstance(block, Blank):
+                        told = "exercise.solved.zero" if block.shown == Number.ZERO else "exercise.solved"
+                        claim = Words(fill(texts[told], {"left": block.shown}))
                     solved.append(_folded(document, f"solution:{block.key}", claim, block.solution))
         if any(step.needs for step in section.steps):
             shown.append(Step(f"later:{section.key}", Words(()), (Words((texts["exercise.last"],)),)))

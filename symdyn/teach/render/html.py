@@ -27,11 +27,13 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
+    Choice,
     Document,
     Fold,
     Formula,
     Matrix,
     Picture,
+    Questions,
     Room,
     Shares,
     Step,
@@ -325,7 +327,7 @@ class _Page:
         self.spell = Spelling(document)
         self.text = language_of(document.language).lesson
         self.numbered = Numbered(document)
-        self.blanks = [block.key for _, block in document.blocks() if isinstance(block, Blank)]
+        self.blanks = [block.key for _, block in document.blocks() if isinstance(block, Questions)]
 
     def numbers(self, keys: Iterable[str]) -> str:
         """Return the numbers of blanks, from 0, as a page writes what a step needs."""
@@ -395,8 +397,8 @@ class _Page:
         elif isinstance(block, Fold):
             inside = "\n".join(text for part in block.blocks for text in self.block(part))
             yield f"<details><summary>{self.words(block.summary)}</summary>\n{inside}</details>"
-        elif isinstance(block, Blank):
-            yield self._blank(block)
+        elif isinstance(block, Questions):
+            yield self._question(block)
         elif isinstance(block, Room):
             yield f'<div class="room" style="height:{2 * block.lines}em"></div>'
 
@@ -416,18 +418,22 @@ class _Page:
             f'<div class="scroll" tabindex="0"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
         )
 
-    def _blank(self, blank: Blank) -> str:
-        name = _anchor(blank.key)
-        values = {
+    def _question(self, blank: Blank | Choice) -> str:
+        values: dict[str, object] = {
             "key": in_html(blank.key),
-            "name": name,
+            "name": _anchor(blank.key),
             "ask": self.words(blank.ask),
-            "left": inline(self.spell.inline(blank.shown)),
-            "hint": self.words(blank.hint),
             "number": self.numbers([blank.key]),
             "solution": [text for part in blank.solution for text in self.block(part)],
             "text": self.text,
+            "options": [],
         }
+        if isinstance(blank, Choice):
+            options = blank.lettered.items()
+            values["options"] = [(key, self.words(one.text), self.words(one.reason)) for key, one in options]
+            values["several"] = len(blank.right) > 1
+        else:
+            values |= {"left": inline(self.spell.inline(blank.shown)), "hint": self.words(blank.hint)}
         return render("teach/blank.html.jinja", values)
 
 

@@ -24,6 +24,7 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
+    Choice,
     Document,
     Fold,
     Formula,
@@ -176,6 +177,8 @@ class _Page:
         elif isinstance(block, Blank):
             yield self.words(block.ask)
             yield rf"\emph{{{self.hint}: {self.words(block.hint)}}}"
+        elif isinstance(block, Choice):
+            yield from map(self.words, (block.ask, *block.listed))
         elif isinstance(block, Room):
             yield rf"\room{{{block.lines}}}"
 

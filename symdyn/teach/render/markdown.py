@@ -13,6 +13,7 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
+    Choice,
     Document,
     Fold,
     Formula,
@@ -106,6 +107,8 @@ class Page:
             yield self.words(block.ask)
             summary = language_of(self.document.language).lesson["exercise.hint"]
             yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
+        elif isinstance(block, Choice):
+            yield from map(self.words, (block.ask, *block.listed))
         elif isinstance(block, Room):
             yield "<br>" * block.lines
 

@@ -24,7 +24,7 @@ from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene, write_text
 from symdyn.scene.values import Body
 from symdyn.spatial import Mat, Transform
-from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
+from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Questions, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.lesson import AXES, masses
 from symdyn.teach.practice.exercises import answer_of
@@ -274,7 +274,7 @@ def _cells(document: Document) -> Iterator[Cell]:
     document = solutions_last(document)
     page = _Page(document)
     yield _text("title", f"# {in_markdown(document.title)}")
-    asked = any(isinstance(block, Blank) for _, block in document.blocks())
+    asked = any(isinstance(block, Questions) for _, block in document.blocks())
     setup = (SETUP + EXERCISES if asked else SETUP).format(
         scene=in_code(write_text(document.scene.in_si(), "toml").text),
         language=document.language,
@@ -335,8 +335,9 @@ def _step(page: _Page, step: Step) -> Iterator[Cell]:
             lines = [f"{page.spell.symbols[left]} = {text_of(form)}" for left, form in found]
             yield _code(f"check-{step.key}", f"check({in_code(chr(10).join(lines))})")
     for block in step.blocks:
-        if isinstance(block, Blank):
-            hint = language_of(page.document.language).lesson["exercise.example"]
+        if isinstance(block, Questions):
+            example = "exercise.example" if isinstance(block, Blank) else "exercise.letters"
+            hint = language_of(page.document.language).lesson[example]
             yield _code(f"answer-{block.key}", f'answer = ""  # {hint}\njudge(lesson, {in_code(block.key)}, answer)')
 
 
