@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Polynomial, Power, Symbol
 from symdyn.emit.print import Printable, latex_symbols, text_of
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.derivations.constrained import Condition, Constrained
 from symdyn.teach.derivations.velocities import folded, length
@@ -58,13 +58,26 @@ def condition_steps(lesson: Constrained) -> list[Step]:
     steps += [_owner(lesson, [tie for tie in lesson.ties if tie.owner == owner]) for owner in owners]
     if len(held) < m:
         slips = together([Symbol(tie.rate) for tie in lesson.ties if tie.residual is None])
+        whole = [(tie, _integral(lesson, tie)) for tie in lesson.ties if tie.residual is None]
         kind = "integrable" if lesson.integrable else "slip"
-        reason = lesson.say(f"ties.{kind}.reason")
-        steps.append(Step("ties.slip", lesson.say(f"ties.{kind}", names=slips), (), reason))
+        if known := [(tie, form) for tie, form in whole if form is not None]:
+            said = [lesson.say("ties.integral", rate=Symbol(tie.rate), form=form) for tie, form in known]
+            steps.append(Step("ties.slip", lesson.say("ties.integrated"), tuple(said)))
+        if len(known) < len(whole):
+            steps.append(Step(f"ties.{kind}", lesson.say(f"ties.{kind}", names=slips), (), lesson.say(f"ties.{kind}.reason"))
+            )
     steps.append(_accelerations(lesson))
     if n <= MOST_SLOPES:
         steps.append(_matrix(lesson))
     return steps
+
+
+def _integral(lesson: Constrained, tie: Condition) -> Form | None:
+    """Return Σ A_ki q_i of a condition whose coefficients are constant: what it keeps constant; None of another."""
+    state = lesson.state
+    if len(state.q) != state.n or {*state.q, *state.qd}.intersection(reachable(tie.slopes)) or not tie.bias.is_zero:
+        return None
+    return Form.sum(slope(lesson, tie, i).signed_product(named(q)) for i, q in enumerate(state.q))
 
 
 def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
@@ -239,8 +252,9 @@ def meaning_step(lesson: Constrained) -> Step:
     """Return what each multiplier is."""
     rows = []
     for tie in lesson.ties:
-        places = {"axis": tie.axis, "parent": lesson.body(tie.parent), "child": lesson.body(tie.child)}
-        rows.append((multiplier(tie), lesson.say(tie.words, owner=tie.owner, **places), unit_of(tie, lesson.scene)))
+        places: dict[str, str] = {"axis": tie.axis, "parent": lesson.body(tie.parent), "child": lesson.body(tie.child)}
+        said = lesson.say(tie.words, owner=tie.owner, rate=Symbol(tie.rate), **places)
+        rows.append((multiplier(tie), said, unit_of(tie, lesson.scene)))
     table = lesson.table(("symbol", "meaning", "unit"), rows)
     reason = lesson.say("multipliers.reason") if any(tie.parent for tie in lesson.ties) else Words(())
     return Step("multipliers", lesson.say("multipliers"), (table,), reason, show=("reactions",))

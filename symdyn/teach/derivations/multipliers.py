@@ -24,6 +24,7 @@ from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.eliminated import conserved_sections, eliminated_steps
 from symdyn.teach.derivations.equation_steps import (
     coefficient_steps,
     equation_steps,
@@ -214,14 +215,14 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         sections.append(lesson.section("equations", [*steps, *kane_steps(lesson, page, chosen)]))
         sections.append(lesson.section("coefficients.open", coefficient_steps(lesson, page)))
     if last >= 4:
-        sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page)]))
+        sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page), *eliminated_steps(lesson)]))
     if last >= 5:
         steps = [
             state_step(lesson, chosen),
             forces_step(lesson, chosen),
             tied_power_step(lesson, open_page.right, chosen),
         ]
-        sections += [*closed_sections(lesson), lesson.section("numbers", steps)]
+        sections += [*closed_sections(lesson), *conserved_sections(lesson), lesson.section("numbers", steps)]
     sections = [with_figures(section, found) for section in sections]
     title = lesson.text("title.multipliers", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

@@ -1,0 +1,133 @@
+"""Steps: the equations of motion of a tied mechanism without multipliers and without dependent rates; what stays.
+
+With u_d = Y u, the equation of an independent velocity k is E_k + Σ Y_jk E_j = 0, in which u_d and their derivatives are
+put in. Where it is the derivative of p_k + Σ Y_jk p_j, that momentum is conserved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from symdyn.algebra import Form, Number, Ratios, Symbol
+from symdyn.dynamics.mechanism import generalized_forces
+from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
+from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.velocities import length
+from symdyn.teach.document import Block, Formula, Section, Step
+from symdyn.teach.lesson import named, together
+
+LONGEST = 40
+"""Terms and factors of an equation that is written out."""
+
+
+def eliminated_steps(lesson: Constrained) -> list[Step]:
+    """Return the equations with dependent rates put in; none where the ratios of velocities are not written out."""
+    if not _ratios(lesson):
+        return []
+    put, blocks, long = _put_in(lesson), list[Block](), list[Form]()
+    for k in lesson.partition.independent:
+        own = lesson.scene.drives[k]
+        right: Form = Symbol(own) if own else Number.ZERO
+        form = _sorted(lesson, _equation(lesson, k, put))
+        if form is None or length(form) > LONGEST:
+            long.append(right if own else named(lesson.state.qdd[k]))
+        else:
+            blocks.append(Formula("", form, right=right))
+    if long:
+        blocks.append(lesson.say("eliminated.long", names=together(long)))
+    dependent = together([named(lesson.state.qd[k]) for k in lesson.partition.dependent])
+    claim = lesson.say("eliminated", dependent=dependent)
+    return [Step("eliminated", claim, tuple(blocks), lesson.say("eliminated.reason"))]
+
+
+def conserved_sections(lesson: Constrained) -> list[Section]:
+    """Return what is conserved: momenta along independent velocities, and the energy."""
+    steps = list[Step]()
+    if _ratios(lesson):
+        put = _put_in(lesson)
+        for k in lesson.partition.independent:
+            p = _together(lesson, k, gradient(lesson.energy.K, lesson.state.qd), put)
+            (rate,) = substitute(tangents([p], lesson.state.acceleration), put)
+            form = _sorted(lesson, p)
+            if form is not None and form.terms and _same(rate, _equation(lesson, k, put)):
+                if lesson.scene.drives[k] is None and length(form) <= LONGEST:
+                    claim = lesson.say("eliminated.momentum", q=named(lesson.state.qd[k]), momentum=form)
+                    steps.append(Step(f"conserved:{k + 1}", claim, (), lesson.say("eliminated.momentum.reason")))
+    acting = generalized_forces(lesson.scene, lesson.graph)
+    timed = lesson.scene.prescribed_velocities or any(joint.motion for joint in lesson.scene.joints)
+    if not timed and all(x.is_zero for x in acting):
+        total = Form.sum((Symbol("K:"), Symbol("P:")))
+        steps.append(Step("energy", lesson.say("energy.kept", total=total), (), lesson.say("eliminated.energy.reason")))
+    return [lesson.section("after.conserved", steps)] if steps else []
+
+
+def _ratios(lesson: Constrained) -> bool:
+    """Tell whether ratios of dependent to independent velocities were written out."""
+    return any(key.startswith("Y:") for key in lesson.names)
+
+
+def _ratio(lesson: Constrained, j: int, k: int) -> Expr:
+    name = lesson.names.get(f"Y:{j + 1},{k + 1}")
+    return lesson.graph.zero if name is None or name.node is None else name.node
+
+
+def _put_in(lesson: Constrained) -> Mapping[Expr, Expr]:
+    """Return dependent rates and their derivatives by those of the independent ones."""
+    state, graph, parts = lesson.state, lesson.graph, lesson.partition
+    rates = [graph.total(_ratio(lesson, j, k) * state.qd[k] for k in parts.independent) for j in parts.dependent]
+    put = dict(zip((state.qd[j] for j in parts.dependent), rates, strict=True))
+    faster = substitute(tangents(rates, state.acceleration), put)
+    return put | dict(zip((state.qdd[j] for j in parts.dependent), faster, strict=True))
+
+
+def _together(lesson: Constrained, k: int, nodes: Sequence[Expr], put: Mapping[Expr, Expr]) -> Expr:
+    """Return what belongs to velocity k, and to the dependent ones times their ratios, with those put in."""
+    whole = nodes[k] + lesson.graph.total(_ratio(lesson, j, k) * nodes[j] for j in lesson.partition.dependent)
+    return substitute([whole], put)[0]
+
+
+def _equation(lesson: Constrained, k: int, put: Mapping[Expr, Expr]) -> Expr:
+    """Return what is equal to the drive of velocity k, or zero without one."""
+    given = list(lesson.drives)
+    for j in lesson.partition.dependent:
+        if own := lesson.scene.drives[j]:
+            given[j] = given[j] - lesson.graph.symbol(own)
+    return _together(lesson, k, given, put)
+
+
+def _sorted(lesson: Constrained, node: Expr) -> Form | None:
+    """Return a node sorted by accelerations, then rates; None where it has no short form."""
+    state, graph = lesson.state, lesson.graph
+    linear = state.qdd if not gradient_free(node, state.qdd) else state.qd
+    terms: list[Form] = []
+    try:
+        for x in linear:
+            (slope,) = gradient(node, [x])
+            if (shown := _short(lesson, slope)).terms:
+                terms.append(shown.signed_product(named(x)))
+        (rest,) = substitute([node], dict.fromkeys(linear, graph.zero))
+        return Form.sum((*terms, *_short(lesson, rest).terms))
+    except NO_SHORT_FORM:
+        return None
+
+
+def gradient_free(node: Expr, symbols: Sequence[Expr]) -> bool:
+    """Tell whether a node depends on none of some symbols."""
+    return all(x.is_zero for x in gradient(node, symbols))
+
+
+def _short(lesson: Constrained, node: Expr) -> Form:
+    if (form := in_sines(lesson, node)) is not None:
+        return form
+    write = Quotients(lesson, [node])
+    return quotient(*write.parts(write.known[node]))
+
+
+def _same(a: Expr, b: Expr) -> bool:
+    """Tell whether two nodes are the same function; False where that cannot be decided."""
+    try:
+        field = Ratios([difference := a - b])
+        return evaluate([difference], field, field.values())[0].is_zero
+    except NO_SHORT_FORM:
+        return False

@@ -1,0 +1,299 @@
+"""Steps: Lagrange's equations solved for the accelerations, with prescribed motions put in.
+
+The equations M q̈ = h are solved in quotients of polynomials in sines (`symdyn.algebra.Ratios`), so that factors which
+numerator and denominator share are gone. A denominator that several accelerations share has the letter Δ. What would
+be too long to read is left as a linear system.
+
+Each solution is compared in numbers with the one that the equations have at the state of the lesson.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, TrigonometricRing
+from symdyn.dynamics import angle_groups
+from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, evaluate, gradient, substitute
+from symdyn.teach.derivations.velocities import folded, length
+from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
+from symdyn.teach.shown_state import Chosen
+
+LONGEST = 40
+"""Terms and factors of an acceleration that is written out."""
+
+MOST = 8
+"""Accelerations up to which the system is shown as a matrix."""
+
+SMALL = 1e-9
+"""Of a comparison in numbers, relative."""
+
+NO_SHORT_FORM = (DerivationError, KeyError, OverflowError, ZeroDivisionError)
+"""What says that no quotient of polynomials in sines is found, or none that is short."""
+
+
+class Quotients:
+    """Writes quotients of some nodes: letters that stay in front, then what moves; denominators in factors."""
+
+    def __init__(self, lesson: Lesson, nodes: Sequence[Expr]) -> None:
+        """Take the field that the nodes need."""
+        self.lesson, self.field = lesson, Ratios(nodes)
+        self.known = dict(zip(nodes, evaluate(nodes, self.field, self.field.values()), strict=True))
+        state = lesson.state
+        self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)} 
+
+    def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
+        """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
+        form = self.field.form(ratio)
+        above = [self.short(x) for x in form.factors if not _below(x)]
+        under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
+        above, under = _powers_cancelled(above, under)
+        sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
+        if sums and above[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in above[sums[0]].terms):
+            above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
+        for k in sums:
+            above[k] = _plus_first(above[k])
+        if under and len(sums) == 1 and len(above[sums[0]].terms) == 2:
+            if not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under)):
+                spread = _divided(above[sums[0]], under)
+                above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
+        return sorted(above, key=self._place), under
+
+    def _place(self, form: Form) -> int:
+        """Return where a factor stands: letters, their functions, sums that move, what else moves."""
+        if self._moves(form):
+            return 2 if isinstance(form, Sum) else 3
+        return int(any(isinstance(x, Function) for x in form.walk()))
+
+    def short(self, form: Form) -> Form:
+        """Return a sum, or a power of one, as short as a ring of sines can write it."""
+        if isinstance(form, Power) and isinstance(form.base, Sum):
+            return self.short(form.base).power(form.exponent)
+        return _plus_first(self._in_sines(form)) if isinstance(form, Sum) else form
+
+    def _joined(self, factors: list[Form]) -> list[Form]:
+        """Return factors, two sums whose product is one term as that: (1 + cos q) (1 - cos q) = sin² q."""
+        for k, a in enumerate(factors):
+            for b in factors[k + 1 :]:
+                if isinstance(a, Sum) and isinstance(b, Sum):
+                    one = self._in_sines(Form.product((a, b)))
+                    if not isinstance(one, Sum):
+                        return [*one.factors, *(x for x in factors if x not in (a, b))]
+        return factors
+
+    def _in_sines(self, form: Form) -> Form:
+        return in_sines(self.lesson, form.express(self.lesson.graph)) or form
+
+    def _moves(self, form: Form) -> bool:
+        return bool(self._moving.intersection(form.symbols))
+
+
+def in_sines(lesson: Lesson, node: Expr) -> Form | None:
+    """Return a node as short as a ring of sines can write it; None where it is no polynomial in them."""
+    state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph)
+    try:
+        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
+        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
+    except (DerivationError, KeyError):
+        return None
+
+
+def quotient(above: Sequence[Form], under: Sequence[Form]) -> Form:
+    """Return a quotient in print."""
+    return Form.product((*above, *([Form.product(under).power(-1)] if under else [])))
+
+
+def _below(form: Form) -> bool:
+    return isinstance(form, Power) and form.exponent < 0
+
+
+def _base(form: Form) -> Form:
+    assert isinstance(form, Power), "what stands below the line is a power"
+    return form.base.power(-form.exponent)
+
+
+def _plus_first(form: Form) -> Form:
+    """Return a sum that begins with a term without a minus, if there is one."""
+    first = next((k for k, x in enumerate(form.terms) if x.split_sign()[0] > 0), 0)
+    return Form.sum((form.terms[first], *form.terms[:first], *form.terms[first + 1 :])) if form.terms else form
+
+
+def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[list[Form], list[Form]]:
+    """Return factors above and below a line without powers of the same there; numbers in one, the first."""
+    number, powers = Fraction(1), dict[Form, int]()
+    for sign, factors in ((1, above), (-1, under)):
+        for x in factors:
+            if isinstance(x, Number):
+                number *= x.value**sign
+                continue
+            base, exponent = (x.base, x.exponent) if isinstance(x, Power) else (x, 1)
+            powers[base] = powers.get(base, 0) + sign * exponent
+    over = [Number(Fraction(number.numerator)), *(x.power(k) for x, k in powers.items() if k > 0)]
+    below: list[Form] = [x.power(-k) for x, k in powers.items() if k < 0]
+    return over, below if number.denominator == 1 else [Number(Fraction(number.denominator)), *below]
+
+
+def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
+    """Return a sum, each term divided by a product of letters; None where no term loses a letter."""
+    pairs = [_powers_cancelled(term.factors, under) for term in whole.terms]
+    return Form.sum(quotient(*pair) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
+
+
+def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
+    """Return the equations solved for the accelerations, and the drives of prescribed motions."""
+    state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
+    put = _put_in(lesson)
+    free = led.free
+    told = _equations(lesson, free, put)
+    steps: list[Step] = []
+    if free:
+        M = [gradient(node, [state.qdd[j] for j in free]) for node in told]
+        h = [-x for x in substitute(told, {state.qdd[j]: lesson.graph.zero for j in free})]
+        found = _solved(lesson, M, h, free) if len(free) <= SMALL_SCENE else None
+        key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
+        where = together([named(state.q[k]) for k in led.place])
+        claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
+        if found is not None:
+            delta, forms = found
+            _compare(lesson, M, h, forms, chosen)
+            blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
+            blocks += [
+                folded(lesson, Formula("", named(state.qdd[k]), right=form))
+                for k, form in zip(free, forms, strict=True)
+            ]
+            reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
+            steps.append(Step("explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))))
+        elif len(free) <= MOST and not led.place:
+            steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
+    if led.place and (step := _drives(lesson, led.place, put)):
+        steps.append(step)
+    return steps
+
+
+def _put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
+    """Return what coordinates, rates and accelerations with a prescribed motion are, in time."""
+    state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
+    found: dict[Expr, Expr] = {}
+    for symbols, values in ((state.q, led.position), (state.qd, led.velocity), (state.qdd, led.acceleration)):
+        found |= {symbols[k]: value for k, value in zip(led.place, values, strict=True)}
+    return found
+
+
+def _equations(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
+    """Return what vanishes in a motion: inertia and other forces less the drive, with prescribed motions put in."""
+    graph, drives = lesson.graph, lesson.scene.drives
+    nodes = [lesson.drives[i] - (graph.symbol(str(drives[i])) if drives[i] else graph.zero) for i in of]
+    return substitute(nodes, put)
+
+
+def _solved(
+    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], free: Sequence[int]
+) -> tuple[dict[Symbol, Form], list[Form]] | None:
+    """Return Δ, where several denominators share a sum, and the accelerations; None where they have no short form."""
+    try:
+        write = Quotients(lesson, [*(x for row in M for x in row), *h])
+        left = [[write.known[x] for x in row] for row in M]
+        found = write.field.solved(left, [[write.known[x]] for x in h])
+        parts = [write.parts(x) for (x,) in found]
+    except NO_SHORT_FORM:
+        return None
+    sums = [{x for x in under if isinstance(x, Sum)} for _, under in parts]
+    shared = set.intersection(*sums) if len(free) > 1 else set()
+    delta: dict[Symbol, Form] = {}
+    if shared:
+        form = max(shared, key=length)
+        symbol = lesson.name("Delta:", r"\Delta", node=form.express(lesson.graph))
+        delta[symbol] = form
+        parts = [(above, [*(x for x in under if x != form), symbol]) for above, under in parts]
+    forms = [quotient(*pair) for pair in parts]
+    return (delta, forms) if max(map(length, (*forms, *delta.values()))) <= LONGEST else None
+
+
+def _compare(
+    lesson: Lesson, M: Sequence[Sequence[Expr]], h: Sequence[Expr], forms: Sequence[Form], chosen: Chosen
+) -> None:
+    """Hold the forms against the solution in numbers."""
+    known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
+    given = {x: node for x, node in known.items() if str(x.value) == "Delta:"}
+    nodes = substitute([form.express(lesson.graph) for form in forms], given)
+    drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
+    at = chosen.with_values(drives)
+    n = len(h)
+    values = np.array(at.of(*(x for row in M for x in row), *h, *nodes))
+    matrix, right, ours = values[: n * n].reshape(n, n), values[n * n : n * n + n], values[n * n + n :]
+    size = 1 + np.abs(matrix) @ np.abs(ours) + np.abs(right)
+    assert np.all(np.abs(matrix @ ours - right) <= SMALL * size), "accelerations that are no solution"
+
+
+def _signs(lesson: Lesson, free: Sequence[int], forms: Sequence[Form], chosen: Chosen) -> tuple[str | Form, ...]:
+    """Return what the sign says: of one coordinate whose acceleration vanishes at zero, of rest next to there."""
+    state, graph, plain = lesson.state, lesson.graph, lesson.say("explicit.signs").parts
+    if len(free) != 1 or lesson.scene.drives[free[0]] or TIME in forms[0].symbols:
+        return plain
+    q, node = state.q[free[0]], forms[0].express(graph)
+    zero = {**dict.fromkeys(state.qd, graph.zero), q: graph.zero}
+    there, slope = substitute([node, gradient(node, [q])[0]], zero)
+    if not there.is_zero or slope.is_zero:
+        return plain
+    try:
+        write = Quotients(lesson, [slope])
+        shown = quotient(*write.parts(write.known[slope]))
+    except NO_SHORT_FORM:
+        return plain
+    linear = shown.signed_product(named(q)) if len(shown.terms) == 1 else Form.product((shown, named(q)))
+    (value,) = chosen.of(slope)
+    key = "explicit.back" if value < 0 else "explicit.away"
+    return lesson.say(key, q=named(q), acceleration=named(state.qdd[free[0]]), linear=linear).parts if value else plain
+
+
+def _system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr]) -> list[Block]:
+    """Return M q̈ = h, M by the names of its entries."""
+    if not all(f"k_z:{i + 1},{j + 1}" in lesson.names for i in free for j in free):
+        return []
+    M, right = lesson.name("M:", "M", node=None), lesson.name("h:", "h", node=None)
+    faster = lesson.called("accelerations:", Letter("q", dots=2))
+    cells = []
+    for i in free:
+        for j in free:
+            key = f"k_z:{i + 1},{j + 1}"
+            cells.append((Symbol(key) if lesson.forms.M[i][j] else Number.ZERO, key))
+    forms, names = zip(*cells, strict=True)
+    entries, keys = [], []
+    for k, i in enumerate(free):
+        keys.append(lesson.name(f"h:{i + 1}", "h", str(i + 1), node=h[k]).name)
+        entries.append(lesson.page.right[i] if h[k].is_zero else _force(lesson, i))
+    order = together([named(lesson.state.qdd[k]) for k in free])
+    said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
+    return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
+
+
+def _force(lesson: Lesson, i: int) -> Form:
+    """Return a row of h: the right-hand side less the terms without accelerations, coefficients by name."""
+    terms = [*lesson.page.right[i].terms]
+    for c in lesson.page.rows[i]:
+        if c.of != "qdd" and not c.vanishes:
+            key = f"{c.kind}:{','.join(map(str, c.indices))}"
+            terms.append(Form.product((Number.MINUS_ONE, Symbol(key), c.rate)))
+    return Form.sum(terms)
+
+
+def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> Step | None:
+    """Return the drives that prescribed motions take."""
+    blocks, names = list[Block](), list[Symbol]()
+    for k in led:
+        own = lesson.scene.drives[k]
+        if own is None:
+            continue
+        (node,) = substitute([lesson.drives[k]], put)
+        form = in_sines(lesson, node)
+        if form is not None and length(form) <= LONGEST:
+            names.append(Symbol(own))
+            blocks.append(Formula("", Symbol(own), right=form))
+    if not blocks:
+        return None
+    return Step("explicit.drives", lesson.say("explicit.drives", drives=together(names)), tuple(blocks), lesson.say("explicit.power"))
