@@ -39,9 +39,14 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
             places = [Form.of(joint.position(Graph()))]
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
     key = "scene.closed" if scene.is_constrained else "scene"
-    claim = lesson.say(key, scene=called(scene), bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
+    n, led = len(scene.velocities), len(scene.prescribed_velocities)
+    places = {"scene": called(scene), "bodies": str(len(scene.bodies)), "freedoms": str(n)}
+    claim = lesson.say(
+        "scene.led" if led and not scene.is_constrained else key, **places, led=str(led), left=str(n - led)
+    )
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
-    return Step("scene", claim, (shown, joints), lesson.say(f"{key}.reason"))
+    reason = Words(()) if scene.is_constrained and not scene.loops else lesson.say(f"{key}.reason")
+    return Step("scene", claim, (shown, joints), reason)
 
 
 def acting_steps(lesson: Prose) -> list[Step]:

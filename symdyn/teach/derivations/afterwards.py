@@ -24,7 +24,7 @@ from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, repeated
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, repeated, substitute
 from symdyn.scene import Quantity, SceneUnits
 from symdyn.teach.derivations.charts import (
     DASHED,
@@ -41,6 +41,7 @@ from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_fo
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.meaning import axes_of
 from symdyn.teach.derivations.reduced import Reduced, at_bound, cyclic_of, led_by, limit_steps, reduced, zero
+from symdyn.teach.derivations.solved import in_sines
 from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -71,9 +72,12 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
         rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        found = list(level_places(factored, r, rates))
-        blocks += [lesson.say(key, **places) for key, places in found]
-        bounds += [places["value"] for key, places in found if key == "steady.wave"]
+        for key, places in level_places(factored, r, rates):
+            if key == "steady.wave":
+                bounds.append(places["value"])
+                blocks += _reached(left, **places)
+            else:
+                blocks.append(lesson.say(key, **places))
     blocks += _numbers(lesson, left)
     key = "steady.led" if left.led else "steady.free"
     claim = lesson.say(key, q=r, others=together(others))
@@ -111,6 +115,35 @@ def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[s
             above, below = above.negative, below.negative
         value = Form.product((above, _taken_out(below).power(-1)))
         yield "steady.wave", {"wave": wave, "value": value}
+
+
+def _swing(left: Reduced, value: Form) -> Form | None:
+    """Return W''/m where cos r has a value, the square of the frequency of small swings there; None if not short."""
+    lesson, q, qd = left.lesson, left.q, left.lesson.state.qd[left.r]
+    (m,) = gradient(gradient(lesson.energy.K, [qd])[0], [qd])
+    (bent,) = gradient(gradient(left.static, [q])[0], [q])
+    try:
+        node = Ratios.form_of(bent / m).express(lesson.graph)  # in cosines, where the sine stands squared
+    except (OverflowError, ZeroDivisionError):
+        return None
+    (there,) = substitute([node], {lesson.graph.cos(q): value.express(lesson.graph)})
+    form = None if q in reachable([there]) else in_sines(lesson, there)
+    return form if form is not None and length(form) <= LONGEST else None
+
+
+def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
+    """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
+    lesson, q = left.lesson, named(left.q)
+    positive = {one.name for one in lesson.scene.parameters if one.positive}
+    squares = [x for x in value.factors if isinstance(x, Power) and x.exponent == -2 and isinstance(x.base, Symbol)]
+    least = Form.product(x for x in value.factors if x not in squares)
+    if len(squares) == 1 and len(least.terms) == 1 and positive.issuperset(least.symbols):
+        yield lesson.say("steady.from", wave=wave, value=value, square=squares[0].power(-1), least=least)
+    else:
+        yield lesson.say("steady.wave", wave=wave, value=value)
+    if left.led and wave.op is Op.COS and (square := _swing(left, value)):
+        omega = lesson.name("steady:omega", "omega", node=None)
+        yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
 
 
 def _without(form: Form, r: Symbol) -> Form:
@@ -416,11 +449,15 @@ MOST = 3
 def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Section]:
     """Return the sections after the equations of an open mechanism; their keys begin with "after"."""
     rests, small = places_of_rest(lesson, chosen), lesson.state.n <= MOST
+    driven = rests.why == "driven"  # a motion is prescribed, or time acts
     left = reduced(lesson, chosen) if small else None
     steady = None if left is None else steady_step(lesson, left)
-    seen = phase_step(lesson, left) if left is not None else landscape_step(lesson, rests, chosen) if small else None
+    seen = phase_step(lesson, left) if left is not None else None
+    if left is None and small and not driven:
+        seen = landscape_step(lesson, rests, chosen)
+    resting = [] if driven else [equilibrium_step(lesson, rests), *near_rest_steps(lesson, rests, chosen)]
     found: dict[str, list[Step | None]] = {
-        "after.rests": [equilibrium_step(lesson, rests), *near_rest_steps(lesson, rests, chosen)],
+        "after.rests": list(resting),
         "after.conserved": list(momentum_steps(lesson, page, chosen)),
         "after.steady": [steady],
         "after.landscape": [seen],

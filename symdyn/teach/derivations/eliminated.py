@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symdyn.algebra import Form, Number, Ratios, Symbol
-from symdyn.dynamics.mechanism import generalized_forces
-from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
+from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
 from symdyn.teach.derivations.velocities import length
@@ -34,6 +34,8 @@ def eliminated_steps(lesson: Constrained) -> list[Step]:
             long.append(right if own else named(lesson.state.qdd[k]))
         else:
             blocks.append(Formula("", form, right=right))
+    if not blocks:
+        return [Step("eliminated", lesson.say("eliminated.long", names=together(long)), ())]
     if long:
         blocks.append(lesson.say("eliminated.long", names=together(long)))
     dependent = together([named(lesson.state.qd[k]) for k in lesson.partition.dependent])
@@ -50,12 +52,14 @@ def conserved_sections(lesson: Constrained) -> list[Section]:
             p = _together(lesson, k, gradient(lesson.energy.K, lesson.state.qd), put)
             (rate,) = substitute(tangents([p], lesson.state.acceleration), put)
             form = _sorted(lesson, p)
-            if form is not None and form.terms and _same(rate, _equation(lesson, k, put)):
-                if lesson.scene.drives[k] is None and length(form) <= LONGEST:
-                    claim = lesson.say("eliminated.momentum", q=named(lesson.state.qd[k]), momentum=form)
-                    steps.append(Step(f"conserved:{k + 1}", claim, (), lesson.say("eliminated.momentum.reason")))
+            if form is None or not form.terms or lesson.scene.drives[k] or length(form) > LONGEST:
+                continue
+            if _same(rate, _equation(lesson, k, put)):
+                claim = lesson.say("eliminated.momentum", q=named(lesson.state.qd[k]), momentum=form)
+                steps.append(Step(f"conserved:{k + 1}", claim, (), lesson.say("eliminated.momentum.reason")))
     acting = generalized_forces(lesson.scene, lesson.graph)
-    timed = lesson.scene.prescribed_velocities or any(joint.motion for joint in lesson.scene.joints)
+    moved = reachable([lesson.L, *(x for tie in lesson.ties for x in tie.nodes)])
+    timed = lesson.scene.prescribed_velocities or lesson.graph.symbol(TIME) in moved
     if not timed and all(x.is_zero for x in acting):
         total = Form.sum((Symbol("K:"), Symbol("P:")))
         steps.append(Step("energy", lesson.say("energy.kept", total=total), (), lesson.say("eliminated.energy.reason")))
@@ -121,7 +125,8 @@ def _short(lesson: Constrained, node: Expr) -> Form:
     if (form := in_sines(lesson, node)) is not None:
         return form
     write = Quotients(lesson, [node])
-    return quotient(*write.parts(write.known[node]))
+    form = quotient(*write.parts(write.known[node]))
+    return in_sines(lesson, form.express(lesson.graph)) or form
 
 
 def _same(a: Expr, b: Expr) -> bool:

@@ -72,7 +72,9 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
     pairs = zip(symbols, units, strict=True)
     rows = [(named(x), lesson.written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
-    reason = lesson.say("state.reason.closed" if scene.is_constrained else "state.reason")
+    said = [lesson.say("state.reason.closed")] if scene.is_constrained else []
+    said += [lesson.say("state.reason")] if scene.free_parameters else []
+    reason = Words(tuple(part for one in said for part in (" ", *one.parts))[1:])
     blocks: tuple[Block, ...] = (lesson.table(("symbol", "value", "unit"), rows),)
     if not scene.is_constrained and idle_velocities(scene):
         blocks = (*blocks, lesson.say("state.undriven"))
@@ -197,6 +199,8 @@ def task_step(lesson: Lesson) -> Step:
     ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
     passive = [named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive is None]
     known = lesson.say("task.known", parameters=given) if scene.parameters else lesson.say("task.known.numbers")
+    if not all(x.is_zero for x in vector(scene.gravity, lesson.graph)):
+        known = Words((*known.parts, " ", *lesson.say("task.gravity").parts))
     blocks: list[Block] = [known]
     if driven:
         blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=moving))

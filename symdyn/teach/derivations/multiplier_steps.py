@@ -64,7 +64,8 @@ def condition_steps(lesson: Constrained) -> list[Step]:
             said = [lesson.say("ties.integral", rate=Symbol(tie.rate), form=form) for tie, form in known]
             steps.append(Step("ties.slip", lesson.say("ties.integrated"), tuple(said)))
         if len(known) < len(whole):
-            steps.append(Step(f"ties.{kind}", lesson.say(f"ties.{kind}", names=slips), (), lesson.say(f"ties.{kind}.reason"))
+            steps.append(
+                Step(f"ties.{kind}", lesson.say(f"ties.{kind}", names=slips), (), lesson.say(f"ties.{kind}.reason"))
             )
     steps.append(_accelerations(lesson))
     if n <= MOST_SLOPES:

@@ -215,7 +215,11 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         sections.append(lesson.section("equations", [*steps, *kane_steps(lesson, page, chosen)]))
         sections.append(lesson.section("coefficients.open", coefficient_steps(lesson, page)))
     if last >= 4:
-        sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page), *eliminated_steps(lesson)]))
+        sections.append(
+            lesson.section(
+                "system", [system_step(lesson), *reduced_steps(lesson, open_page), *eliminated_steps(lesson)]
+            )
+        )
     if last >= 5:
         steps = [
             state_step(lesson, chosen),

@@ -45,7 +45,7 @@ class Quotients:
         self.lesson, self.field = lesson, Ratios(nodes)
         self.known = dict(zip(nodes, evaluate(nodes, self.field, self.field.values()), strict=True))
         state = lesson.state
-        self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)} 
+        self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)}
 
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
@@ -58,10 +58,10 @@ class Quotients:
             above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
         for k in sums:
             above[k] = _plus_first(above[k])
-        if under and len(sums) == 1 and len(above[sums[0]].terms) == 2:
-            if not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under)):
-                spread = _divided(above[sums[0]], under)
-                above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
+        letters = not any(isinstance(y, (Number, Sum)) for y in under) and not self._moves(Form.product(under))
+        if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
+            spread = _divided(above[sums[0]], under)
+            above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
         return sorted(above, key=self._place), under
 
     def _place(self, form: Form) -> int:
@@ -167,7 +167,11 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
                 for k, form in zip(free, forms, strict=True)
             ]
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
-            steps.append(Step("explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))))
+            steps.append(
+                Step(
+                    "explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
+                )
+            )
         elif len(free) <= MOST and not led.place:
             steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
@@ -296,4 +300,9 @@ def _drives(lesson: Lesson, led: Collection[int], put: Mapping[Expr, Expr]) -> S
             blocks.append(Formula("", Symbol(own), right=form))
     if not blocks:
         return None
-    return Step("explicit.drives", lesson.say("explicit.drives", drives=together(names)), tuple(blocks), lesson.say("explicit.power"))
+    return Step(
+        "explicit.drives",
+        lesson.say("explicit.drives", drives=together(names)),
+        tuple(blocks),
+        lesson.say("explicit.power"),
+    )
