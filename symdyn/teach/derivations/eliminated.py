@@ -1,6 +1,6 @@
 """Steps: the equations of motion of a tied mechanism without multipliers and without dependent rates; what stays.
 
-With u_d = Y u, the equation of an independent velocity k is E_k + Σ Y_jk E_j = 0, in which u_d and their derivatives are
+With u_d = Y u, the equation of an independent velocity k is E_k + Σ Y_jk E_j = 0, in which u_d and its derivative are
 put in. Where it is the derivative of p_k + Σ Y_jk p_j, that momentum is conserved.
 """
 
