@@ -40,9 +40,9 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
     key = "scene.closed" if scene.is_constrained else "scene"
     n, led = len(scene.velocities), len(scene.prescribed_velocities)
-    places = {"scene": called(scene), "bodies": str(len(scene.bodies)), "freedoms": str(n)}
+    told = {"scene": called(scene), "bodies": str(len(scene.bodies)), "freedoms": str(n)}
     claim = lesson.say(
-        "scene.led" if led and not scene.is_constrained else key, **places, led=str(led), left=str(n - led)
+        "scene.led" if led and not scene.is_constrained else key, **told, led=str(led), left=str(n - led)
     )
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
     reason = Words(()) if scene.is_constrained and not scene.loops else lesson.say(f"{key}.reason")
