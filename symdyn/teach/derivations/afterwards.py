@@ -135,13 +135,17 @@ def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
     """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
     lesson, q = left.lesson, named(left.q)
     positive = {one.name for one in lesson.scene.parameters if one.positive}
-    squares = [x for x in value.factors if isinstance(x, Power) and x.exponent == -2 and isinstance(x.base, Symbol)]
-    least = Form.product(x for x in value.factors if x not in squares)
-    if len(squares) == 1 and len(least.terms) == 1 and positive.issuperset(least.symbols):
-        yield lesson.say("steady.from", wave=wave, value=value, square=squares[0].power(-1), least=least)
+    divisors = [x for x in value.factors if isinstance(x, Power) and x.exponent == -1]
+    below = [x for one in divisors for x in one.base.factors]
+    above = [x for x in value.factors if x not in divisors]
+    squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
+    others = Form.product(x for x in below if x not in squares)
+    least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
+    if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
+        yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
     else:
         yield lesson.say("steady.wave", wave=wave, value=value)
-    if left.led and wave.op is Op.COS and (square := _swing(left, value)):
+    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
         omega = lesson.name("steady:omega", "omega", node=None)
         yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
 

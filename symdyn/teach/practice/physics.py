@@ -147,10 +147,10 @@ class _Open(_Questions):
     """Of an open mechanism."""
 
     def kinds(self) -> Iterable[Callable[[], Asked]]:
-        if not {"equilibria", "energy"} & self.steps and not any(key.startswith("solved") for key in self.steps):
+        if not {"equilibria", "energy", "steady"} & self.steps and not any(key.startswith("solved") for key in self.steps):
             return []
         alone = [self.sense, self.reaction]
-        if "equilibria" not in self.steps:
+        if not {"equilibria", "steady"} & self.steps:
             return alone
         return [self.rest, self.swing, self.steady, self.conserved, self.limit, self.sense, self.unit, self.reaction]
 
