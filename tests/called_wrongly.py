@@ -138,13 +138,13 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
 
 WORDS: dict[str, str] = {
     "at": r"start|until|file",
-    "channel": r"(out|in)put: ",
+    "channel|input": r"(out|in)put: ",
     "every": r"one sample",
     "exact|guess|starts|seed": r"solving needs IPOPT",
     "file": r"written to|folder|system",
     "fps": r"a second",
     "function": r"measure",
-    "given": r"q (is|has)",
+    "given|values|parameters": r"q (is|has)|there is no|parameter|give text",
     "key": r"coefficient",
     "kind": r"plot",
     "motion": r"times|file",
@@ -157,7 +157,7 @@ WORDS: dict[str, str] = {
     "size": r"pixels",
     "stops|reports": r"event",
     "until": r"t =",
-    "values|parameters": r"parameter",
+    "[QRWV]": r"Riccati",
 }
 """How messages call what is wrong where it is not by its argument's name."""
 

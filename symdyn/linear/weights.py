@@ -141,6 +141,10 @@ def _told(packed: ZipFile, one: ZipInfo) -> int:
     return math.prod(shape) * kind.itemsize
 
 
+LARGEST = 1e150
+"""No weight is as large: its square is a double."""
+
+
 def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definite: bool = False) -> Array:
     """Return a weight as a symmetric matrix; what is wrong with it goes to the faults."""
     n = len(axis)
@@ -152,7 +156,7 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
             value = _number(one)
             if key not in axis.names:
                 faults.add(name, f"{key} is not known; {suggestion(key, axis.names)}")
-            elif not np.isfinite(value) or value < 0 or (definite and value == 0):
+            elif not value < LARGEST or value < 0 or (definite and value == 0):
                 least = "above zero" if definite else "of 0 or more"
                 faults.add(name, f"{key}: {quoted(one)} is no weight; give one {least}")
             else:
@@ -167,7 +171,7 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
     if M.shape in ((), (n,)):  # one for all, or a diagonal
         M = np.diag(np.broadcast_to(M, n))
     largest = float(np.abs(M).max(initial=0.0))
-    if M.shape != (n, n) or not np.isfinite(M).all():
+    if M.shape != (n, n) or not largest < LARGEST:
         faults.add(
             name,
             f"is no weight of {n} x {n} finite numbers, a diagonal of {n} or one for all, for {', '.join(axis.names)}",

@@ -156,7 +156,7 @@ class SympyEquations(Shown):
             if not isinstance(value, str):
                 try:
                     return sympify(value, strict=True)
-                except (SympifyError, AttributeError, TypeError, ValueError):
+                except (SympifyError, AttributeError, TypeError, ValueError, RecursionError):
                     raise EmitError(
                         f"given: {quoted(value)} is no value; give a number, a formula or an expression"
                     ) from None

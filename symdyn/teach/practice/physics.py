@@ -147,7 +147,9 @@ class _Open(_Questions):
     """Of an open mechanism."""
 
     def kinds(self) -> Iterable[Callable[[], Asked]]:
-        if not {"equilibria", "energy", "steady"} & self.steps and not any(key.startswith("solved") for key in self.steps):
+        if not {"equilibria", "energy", "steady"} & self.steps and not any(
+            key.startswith("solved") for key in self.steps
+        ):
             return []
         alone = [self.sense, self.reaction]
         if not {"equilibria", "steady"} & self.steps:
