@@ -186,7 +186,7 @@ def test_every_door_takes_a_path_and_an_open_file(tmp_path):
     doors = [getattr(symdyn, name) for name in symdyn.__all__]
     first = {door.__name__: next(iter(inspect.signature(door).parameters.values())) for door in doors if callable(door)}
     takes = {name for name, one in first.items() if one.name == "scene"}
-    assert takes == set(symdyn.__all__) - {"Scene", "SymdynError", "example", "pid", "read"}
+    assert takes == set(symdyn.__all__) - {"Feedback", "Scene", "SymdynError", "example", "pid", "read"}
     kinds = {str(first[name].annotation) for name in takes - {"Problem"}}
     assert kinds == {"SceneLike", "SceneLike | Problem", "SceneLike | Moved"}
     assert SceneLike

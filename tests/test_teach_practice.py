@@ -55,7 +55,7 @@ def test_grades_ask_for_every_step_for_results_and_for_energies_and_equations_al
     every, results, alone = (with_exercises(lesson("two_link"), grade) for grade in GRADES)
 
     assert kinds(results) == {"square", "potential", "momentum", "rate", "slope", "equation", "coefficients"}
-    assert kinds(every) == kinds(results) | {"position", "velocity", "kinetic", "energies", "lagrangian"}
+    assert kinds(every) == kinds(results) | {"position", "velocity", "kinetic", "energies", "lagrangian", "explicit"}
     asked = ["energies:K:", "energies:P:", "lagrangian", "equation:1", "equation:2"]
     assert [blank.key for blank in blanks(alone)] == asked
     shown = {section.key for section in alone.sections if any(not step.needs for step in section.steps)}

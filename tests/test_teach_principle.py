@@ -192,7 +192,7 @@ def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:
 @pytest.mark.long(0)
 def test_steps_say_what_the_figure_shows() -> None:
     known = {"frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"}
-    known |= {"centrifugal", "momenta", "energies", "plots", "body:column", "body:upper_arm", "body:forearm"}
+    known |= {"names", "centrifugal", "momenta", "energies", "plots", "body:column", "body:upper_arm", "body:forearm"}
     document = lesson("spatial_3r")
     shown = {
         s.key: s.show for section in document.sections if not section.key.startswith("after") for s in section.steps

@@ -167,7 +167,7 @@ def _gimbal(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
 
 def _central(joint: Joint) -> bool:
     """Return whether a joint turns about one axis through the origins of the frames of both of its bodies."""
-    return joint.type == "revolute" and not (*joint.origin.steps, *joint.tip.steps)
+    return tuple(JOINTS[joint.type].coordinates(joint)) == ("rad",) and not (*joint.origin.steps, *joint.tip.steps)
 
 
 def _is_rotor(scene: Scene, body: Body, moments: Array, axis: Array) -> bool:

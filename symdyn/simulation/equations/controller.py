@@ -86,10 +86,10 @@ class Feedback(Shown):
     quantisation: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Take one name as several; SimulateError of a field that is of no kind it can be."""
-        check_arguments(Feedback, vars(self), SimulateError)
-        for name in ("inputs", "measures"):
-            one = getattr(self, name)
+        """Take one name as several; SimulateError of what is no names."""
+        names = {name: getattr(self, name) for name in ("inputs", "measures")}
+        check_arguments(Feedback, names, SimulateError)
+        for name, one in names.items():
             object.__setattr__(self, name, (one,) if isinstance(one, str) else tuple(one))
 
     def __repr__(self) -> str:

@@ -2,10 +2,6 @@
 
 Coordinates that L does not know, the momenta that stay with them, and the energy that stays with time.
 
-Motions in which one coordinate rests while others turn on, relative equilibria: a hoop, a top, a governor. They are
-where W = P - K(ṙ = 0) is level along r, the rates of the others held: the weights against what turns. Which are stable
-is told by V of `reduced`, whose momenta, or prescribed rates, stay when r is pushed.
-
 One start, several motions: with all terms, without those of Coriolis, without the centrifugal ones. All run at once, an
 equation with its terms switched each: M q̈ = Q - s_C k_C q̇ q̇ - s_D k_D q̇² - k_G - k_E.
 """
@@ -13,18 +9,17 @@ equation with its terms switched each: M q̈ = Q - s_C k_C q̇ q̇ - s_D k_D q̇
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Array, Batches, Form, Function, Number, Power, Ratios, Symbol
+from symdyn.algebra import Array, Batches, Form, Number, Symbol
 from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, repeated, substitute
+from symdyn.graph import Expr, evaluate, gradient, reachable, repeated
 from symdyn.scene import Quantity, SceneUnits
 from symdyn.teach.derivations.charts import (
     DASHED,
@@ -40,184 +35,12 @@ from symdyn.teach.derivations.charts import (
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
 from symdyn.teach.derivations.meaning import axes_of
-from symdyn.teach.derivations.reduced import Reduced, at_bound, cyclic_of, led_by, limit_steps, reduced, zero
-from symdyn.teach.derivations.solved import in_sines
-from symdyn.teach.derivations.velocities import folded, length
+from symdyn.teach.derivations.reduced import cyclic_of, led_by, limit_steps, reduced, zero
+from symdyn.teach.derivations.steady import steady_step
+from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Formula, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.shown_state import Chosen
-
-LONGEST = 60
-"""Terms and factors of a formula that is shown."""
-
-ROUNDING = 1e-9
-"""Rates that are this much smaller than the largest are rounding."""
-
-
-def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
-    """Return the condition of steady motions, its solutions by factors, and in numbers; None where there are none."""
-    if not left.couples:
-        return None
-    r, others = named(left.q), [named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)]
-    blocks: list[Block] = []
-    bounds: list[Form] = []
-    (slope,) = gradient(left.static, [left.q])
-    W = lesson.name("W:", "W", node=left.static)
-    try:
-        whole = lesson.short(left.static)
-        factored = Ratios.form_of(slope)
-    except (DerivationError, KeyError, OverflowError, ZeroDivisionError):
-        whole = factored = Number.ZERO
-    if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
-        symbol = lesson.slope(W.name, r.name, slope)
-        blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
-        rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        for key, places in level_places(factored, r, rates):
-            if key == "steady.wave":
-                bounds.append(places["value"])
-                blocks += _reached(left, **places)
-            else:
-                blocks.append(lesson.say(key, **places))
-    blocks += _numbers(lesson, left)
-    key = "steady.led" if left.led else "steady.free"
-    claim = lesson.say(key, q=r, others=together(others))
-    reason = lesson.say(f"{key}.reason", W=W)
-    tries = tuple(one for value in bounds if (one := at_bound(lesson, left.chosen, value)) is not None)
-    return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"), tries=tries)
-
-
-def level_places(factored: Form, r: Symbol, rates: Set[str]) -> Iterator[tuple[str, dict[str, Form]]]:
-    """Yield what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
-    for factor in factored.factors:
-        inner = factor.base if isinstance(factor, Power) else factor
-        if isinstance(factor, Power) and factor.exponent < 0:
-            continue
-        names = set(inner.symbols)
-        if r.name not in names and names & rates:
-            yield "steady.any", {"rates": inner, "q": r}
-            continue
-        waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
-        if not waves or any(one == r for one in _without(inner, r).walk()):
-            continue
-        if len(waves) != 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
-            continue
-        (wave,) = waves
-        if inner == wave:
-            yield "steady.zero", {"wave": wave}
-            continue
-        over = [term for term in inner.terms if wave not in set(term.walk())]
-        under = [_divided(term, wave) for term in inner.terms if wave in set(term.walk())]
-        if any(one is None for one in under):
-            continue
-        above = Form.sum(over).negative
-        below = Form.sum(one for one in under if one is not None)
-        if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
-            above, below = above.negative, below.negative
-        value = Form.product((above, _taken_out(below).power(-1)))
-        yield "steady.wave", {"wave": wave, "value": value}
-
-
-def _swing(left: Reduced, value: Form) -> Form | None:
-    """Return W''/m where cos r has a value, the square of the frequency of small swings there; None if not short."""
-    lesson, q, qd = left.lesson, left.q, left.lesson.state.qd[left.r]
-    (m,) = gradient(gradient(lesson.energy.K, [qd])[0], [qd])
-    (bent,) = gradient(gradient(left.static, [q])[0], [q])
-    try:
-        node = Ratios.form_of(bent / m).express(lesson.graph)  # in cosines, where the sine stands squared
-    except (OverflowError, ZeroDivisionError):
-        return None
-    (there,) = substitute([node], {lesson.graph.cos(q): value.express(lesson.graph)})
-    form = None if q in reachable([there]) else in_sines(lesson, there)
-    return form if form is not None and length(form) <= LONGEST else None
-
-
-def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
-    """Yield where a sine has a value, from which rate on if that is told, and how fast it swings about it."""
-    lesson, q = left.lesson, named(left.q)
-    positive = {one.name for one in lesson.scene.parameters if one.positive}
-    divisors = [x for x in value.factors if isinstance(x, Power) and x.exponent == -1]
-    below = [x for one in divisors for x in one.base.factors]
-    above = [x for x in value.factors if x not in divisors]
-    squares = [x for x in below if isinstance(x, Power) and x.exponent == 2 and isinstance(x.base, Symbol)]
-    others = Form.product(x for x in below if x not in squares)
-    least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
-    if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
-        yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
-    else:
-        yield lesson.say("steady.wave", wave=wave, value=value)
-    if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):
-        omega = lesson.name("steady:omega", "omega", node=None)
-        yield lesson.say("steady.omega", q=q, square=omega.power(2), value=square)
-
-
-def _without(form: Form, r: Symbol) -> Form:
-    """Return a form with its waves of r taken as symbols of their own."""
-    if isinstance(form, Function) and r in form.args:
-        return Number.ZERO
-    return form.with_parts(_without(part, r) for part in form.parts)
-
-
-def _divided(term: Form, wave: Form) -> Form | None:
-    """Return a term divided by a wave that is one of its factors, None where it is a power of it."""
-    rest = [factor for factor in term.factors if factor != wave]
-    return None if wave in {one for factor in rest for one in factor.walk()} else Form.product(rest)
-
-
-def _taken_out(form: Form) -> Form:
-    """Return a sum as the factors that all of its terms have, times the rest."""
-    terms = [term.split_sign() for term in form.terms]
-    shared = [one for one in terms[0][1].factors if all(one in term.factors for _, term in terms)]
-    if len(terms) < 2 or not shared:
-        return form
-    rest = []
-    for sign, term in terms:
-        left = list(term.factors)
-        for one in shared:
-            left.remove(one)
-        rest.append(Form.product((Number(Fraction(sign)), *left)))
-    return Form.product((Form.sum(rest), *shared))
-
-
-def _negative(form: Form) -> bool:
-    return all(term.split_sign()[0] < 0 for term in form.terms)
-
-
-def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
-    """Return the table of steady motions for the values of the lesson."""
-    if not left.turns:
-        here = left.chosen.values[left.q]
-        span = 2 * abs(here) + 1.0
-        found = left.level(here - span, here + span)
-    else:
-        found = left.level(-math.pi, math.pi)
-    if not found:
-        return [lesson.say("steady.nowhere")]
-    units = SceneUnits(lesson.scene).coordinates
-    unit = units[left.r]
-    rows = []
-    for place, curvature, m in found:
-        at = zip(left.cyclic, _rates(left, place), strict=True)
-        rates = [lesson.scene.in_shown_unit(lesson.written(x), f"{units[k]}/s") for k, x in at]
-        kind = lesson.text("equilibria.stable" if curvature > 0 else "equilibria.unstable")
-        time = "–"  # nothing that has inertia moves next to it
-        if m > 0:
-            root = math.sqrt(abs(curvature) / m)
-            time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
-        rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
-    heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
-    key = "steady.numbers.led" if left.led else "steady.numbers.free"
-    return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]
-
-
-def _rates(left: Reduced, place: float) -> list[float]:
-    """Return the rates at a place; what is nothing but rounding beside the others, and the momenta, is zero."""
-    if not left.cyclic:
-        return []
-    found = [float(x) for x in left.rates(place)]
-    usual = [abs(x) for x in left.chosen.of(*(left.lesson.state.qd[k] for k in left.cyclic))]
-    least = ROUNDING * max(*usual, *map(abs, found), 0.0)
-    return [x if abs(x) > least else 0.0 for x in found]
-
 
 SECONDS, MOMENTS = 2.0, 161
 """How long the motions are, at most, and how many moments are drawn."""
