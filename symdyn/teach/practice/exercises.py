@@ -48,7 +48,7 @@ from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 MASS = ("position", "rotation", "turning", "velocity", "square", "spin", "offset", "kinetic", "potential")
-BODY = ("free", "frame", "moved", "bivectors", "balance")
+BODY = ("free", "frame", "moved", "about", "bivectors", "balance", "substituted")
 OF_ONE = (*MASS, *BODY)
 """Kinds of steps about one mass or body, which is what stands behind the colon of their keys."""
 

@@ -91,7 +91,9 @@ BY_STEP: Mapping[str, tuple[str, ...]] = {
     "state": ("angles",),
     "torque": ("inertia", "coriolis", "centrifugal", "weights"),
     "moved": ("accelerations", "inertia"),
+    "about": ("accelerations", "inertia"),
     "balance": ("weights", "inertia", "reactions", "forces"),
+    "substituted": ("weights", "inertia", "reactions", "forces"),
     "power": ("energies", "plots"),
 }
 """What a step shows that does not say it, by its key or what stands there before a colon."""

@@ -6,6 +6,8 @@ P_0j, r_0j     (5.4), (5.2) direction cosines of frame j, r̃ of the position of
 w_0j, I_jj     angular velocity, (5.15) inertia about O_j; axes of frame j
 F_0j           (5.11) inertia force, by differentiating the position of the centre of mass; axes of the ground
 F_star         (5.16) F*^D_jj; axes of frame j
+arm, moved     r_j,Tj from O_j to T_j, and its moment with F*^D_jj, the last term of (5.14); axes of frame j
+I_T            inertia about T_j, from I_jj by Steiner's theorem; axes of frame j
 """
 
 from __future__ import annotations
@@ -36,6 +38,8 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
+    add,
+    cross,
     neg,
     scale,
     sub,
@@ -45,6 +49,7 @@ from symdyn.teach.derivations.dalembert.side_by_side import order_of
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
 from symdyn.teach.student.rows import keeps_points
+from symdyn.unlocked import cached_property
 
 MOST_UNKNOWNS = 40
 """Beyond which nobody reads the lesson."""
@@ -68,6 +73,9 @@ class Cut:
     I: Mat  # noqa: E741  the book's name
     F: Vec
     F_star: Vec
+    arm: Vec
+    moved: Vec
+    I_T: Mat
     misread: Wrench
     dw: Vec
     centre: tuple[Vec, Vec, Vec]
@@ -76,8 +84,8 @@ class Cut:
     @property
     def nodes(self) -> list[Expr]:
         """Everything that is written of it."""
-        vectors = (self.w, self.dw, self.F, self.F_star, *self.centre, *self.origin)
-        return [self.m, *(x for row in (*self.P, *self.r, *self.I, *vectors) for x in row)]
+        vectors = (self.w, self.dw, self.F, self.F_star, self.arm, self.moved, *self.centre, *self.origin)
+        return [self.m, *(x for row in (*self.P, *self.r, *self.I, *self.I_T, *vectors) for x in row)]
 
 
 def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
@@ -87,11 +95,14 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
     if m.is_zero:
         return None
     centre = workspace.centre_of_mass(workspace.scene.bodies[j].name)
-    place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
+    arm = sub(centre, system.hanging.joints[j].place_on_child)
+    place, r = T.point(arm), Mat.skew(arm)
     moved = [_differentiated(one, state) for one in (place, T.p)]
     misread = known.inertia_for(T.R.T @ T.p)
     force, force_star = neg(scale(m, moved[0][2])), neg(scale(m, motion.a))
-    return Cut(m, T.R, Mat.skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
+    about = Mat(add(row, scale(m, other)) for row, other in zip(known.body.I, r @ r, strict=True))
+    lever = (arm, cross(arm, force_star), about)
+    return Cut(m, T.R, Mat.skew(T.p), motion.w, known.body.I, force, force_star, *lever, misread, motion.dw, *moved)
 
 
 def _differentiated(place: Vec, state: State) -> tuple[Vec, Vec, Vec]:
@@ -137,6 +148,14 @@ class Balance(Prose):
         pairs = [pair for one in lengths for pair in self._named_length(*one, named)]
         self.lengths = [(name, form) for name, form in pairs if self.graph.symbol(name) in used]
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
+
+    @cached_property
+    def empty(self) -> str:
+        """The rows of a bivector that a plane leaves empty, "3, 4, 5"; "" where forces have parts across it."""
+        rows = [k for k in range(6) if k not in self.system.kept]
+        known = [(*one.action[0], *one.action[1], *one.inertia[0], *one.inertia[1]) for one in self.system.bodies]
+        across = [entries[k] for entries in known for k in rows]
+        return ", ".join(str(k + 1) for k in rows) if rows and self.workspace.hanging.samples.vanish(across) else ""
 
     def _named_length(
         self,

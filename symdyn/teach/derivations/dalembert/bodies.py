@@ -6,6 +6,7 @@ A, D, R, *R     actions, inertia, the reaction in the reference joint, reactions
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.draw import Wrench, free_body
@@ -13,7 +14,7 @@ from symdyn.emit.print import Letters, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import cross, sub, zero_vector
 from symdyn.teach.derivations.dalembert.balance import Balance, Cut
-from symdyn.teach.derivations.velocities import MOST, length
+from symdyn.teach.derivations.velocities import MOST, folded, length
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.shown_state import Chosen
@@ -34,6 +35,8 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
         steps += [_acceleration(lesson, j, one), _motion(lesson, j, one)]
         if j == _misread(lesson, chosen):
             steps.append(_misprint(lesson, j, one, chosen))
+        if not all(x.is_zero for x in one.arm):
+            steps.append(_about(lesson, j, one))
     return [*steps, *_bivectors(lesson, j)]
 
 
@@ -159,6 +162,33 @@ def _motion(lesson: Balance, j: int, one: Cut) -> Step:
     return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)", "full")
 
 
+def _about(lesson: Balance, j: int, one: Cut) -> Step:
+    """Return what (5.14) takes for a centre of mass that is not the origin: its arm, the product, Steiner's term."""
+    body, number = lesson.scene.bodies[j].name, str(Letters.body_number(j))
+    here, arm = numbered(Letters.body_number(j), j), (number, f"T{number}")
+    product, about = Letter("M", here, above="*D"), Letter("I", arm)
+    tilde = lesson.called(f"rtilde:{','.join(arm)}", Letter("r", arm, accent="tilde"))
+    I_O, m = Symbol(f"I:{','.join(here)}"), lesson.short(one.m)  # noqa: E741
+    names = {key: Symbol(f"point:{letter}{number}") for key, letter in (("centre", "T"), ("origin", "O"))}
+    blocks: list[Block] = [
+        _matrix(lesson, Letter("r", arm), [[x] for x in one.arm], ""),
+        Formula(f"M*D:{','.join(here)}", Form.product((tilde, Symbol(f"F*D:{','.join(here)}")))),
+    ]
+    lesson.called(f"M*D:{','.join(here)}", product)
+    still = all(x.is_zero for x in one.F_star)
+    vanished = lesson.say("about.still", origin=names["origin"], tensor=I_O)
+    blocks.append(vanished if still else _matrix(lesson, product, [[x] for x in one.moved], ""))
+    blocks.append(lesson.say("about.steiner", **names, tensor=I_O))
+    blocks.append(_matrix(lesson, about, one.I_T, ""))
+    steiner = Form.product((Number.MINUS_ONE, m, tilde.power(2)))
+    blocks.append(Formula(I_O.name, Form.sum((Symbol(f"I:{','.join(arm)}"), steiner))))
+    claim, reason = (
+        lesson.say("about", body=body, **names),
+        lesson.say("about.reason", **names) if j == 0 else Words(()),
+    )
+    return Step(f"about:{body}", claim, tuple(blocks), reason, "(5.14)", "full")
+
+
 def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:
     """Return -m r̈ by the names that the step before gave to the acceleration of T_j."""
     names = (f"ddr:0,T{Letters.body_number(j)}:{axis}" for axis in "xyz")
@@ -227,7 +257,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
     body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(Letters.body_number(j), j)
     known = system.bodies[j]
     columns = [
-        _bivector(lesson, kind, here, [(lesson.short(x), x) for x in lesson.kept(entries)], number)
+        _bivector(lesson, j, kind, here, [(lesson.short(x), x) for x in lesson.kept(entries)], number)
         for kind, entries, number in (("A", known.action, "5.1"), ("D", known.inertia, "5.17"))
     ]
     for h, hinge in enumerate(system.hanging.hinges):
@@ -236,17 +266,30 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
         if present:
             index = here if own else (str(Letters.body_number(j)), hinge.joint.name)
             kind, number = ("R", "5.6") if own else ("*R", "5.10")
-            columns.append(_bivector(lesson, kind, index, _exerted(lesson, j, present), number))
+            columns.append(_bivector(lesson, j, kind, index, _exerted(lesson, j, present), number))
     balance: list[Block] = []
+    substituted: list[Block] = []
     for row in range(len(lesson.axes)):
-        parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != Number.ZERO]
-        if parts:
+        present_in = [column for column in columns if column.entries[row] != Number.ZERO]
+        if present_in:
+            parts = [Symbol(column.names[row]) for column in present_in]
             balance.append(Formula("", Form.sum(parts), "5.18" if row == 0 else "", Number.ZERO))
-    shown = tuple(_folded(lesson, column) for column in columns)
+            whole = Form.sum(column.entries[row] for column in present_in)
+            substituted.append(folded(lesson, Formula("", whole, right=Number.ZERO)))
+    if lesson.empty and j == 0:
+        columns = [_of_six_rows(lesson, column) for column in columns]
+    shown = [_folded(lesson, column) for column in columns]
+    if lesson.empty and j == 0:
+        shown.append(lesson.say("bivectors.plane", rows=lesson.empty))
     claim, reason = lesson.say("bivectors", body=body), _once(lesson, j, "bivectors.reason")
-    bivectors = Step(f"bivectors:{body}", claim, shown, reason, "(5.1)-(5.17)")
+    bivectors = Step(f"bivectors:{body}", claim, tuple(shown), reason, "(5.1)-(5.17)")
     claim, reason = lesson.say("balance", body=body), _once(lesson, j, "balance.reason")
-    return [bivectors, Step(f"balance:{body}", claim, tuple(balance), reason, "(5.18)")]
+    put_in = lesson.say("substituted", body=body)
+    return [
+        bivectors,
+        Step(f"balance:{body}", claim, tuple(balance), reason, "(5.18)"),
+        Step(f"substituted:{body}", put_in, tuple(substituted), _once(lesson, j, "substituted.reason"), "(5.18)"),
+    ]
 
 
 def _exerted(lesson: Balance, j: int, present: Sequence[int]) -> list[tuple[Form, Expr]]:
@@ -263,7 +306,7 @@ def _exerted(lesson: Balance, j: int, present: Sequence[int]) -> list[tuple[Form
 
 
 def _bivector(
-    lesson: Balance, kind: str, index: tuple[str, ...], entries: Sequence[tuple[Form, Expr]], number: str
+    lesson: Balance, j: int, kind: str, index: tuple[str, ...], entries: Sequence[tuple[Form, Expr]], number: str
 ) -> Matrix:
     names = []
     for (F, axis), (_, node) in zip(lesson.axes, entries, strict=True):
@@ -272,7 +315,21 @@ def _bivector(
         names.append(key)
     left = f"F{kind}:{','.join(index)}"
     lesson.called(left, Letter("F", index, above=kind, accent="bar"))
-    return Matrix(left, tuple(form for form, _ in entries), tuple(names), number)
+    tag = number if j == 0 or len(names) == 6 else ""  # three rows of a plane are no bivector of the book
+    return Matrix(left, tuple(form for form, _ in entries), tuple(names), tag)
+
+
+def _of_six_rows(lesson: Balance, column: Matrix) -> Matrix:
+    """Return a bivector of a plane with the rows that are empty there."""
+    above, index, _ = column.names[0].split(":")
+    entries, names = list(column.entries), list(column.names)
+    for row, (F, axis) in enumerate((F, axis) for F in "FM" for axis in "xyz"):
+        if row not in lesson.system.kept:
+            key = f"{F}{above[1:]}:{index}:{axis}"
+            lesson.called(key, Letter(F, (*index.split(","), axis), above=above[1:]), lesson.graph.zero)
+            entries.insert(row, Number.ZERO)
+            names.insert(row, key)
+    return replace(column, entries=tuple(entries), names=tuple(names))
 
 
 def _folded(lesson: Balance, matrix: Matrix) -> Block:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symdyn.algebra import Form, Number
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.emit.print import latex_symbols
 from symdyn.teach.derivations.dalembert.balance import Balance
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Matrix, Name, Step, Words
@@ -26,6 +26,9 @@ LETTERS: dict[str, Letter] = {
     "F_A": Letter("F", ("jj",), above="A"),
     "M_A": Letter("M", ("jj",), above="A"),
     "both_A": Letter("F", ("jj",), above="A", accent="bar"),
+    **{f"{F}_A{axis}": Letter(F, ("jj", axis), above="A") for F in "FM" for axis in "xyz"},
+    "F_A0": Letter("F", ("0j",), above="A"),
+    "M_A0": Letter("M", ("0j",), above="A"),
     "x": Letter("x", ("0j",)),
     "y": Letter("y", ("0j",)),
     "z": Letter("z", ("0j",)),
@@ -33,8 +36,7 @@ LETTERS: dict[str, Letter] = {
     "R": Letter("R", ("0j",), accent="bar"),
     "P": Letter("P", ("0j",)),
     "both_P": Letter("P", ("0j",), accent="bar"),
-    "both_0": Letter("F", ("0j",), accent="bar"),
-    "both": Letter("F", ("jj",), accent="bar"),
+    "both_0": Letter("F", ("0j",), above="A", accent="bar"),
     "both_R": Letter("F", ("jj",), above="R", accent="bar"),
     "F_R": Letter("F", ("jj",), above="R"),
     "M_R": Letter("M", ("jj",), above="R"),
@@ -86,7 +88,7 @@ LETTERS: dict[str, Letter] = {
 }
 """How the quantities of the method are written, by our key of each."""
 
-ERRORS = {"bivector": "5.1b", "shift": "5.3"}
+ERRORS = {"bivector": ("5.1b", "5.1c"), "shift": ("5.3",), "inertia": ("5.13", "5.14")}
 """Equations that the text has wrong, by the law that they belong to."""
 
 
@@ -96,7 +98,14 @@ def law_steps(lesson: Balance) -> list[Step]:
     if letter(LETTERS["m"]) not in latex_symbols(lesson.scene).values():  # m_1 is the scene's, m_j nobody's
         lesson.names[LAW + "m"] = Name(LETTERS["m"])
     minus = {key: Form.product((Number.MINUS_ONE, symbol)) for key, symbol in s.items()}
-    bivector = _matrix("both_A", [s["F_A"], s["M_A"]], "5.1")
+    bivector = (
+        *(
+            _matrix(f"{F}_A", [s[f"{F}_A{axis}"] for axis in "xyz"], number)
+            for F, number in (("F", "5.1a"), ("M", "5.1b"))
+        ),
+        _matrix("both_A", [s["F_A"], s["M_A"]], "5.1c"),
+    )
+    turned = Form.product((s["P"], s["F_A"]))
     shifts = (
         _matrix(
             "r",
@@ -106,7 +115,9 @@ def law_steps(lesson: Balance) -> list[Step]:
         ),
         _matrix("R", [s["1"], s["0"], s["r"], s["1"]], "5.3", 2),
         _matrix("both_P", [s["P"], s["0"], s["0"], s["P"]], "5.4", 2),
-        _formula("both_0", Form.product((s["R"], s["both_P"], s["both"])), "5.5"),
+        _formula("F_A0", turned, "5.5a"),
+        _formula("M_A0", Form.sum((Form.product((s["P"], s["M_A"])), Form.product((s["r"], turned)))), "5.5b"),
+        _formula("both_0", Form.product((s["R"], s["both_P"], s["both_A"])), "5.5c"),
     )
     reactions = (
         _matrix("both_R", [s["F_R"], s["M_R"]], "5.6"),
@@ -148,18 +159,22 @@ def law_steps(lesson: Balance) -> list[Step]:
     )
     rest = (s["both_A"], s["both_D"], s["both_R"], Form.product((s["sum_e"], s["both_e"])))
     balanced = (Formula("", Form.sum(rest), "5.18", Number.ZERO),)
-    each = Number(Fraction(len(lesson.system.kept)))
-    counted = (
+    counted: list[Block] = [
         _formula("m_R", Form.product((s["sum_t"], s["t"], s["s_t"])), "5.19"),
         Formula(
             "",
-            Form.product((each, Form.sum((s["u"], Number.MINUS_ONE)))),
+            Form.product((Number(Fraction(6)), Form.sum((s["u"], Number.MINUS_ONE)))),
             "5.20",
             Form.sum((s["n"], s["m_R"])),
         ),
-    )
+    ]
+    if lesson.empty:
+        each = Number(Fraction(len(lesson.system.kept)))
+        left = Form.product((each, Form.sum((s["u"], Number.MINUS_ONE))))
+        plane = Formula("", left, right=Form.sum((s["n"], s["m_R"])))
+        counted += [lesson.say(f"{LAW}plane", rows=lesson.empty), plane]
     steps: list[tuple[str, Sequence[Block], str]] = [
-        ("bivector", (bivector,), "(5.1)"),
+        ("bivector", bivector, "(5.1)"),
         ("shift", shifts, "(5.2)-(5.5)"),
         ("reactions", reactions, "(5.6)-(5.10)"),
         ("inertia", inertia, "(5.11)-(5.17)"),
@@ -168,7 +183,7 @@ def law_steps(lesson: Balance) -> list[Step]:
     ]
     places: dict[str, str | Form] = {key: s[key] for key in ("j", "P", "u", "n", "t")}
     places |= {key: s[key] for key in ("m", "w", "a_T", "a_O", "e")}
-    places |= {"origin": s["O"], "s": s["s_t"], "each": str(len(lesson.system.kept))}
+    places |= {"origin": s["O"], "s": s["s_t"]}
     return [
         Step(
             LAW + key,
@@ -182,15 +197,21 @@ def law_steps(lesson: Balance) -> list[Step]:
 
 
 def law_errata(lesson: Balance, law: str) -> list[Step]:
-    """Return the box of words where the text has a law wrong: what it reads, what is right, the check."""
-    number = ERRORS.get(law.removeprefix(LAW))
-    if number is None:
-        return []
-    reads = lesson.name("text:M", "M", "jyy", node=None)
-    right = lesson.name("text:M right", "M", "jjy", node=None)
-    said = lesson.say(f"erratum.{number}", reads=reads, right=right)
-    box = Box("erratum", lesson.say("erratum", number=number), (said,))
-    return [Step(f"{ERRATA}{law}", Words(()), (box,))]
+    """Return the boxes of words where the text has a law wrong: what it reads, what is right, the check."""
+    numbers = ERRORS.get(law.removeprefix(LAW), ())
+    places: dict[str, str | Form] = {
+        "reads": lesson.name("text:M", "M", "jyy", node=None),
+        "right": lesson.name("text:M right", "M", "jjy", node=None),
+        "A": lesson.called("text:A", Letter(r"\mathcal{A}", ("1j",))),
+        "Q": lesson.called("text:Q", Letter(r"\mathcal{Q}", ("j", "Tj"))),
+        **{key: Symbol(LAW + key) for key in ("F_A", "both_A", "F_D", "F_star", "back")},
+        **{key: Symbol(LAW + name) for key, name in (("spin", "w~"), ("arm", "r_T"), ("w", "w"))},
+    }
+    boxes = tuple(
+        Box("erratum", lesson.say("erratum", number=number), (lesson.say(f"erratum.{number}", **places),))
+        for number in numbers
+    )
+    return [Step(f"{ERRATA}{law}", Words(()), boxes)] if boxes else []
 
 
 def _formula(left: str, form: Form, number: str = "") -> Formula:

@@ -164,7 +164,7 @@ def system_step(lesson: Balance) -> Step:
     places["all"] = str(len(A) * len(lesson.unknowns))
     title = lesson.text("system.alt", scene=lesson.scene.name, **places)
     picture = Picture(_drawn(lesson, title), lesson.say("system.caption"), title, "system")
-    equation = Formula("", Form.sum((Form.product((s["A"], s["x"])), s["b"])), "5.18", Number.ZERO)
+    equation = Formula("", Form.sum((Form.product((s["A"], s["x"])), s["b"])), right=Number.ZERO)
     blocks: tuple[Block, ...] = (equation, picture, lesson.say("system.count", **places))
     alone = ", ".join(lesson.scene.bodies[j].name for j in _alone(lesson)) if lesson.closed else ""
     key = "system.tree" if not lesson.closed else "system.some" if alone else "system.loops"
@@ -309,8 +309,16 @@ def _count(lesson: Balance) -> Step:
         "drives": str(system.drives),
         "m": lesson.name("m:R", "m", "R", node=None),
     }
+    symbols = [lesson.name(f"s:{t}", "s", str(t), node=None) for t in sorted(set(classes), reverse=True)]
+    numbers = [str(classes.count(t)) for t in sorted(set(classes), reverse=True)]
+    listed = [part for pair in zip(symbols, numbers, strict=True) for part in (", ", pair[0], f" = {pair[1]}")]
     correct = system.equations == len(system.unknowns)
-    blocks: list[Block] = [lesson.table(("joint", "kind", "class"), rows), lesson.say("count.sum", **places)]
+    blocks: list[Block] = [lesson.table(("joint", "kind", "class"), rows)]
+    if symbols:
+        moving = str(len(system.bodies) + 1)
+        said = {key: Symbol(LAW + name) for key, name in (("u", "u"), ("s", "s_t"), ("t", "t"))}
+        blocks.append(lesson.say("count.classes", bodies=moving, classes=Words(tuple(listed[1:])), **said))
+    blocks.append(lesson.say("count.sum", **places))
     coupled = ", ".join(one.joint for one in system.unknowns if one.is_coupling)
     if coupled:
         blocks.append(lesson.say("count.coupled", joints=coupled))
