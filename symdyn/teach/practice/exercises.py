@@ -252,7 +252,8 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
     """
     if isinstance(block, Matrix):
         found = [pair for pair in zip(block.names, block.entries, strict=True) if pair[1] != Number.ZERO]
-        return found[-1] if found and block.number == "5.17" and _typed(document, found[-1][1]) else None
+        inertial = block.names[-1].startswith("MD:")
+        return found[-1] if found and inertial and _typed(document, found[-1][1]) else None
     if not isinstance(block, (Formula, Braced)):
         return None
     key = block.value if isinstance(block, Braced) else block.left

@@ -168,7 +168,7 @@ def _about(lesson: Balance, j: int, one: Cut) -> Step:
     here, arm = numbered(Letters.body_number(j), j), (number, f"T{number}")
     product, about = Letter("M", here, above="*D"), Letter("I", arm)
     tilde = lesson.called(f"rtilde:{','.join(arm)}", Letter("r", arm, accent="tilde"))
-    I_O, m = Symbol(f"I:{','.join(here)}"), lesson.short(one.m)  # noqa: E741
+    I_O, m = Symbol(f"I:{','.join(here)}"), lesson.short(one.m)
     names = {key: Symbol(f"point:{letter}{number}") for key, letter in (("centre", "T"), ("origin", "O"))}
     blocks: list[Block] = [
         _matrix(lesson, Letter("r", arm), [[x] for x in one.arm], ""),
