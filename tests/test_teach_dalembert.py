@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from lessons import lesson_of
 
 from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, Symbol
@@ -243,3 +244,84 @@ def test_products_that_differ_in_the_order_of_their_factors_are_one() -> None:
     groups = expanded_squares([form])
     assert groups is not None
     assert len(groups) == 3
+
+
+def test_every_equation_is_put_in_and_is_what_sympy_finds() -> None:
+    """The six rows of two_link against positions differentiated by SymPy; unknowns are those of the hinges' own axes."""
+    document, state = lesson("two_link"), state_of("two_link")
+    rows = {
+        body: [b.form for s, b in document.blocks() if s.key == f"substituted:{body}" and isinstance(b, Formula)]
+        for body in ("link1", "link2")
+    }
+    t, m, h, g = sympy.Symbol("t"), (state["m1"], state["m2"]), (state["h1"], state["h2"]), state["g"]
+    q = [sympy.Function(f"q{k}")(t) for k in (1, 2)]
+    at = {q[k].diff(t, n): state[f"q{k + 1}" + suffix] for n, suffix in ((2, "_ddot"), (1, "_dot")) for k in (0, 1)}
+    at |= {q[k]: state[f"q{k + 1}"] for k in (0, 1)}
+    turned = (q[0], q[0] + q[1])
+    arms = [sympy.Matrix([l * sympy.sin(a), -l * sympy.cos(a)]) for l, a in zip(h, turned, strict=True)]
+    places = [arms[0], arms[0] + arms[1]]
+    given = {f"reaction:{joint}:{k}": 0.4 * k + len(joint) for joint in ("shoulder", "elbow") for k in range(2)}
+    given |= {"M1": 3.1, "M2": -1.7}
+    forces = {
+        joint: sympy.Matrix([given[f"reaction:{joint}:{k}"] for k in range(2)]) for joint in ("shoulder", "elbow")
+    }
+
+    def moment(arm: sympy.Matrix, force: sympy.Matrix) -> sympy.Expr:
+        return arm[0] * force[1] - arm[1] * force[0]
+
+    weight = [sympy.Matrix([0, -m[k] * g]) - m[k] * places[k].diff(t, 2) for k in (0, 1)]
+    R1 = sympy.Matrix([[sympy.cos(q[0]), -sympy.sin(q[0])], [sympy.sin(q[0]), sympy.cos(q[0])]])
+    elbow = R1 * forces["elbow"]
+    sides = {
+        "link1": (
+            weight[0] + forces["shoulder"] - elbow,
+            moment(arms[0], weight[0] - elbow) + given["M1"] - given["M2"],
+            turned[0],
+        ),
+        "link2": (weight[1] + elbow, moment(arms[1], weight[1]) + given["M2"], turned[1]),
+    }
+    for body, (force, torque, angle) in sides.items():
+        back = sympy.Matrix([[sympy.cos(angle), sympy.sin(angle)], [-sympy.sin(angle), sympy.cos(angle)]])
+        expected = [float(x.subs(at)) for x in (*(back * force), torque)]
+        assert [loose(document, form, state | given) for form in rows[body]] == pytest.approx(expected, abs=1e-9)
+
+
+def loose(document: Document, form: Form, state: dict[str, float]) -> float:
+    """Return what a form is worth where unknowns are what the state says, and not what solves the equations."""
+    node = form.express(document.graph)
+    return float(
+        evaluate([node], Floats(), {x: state[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL})[0]
+    )
+
+
+def test_the_last_term_of_the_moment_and_steiner_s_are_shown() -> None:
+    document, state = lesson("slider_crank"), state_of("slider_crank")
+    step = {one.key: one for part in document.sections for one in part.steps}["about:rod"]
+    matrices = {block.left: block for block in step.blocks if isinstance(block, Matrix)}
+    shown = {k: np.array([value(document, x, state) for x in b.entries]) for k, b in matrices.items()}
+    star, m, l = value_of(document, "F*D:22", state), state["m2"], state["l"]
+
+    assert shown["r:2,T2"] == pytest.approx([l / 2, 0, 0])
+    assert shown["M*D:22"] == pytest.approx(np.cross(shown["r:2,T2"], star))
+    assert shown["I:2,T2"].reshape(3, 3)[2, 2] == pytest.approx(m * l**2 / 12)
+    assert "about:piston" not in {one.key for part in document.sections for one in part.steps}
+
+
+def value_of(document: Document, left: str, state: dict[str, float]) -> np.ndarray:
+    """Return a vector by its name."""
+    return np.array([value(document, Symbol(f"{left}:{axis}"), state) for axis in "xyz"])
+
+
+def test_a_plane_leaves_three_of_six_rows() -> None:
+    document = lesson("cart_with_wheel")  # moves in x and z
+    columns = [b for s, b in document.blocks() if s.key == "bivectors:cart" and isinstance(b, Matrix)]
+    assert {len(b.entries) for b in columns} == {6}
+    assert all(b.entries[k] == Number.ZERO for b in columns for k in (1, 3, 5))
+    assert {len(b.entries) for s, b in document.blocks() if s.key == "bivectors:wheel" and isinstance(b, Matrix)} == {3}
+    text = str(rendered(document, "md")["cart_with_wheel.md"])
+    assert "rows 2, 4, 6 are empty" in text
+    assert r"6 (u - 1) = n + m_R \tag{5.20}" in text
+    assert r"3 (u - 1) = n + m_R" in text
+    assert r"\mathbf{A} \mathbf{x} + \mathbf{b} = 0" in text
+    assert r"\mathbf{b} = 0 \tag" not in text
+    assert all(rf"\tag{{{number}}}" in text for number in ("5.1a", "5.1b", "5.1c", "5.5a", "5.5b", "5.5c"))
