@@ -247,7 +247,7 @@ def test_products_that_differ_in_the_order_of_their_factors_are_one() -> None:
 
 
 def test_every_equation_is_put_in_and_is_what_sympy_finds() -> None:
-    """The six rows of two_link against positions differentiated by SymPy; unknowns are those of the hinges' own axes."""
+    """The six rows of two_link against positions that SymPy differentiates."""
     document, state = lesson("two_link"), state_of("two_link")
     rows = {
         body: [b.form for s, b in document.blocks() if s.key == f"substituted:{body}" and isinstance(b, Formula)]
@@ -258,7 +258,7 @@ def test_every_equation_is_put_in_and_is_what_sympy_finds() -> None:
     at = {q[k].diff(t, n): state[f"q{k + 1}" + suffix] for n, suffix in ((2, "_ddot"), (1, "_dot")) for k in (0, 1)}
     at |= {q[k]: state[f"q{k + 1}"] for k in (0, 1)}
     turned = (q[0], q[0] + q[1])
-    arms = [sympy.Matrix([l * sympy.sin(a), -l * sympy.cos(a)]) for l, a in zip(h, turned, strict=True)]
+    arms = [sympy.Matrix([d * sympy.sin(a), -d * sympy.cos(a)]) for d, a in zip(h, turned, strict=True)]
     places = [arms[0], arms[0] + arms[1]]
     given = {f"reaction:{joint}:{k}": 0.4 * k + len(joint) for joint in ("shoulder", "elbow") for k in range(2)}
     given |= {"M1": 3.1, "M2": -1.7}
@@ -299,11 +299,11 @@ def test_the_last_term_of_the_moment_and_steiner_s_are_shown() -> None:
     step = {one.key: one for part in document.sections for one in part.steps}["about:rod"]
     matrices = {block.left: block for block in step.blocks if isinstance(block, Matrix)}
     shown = {k: np.array([value(document, x, state) for x in b.entries]) for k, b in matrices.items()}
-    star, m, l = value_of(document, "F*D:22", state), state["m2"], state["l"]
+    star, m, length = value_of(document, "F*D:22", state), state["m2"], state["l"]
 
-    assert shown["r:2,T2"] == pytest.approx([l / 2, 0, 0])
+    assert shown["r:2,T2"] == pytest.approx([length / 2, 0, 0])
     assert shown["M*D:22"] == pytest.approx(np.cross(shown["r:2,T2"], star))
-    assert shown["I:2,T2"].reshape(3, 3)[2, 2] == pytest.approx(m * l**2 / 12)
+    assert shown["I:2,T2"].reshape(3, 3)[2, 2] == pytest.approx(m * length**2 / 12)
     assert "about:piston" not in {one.key for part in document.sections for one in part.steps}
 
 
