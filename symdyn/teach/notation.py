@@ -24,7 +24,7 @@ from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Picture, Section, Step, Words
-from symdyn.teach.lesson import AXES, Lesson, Prose, called, together
+from symdyn.teach.lesson import AXES, Lesson, Prose, called, named, together
 from symdyn.teach.shown_state import Chosen
 
 
@@ -319,12 +319,31 @@ def numbers_for(lesson: Lesson) -> Mapping[str, str]:
 def errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
     """Return a section with a step of boxes behind each step where the source is wrong; `with_appendix` moves them."""
     steps: list[Step] = []
-    signs = Box("remark", lesson.say("textbook.signs.title"), (lesson.say("textbook.signs"),))
     for one in section.steps:
-        step = replace(one, blocks=(*one.blocks, signs)) if one.key == "equation:1" else one
+        step = replace(one, blocks=(*one.blocks, _signs(lesson))) if one.key == "equation:1" else one
         boxes = tuple(_box(lesson, wrong, chosen) for wrong in READS if wrong.step == step.key)
         steps += [step, Step(f"{ERRATA}{step.key}", Words(()), boxes)] if boxes else [step]
     return replace(section, steps=tuple(steps))
+
+
+def _signs(lesson: Lesson) -> Box:
+    """Return the box about signs: (5.40) as the book writes it, minus signs outside of k_C1 and k_D12."""
+    u, a = (list(map(named, rates)) for rates in (lesson.state.qd, lesson.state.qdd))
+    outside: list[Form] = []
+    values: list[Block] = []
+    for ours, letters, rate in (
+        ("k_C:1,1,2", ("C", "1"), u[0].signed_product(u[1])),
+        ("k_D:1,2", ("D", "12"), u[1].power(2)),
+    ):
+        node = lesson.names[ours].node
+        assert node is not None, f"{ours} has no value"
+        theirs = lesson.name(f"book {ours}", "k", *letters, node=-node)
+        outside.append(Form.product((Number.MINUS_ONE, theirs, rate)))
+        values.append(Formula(theirs.name, lesson.short(-node)))
+    inertia = [Form.product((Symbol(f"k_z:1,{k + 1}"), one)) for k, one in enumerate(a)]
+    whole = Form.sum((*inertia, *outside, Symbol("k_G:1")))
+    said = lesson.say("textbook.signs"), Formula("", Symbol(str(lesson.scene.drives[0])), "", whole), *values
+    return Box("remark", lesson.say("textbook.signs.title"), said)
 
 
 def with_appendix(prose: Prose, sections: Sequence[Section]) -> list[Section]:

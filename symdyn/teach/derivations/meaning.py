@@ -44,7 +44,8 @@ def rates_step(lesson: Lesson, page: Printable, kind: str, mass: list[Mass]) -> 
         node, rate = node_of(lesson, "k_D:1,1"), lesson.state.qd[0]
         lesson.name("k_D torque", "M", "D", "11", node=node * rate * rate)
         product = Form.product((Symbol("k_D:1,1"), named(rate).power(2)))
-        blocks.append(Formula("k_D torque", product, lesson.number("k_D:1,1"), Number.ZERO))
+        said = lesson.say("meaning.k_D.torque", torque=Symbol("k_D torque"), axis=axis_of(lesson, 0))
+        blocks += [said, Formula("k_D torque", product, lesson.number("k_D:1,1"), Number.ZERO)]
     claim, reason = lesson.say(f"meaning.{kind}"), lesson.say(f"meaning.{kind}.reason")
     return Step(f"meaning:{kind}", claim, tuple(blocks), reason, reference)
 
@@ -109,6 +110,11 @@ def _of_both(lesson: Lesson, node: Expr, j: int, k: int) -> Expr:
 def _node(name: Name) -> Expr:
     assert name.node is not None, "an energy has a value"
     return name.node
+
+
+def axis_of(lesson: Lesson, i: int) -> Symbol:
+    """Return the letter of the axis of coordinate i, which prose speaks of: o_1, o_2."""
+    return lesson.name(f"axis:{i + 1}", "o", str(i + 1), node=None)
 
 
 @dataclass(frozen=True)
@@ -215,11 +221,12 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step
     torque = f"Mz:{here},{here}"
     qdd = lesson.state.qdd[i]
     lesson.name(torque, "F" if axis.slides else "M", "z", here + here, node=node_of(lesson, k_z) * qdd)
-    moved, product = lesson.say("inertia.torque", rate=named(qdd)), Form.product((Symbol(k_z), named(qdd)))
+    kind, along = "mass" if axis.slides else "inertia", axis_of(lesson, i)
+    moved = lesson.say(f"{kind}.torque", rate=named(qdd), torque=Symbol(torque), axis=along)
+    product = Form.product((Symbol(k_z), named(qdd)))
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
-    kind = "mass" if axis.slides else "inertia"
     tags = ", ".join(mass.tag for mass in carried)
-    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags)
+    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags, axis=along)
     reason, reference = lesson.once(f"{kind}.reason", Symbol(k_z)), lesson.reference(k_z, f"J:{here}", torque)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
 
@@ -288,6 +295,7 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], resul
     other = lesson.state.qdd[i]
     lesson.name(back, "F" if second.slides else "M", "z", there + here, node=node_of(lesson, twin) * other)
     blocks: list[Block] = [
+        _called(lesson, torque, i, qdd, first),
         Formula(torque, Form.product((Symbol(k_z), Symbol(str(qdd.value)))), lesson.number(torque)),
         lesson.say("induced.how", rate=Symbol(str(qdd.value))),
         folded(lesson, Formula(key, lesson.short(node))),
@@ -302,11 +310,18 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], resul
             k_z, Form.sum((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}")
         )
         blocks += [lesson.say("induced.split"), formula]
+    blocks.append(_called(lesson, back, j, other, second))
     blocks.append(Formula(back, Form.product((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
     blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
     claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
     reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason", Symbol(k_z)), reference)
+
+
+def _called(lesson: Lesson, torque: str, i: int, rate: Expr, axis: Axis) -> Words:
+    """Return what the force or torque in axis i is called that another acceleration induces."""
+    key = "induced.force" if axis.slides else "induced.torque"
+    return lesson.say(key, torque=Symbol(torque), axis=axis_of(lesson, i), rate=named(rate))
 
 
 def _coupled(lesson: Lesson, axes: tuple[Axis, Axis], mass: Mass) -> Expr:
