@@ -23,13 +23,13 @@ from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, scale, sub
-from symdyn.teach.document import ERRATA, Block, Box, Formula, Picture, Section, Step, Words
+from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Picture, Section, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, Prose, called, named, together
 from symdyn.teach.shown_state import Chosen
 
 
-def scene_step(lesson: Prose, shown: Picture) -> Step:
-    """Return the picture and the joints."""
+def scene_step(lesson: Prose, shown: Picture, numbered: bool = True) -> Step:
+    """Return the picture and the joints, and the source that equations have their numbers from."""
     scene = lesson.scene
     rows = []
     for joint in (*scene.joints, *scene.loops):
@@ -46,7 +46,8 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
     )
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
     reason = Words(()) if scene.is_constrained and not scene.loops else lesson.say(f"{key}.reason")
-    return Step("scene", claim, (shown, joints), reason)
+    source = (lesson.say("source"),) if numbered else ()
+    return Step("scene", claim, (shown, joints, *source), reason)
 
 
 def acting_steps(lesson: Prose) -> list[Step]:
@@ -337,7 +338,7 @@ def _signs(lesson: Lesson) -> Box:
     ):
         node = lesson.names[ours].node
         assert node is not None, f"{ours} has no value"
-        theirs = lesson.name(f"book {ours}", "k", *letters, node=-node)
+        theirs = lesson.called(f"book {ours}", Letter("k", letters, above="(5.40)"), -node)
         outside.append(Form.product((Number.MINUS_ONE, theirs, rate)))
         values.append(Formula(theirs.name, lesson.short(-node)))
     inertia = [Form.product((Symbol(f"k_z:1,{k + 1}"), one)) for k, one in enumerate(a)]

@@ -226,7 +226,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     lesson = Turning(without_hidden_zeros(scene), language)
     chosen = choose_tied_motion(lesson, None if lesson.ties else choose_turned(lesson))
     last, right = UNTIL.index(until), right_sides(lesson)
-    shown = scene_step(lesson, scene_picture(lesson, chosen))
+    shown = scene_step(lesson, scene_picture(lesson, chosen), numbered=False)
     sections = [
         lesson.section(
             "scene",
