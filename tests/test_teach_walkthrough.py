@@ -722,3 +722,17 @@ def test_an_angle_that_is_a_formula_of_lengths_is_read_again_from_what_is_printe
     """
     document = walkthrough(read_text(text, "tilted"))
     assert any("square" in step.key for section in document.sections for step in section.steps)
+
+
+def test_torques_are_called_as_the_textbook_calls_them_and_its_form_stands_beside_ours() -> None:
+    document = lesson("two_link")
+    text = str(rendered(document, "md")["two_link.md"])
+    assert "gives rise to the inertial torque $M_{z,11}$ in the axis $o_1$" in text
+    assert "$M_{z,12}$ is the reaction torque in the axis $o_1$ that the acceleration $\\ddot q_2$ induces" in text
+    assert "$M_{D,11}$ is the centripetal torque in the axis $o_1$; it is zero" in text
+    assert r"- k_{C,1}^{(5.40)} \dot q_1 \dot q_2 - k_{D,12}^{(5.40)} \dot q_2^2 + k_{G,1}" in text
+    assert text.count("Slovak textbook") == 1
+    assert "the book " not in text
+    forces = next(b for _, b in document.blocks() if isinstance(b, Picture) and b.key == "centrifugal")
+    assert all(f">{one}" in forces.svg for one in "FMSo")
+    assert "zotrvačného krútiaceho momentu" in str(rendered(lesson("two_link", "sk"), "md"))

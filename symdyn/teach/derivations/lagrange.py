@@ -17,8 +17,8 @@ from dataclasses import replace
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism import TIME, generalized_forces, vector
-from symdyn.emit.print import Printable
-from symdyn.graph import Expr, tangents
+from symdyn.emit.print import Printable, latex_symbols
+from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.afterwards import after_sections
@@ -32,7 +32,7 @@ from symdyn.teach.derivations.equation_steps import (
     name_coefficients,
     node_of,
 )
-from symdyn.teach.derivations.meaning import meaning_steps
+from symdyn.teach.derivations.meaning import axes_of, meaning_steps
 from symdyn.teach.derivations.rotations import rotation_steps
 from symdyn.teach.derivations.solved import solved_steps
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
@@ -184,6 +184,37 @@ def weights_picture(lesson: Lesson, chosen: Chosen, result: list[Mass]) -> Pictu
     shown, labels, titles = chosen.parameters, ("coordinates",), lesson.titles
     svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels, titles=titles)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")
+
+
+def centrifugal_picture(lesson: Lesson, chosen: Chosen, result: list[Mass]) -> Picture | None:
+    """Return the mechanism with its axes o_i, drives M_i and the centrifugal forces F_Ok of the first rate alone.
+
+    As figure 5.40 has them; None where the first joint does not turn about one axis.
+    """
+    axes, (u, *_), F = axes_of(lesson), lesson.state.qd, lesson.letters.latex("F")
+    if axes[0] is None or axes[0].slides:
+        return None
+    wrenches, letters, spelled = [], [], latex_symbols(lesson.scene)
+    for mass in result:
+        felt = tangents(tangents(mass.place, lesson.state.velocity), lesson.state.velocity)
+        force = [-mass.m * u * u / 2 * gradient(gradient(x, [u])[0], [u])[0] for x in felt]
+        x, y, z, *force_values = chosen.of(*mass.place, *force)
+        if any(force_values):
+            wrenches.append(Wrench(f"{F}_{{O{mass.tag}}}", (x, y, z), tuple(force_values)))
+    for i, (axis, drive) in enumerate(zip(axes, lesson.scene.drives, strict=True), 1):
+        if axis is not None:
+            x, y, z, *n = chosen.of(*axis.o, *axis.n)
+            S, o = (lesson.letters.latex(letter) for letter in "So")
+            letters.append(Lettered(f"{S}_{i}, {o}_{i}", (x, y, z)))
+            if drive and not axis.slides:
+                wrenches.append(Wrench(spelled[drive], (x, y, z), couple=tuple(n)))
+    said = lesson.say("centrifugal.caption", rate=named(u))
+    shown, titles = chosen.parameters, lesson.titles
+    svg = picture(
+        lesson.scene, chosen.q, shown, labels=("coordinates",), wrenches=wrenches, prefix="centrifugal-", titles=titles,
+        letters=letters,
+    )  # fmt: skip
+    return Picture(svg, said, lesson.text("centrifugal.alt"), "centrifugal")
 
 
 ANY = ("q:i", "q_dot:i", "Q:i", "QA:i")
@@ -368,7 +399,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         meanings = meaning_steps(lesson, page, found)
         weights = weights_picture(lesson, chosen, found)
         if weights is not None:
-            meanings = _with_picture(meanings, weights)
+            meanings = _with_picture(meanings, weights, "k_G")
+        if lesson.numbers and (forces := centrifugal_picture(lesson, chosen, found)) is not None:
+            meanings = _with_picture(meanings, forces, "k_D")
         sections.append(lesson.section("coefficients", [*steps, *meanings]))
     if last >= 4:
         sections += after_sections(lesson, page, chosen)
@@ -381,9 +414,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
 
 
-def _with_picture(steps: list[Step], shown: Block) -> list[Step]:
-    """Return the steps with a picture in the first one about weights."""
+def _with_picture(steps: list[Step], shown: Block, kind: str) -> list[Step]:
+    """Return the steps with a picture in the first one about a kind of coefficients."""
     for k, step in enumerate(steps):
-        if step.key.startswith("meaning:k_G"):
+        if step.key.startswith(f"meaning:{kind}"):
             return [*steps[:k], replace(step, blocks=(shown, *step.blocks)), *steps[k + 1 :]]
     return steps
