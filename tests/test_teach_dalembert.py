@@ -325,3 +325,11 @@ def test_a_plane_leaves_three_of_six_rows() -> None:
     assert r"\mathbf{A} \mathbf{x} + \mathbf{b} = 0" in text
     assert r"\mathbf{b} = 0 \tag" not in text
     assert all(rf"\tag{{{number}}}" in text for number in ("5.1a", "5.1b", "5.1c", "5.5a", "5.5b", "5.5c"))
+
+
+def test_where_nothing_is_driven_no_drives_are_compared() -> None:
+    text = (EXAMPLES / "cart_with_wheel.toml").read_text(encoding="utf-8").replace('drive = "T"', "drive = false")
+    document = walkthrough(read_text(text, "free_wheel"), formulation="dalembert")
+    shown = "".join(map(str, rendered(document, "md").values()))
+    assert "Drives compared" not in shown
+    assert "The reactions obey the laws of mechanics" in shown
