@@ -75,6 +75,7 @@ def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capt
     ("arguments", "words"),
     [
         (["info", "nowhere.toml"], "nowhere.toml: there is no such file"),
+        (["info", "examples/cart_pole.toml"], "there is no such file; symdyn new --example cart_pole writes the scene"),
         (["generate", "{two_link}", "--functions", "mass"], "there is no output 'mass'"),
         (["generate", "{two_link}", "--functions", "pose"], "pose needs a point; write pose:NAME"),
         (["generate", "{two_link}", "--functions", "pose:hand"], "there is no body or point 'hand'"),
@@ -131,7 +132,7 @@ def test_new_writes_an_example_under_its_own_name_or_another(
 
     assert main(["new", "--example", "four-bar"]) == 0
     assert (tmp_path / "four_bar.toml").read_bytes() == (EXAMPLES / "four_bar.toml").read_bytes()
-    assert main(["new", "mine", "--example", "four_bar"]) == 0
+    assert main(["new", "mine.toml", "--example", "four_bar"]) == 0  # with the ending, or without
     assert read(tmp_path / "mine.toml") == replace(symdyn.example("four_bar"), name="mine")
     assert main(["new", "person", "--example", "humanoid"]) == 0
     assert symdyn.read("person.urdf").name == "person"

@@ -14,7 +14,7 @@ from symdyn.scene import Starter
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
-    name = (options.name or options.example or "").replace("-", "_")
+    name = (options.name or options.example or "").removesuffix(".toml").replace("-", "_")
     file, text = _example(options, name) if options.example else (f"{name}.toml", _starter(options, name))
     path = Path(file)
     if page_stem(name) != name:

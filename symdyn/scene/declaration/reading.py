@@ -16,6 +16,7 @@ from typing import Protocol
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
+from symdyn.resources import example_files
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.values.dimensional_analysis import fits
 from symdyn.scene.values.entry import EntryReader
@@ -97,6 +98,8 @@ def read_bounded(path: Path | Opened, most: int, requested: str, advice: str, mi
             with path.open("rb") as file:
                 content = file.read(most + 1)
     except FileNotFoundError:
+        if missing == BEGIN and path.stem in example_files():  # as the pages name it, of a clone
+            missing = f"symdyn new --example {path.stem} writes the scene of that name that comes with the package"
         raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:
         raise SceneError(f"{path}: is a folder; give {requested}") from None
