@@ -98,7 +98,7 @@ def read_bounded(path: Path | Opened, most: int, requested: str, advice: str, mi
             with path.open("rb") as file:
                 content = file.read(most + 1)
     except FileNotFoundError:
-        if missing == BEGIN and isinstance(path, Path) and path.stem in example_files():  # as the pages name it, of a clone
+        if missing == BEGIN and isinstance(path, Path) and path.stem in example_files():  # as pages name it
             missing = f"symdyn new --example {path.stem} writes the scene of that name that comes with the package"
         raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:
