@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.algebra import Form
+from symdyn.emit.print import text_of
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, gradient
 from symdyn.resources import folder
@@ -33,9 +34,10 @@ from symdyn.scene.toml import read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import language_of
-from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.practice.questions import front, questions_of
 from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.diagnosis import Diagnosis
 
 ROOT = Path(__file__).parent.parent
 LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))
@@ -287,6 +289,7 @@ NAMES: Mapping[str, str] = {
     "direction": "extra-term",
     "dimension": "dimension",
     "nothing": "",
+    "other": "copied-other-coordinate",
     "variable": "",
     "multiplier": "",
 }
@@ -325,7 +328,7 @@ def key_of_sealed(asked: Mapping[str, Any], scene: Scene) -> str | None:
     filled = dict(asked)
     if "coordinate" in asked or "drive" in asked:
         drive, name = asked.get("drive"), asked.get("coordinate")
-        i = scene.drives.index(drive) if drive in scene.drives else scene.coordinates.index(name)
+        i = scene.drives.index(drive) if drive else scene.coordinates.index(name)
         filled |= {"number": i + 1, "rate": scene.velocities[i]}
     return KINDS[asked["kind"]].format(**filled)
 
@@ -354,8 +357,11 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
     """Return what `check_derivation` says to a sealed answer."""
     target = key.replace("solved", "tau").replace(":", "").replace(",", "").replace("dL/d", "slope")
     target = re.sub(r"_dot$", "dot", target) if target.startswith("slope") else target
+    text = answer["answer"]
+    if key.startswith(("tau", "solved")) and "=" not in text:  # the shell is given what stands before a box
+        text = f"{text_of(front(Diagnosis(scene), key))} = {text}"
     try:
-        answers = check_derivation(answer["answer"], scene, target=target)
+        answers = check_derivation(text, scene, target=target)
     except SymdynError:
         return Judged(None)
     rules = [rule for one in answers if one.mistake for rule in (one.mistake.rule, one.mistake.other) if rule]

@@ -90,3 +90,10 @@ def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPat
 
     assert right >= REACHED[name][0]
     assert named >= REACHED[name][1]
+
+
+def test_quotients_and_products_go_from_left_to_right() -> None:
+    arm = read(ROOT / "examples" / "two_link.toml")
+
+    assert check_derivation("k_z22 = m2 / h1 h1 h2^2", arm)[0].right
+    assert check_derivation("k_z22 = m2 h1/(h1 h2) (h2^3)", arm)[0].right

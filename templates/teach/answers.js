@@ -149,7 +149,7 @@ const Answers = (() => {
       const here = [];
       for (let start = Math.max(0, end - longest); start < end; start++) {
         const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
-        const part = piece(cut) || (ends ? {function: grammar.short[cut]} : null);
+        const part = (cut !== "t" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
         if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
       }
       ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
@@ -159,6 +159,7 @@ const Answers = (() => {
     return found[0];
   }
 
+  const FUNCTIONS = {...Object.fromEntries(Object.getOwnPropertyNames(Math).map(name => [name, Math[name]])), cot: x => 1 / Math.tan(x), sec: x => 1 / Math.cos(x)};
   // Parts of a formula are numbers, or functions of a point
   const at = (part, point) => typeof part === "number" ? part : part(point);
   const lift = (apply, ...parts) => parts.every(part => typeof part === "number") ? apply(...parts) : p => apply(...parts.map(part => at(part, p)));
@@ -193,12 +194,9 @@ const Answers = (() => {
     function joined(power) {
       if (power === POWER) return factor();
       const parts = [power === SUM ? signed(PRODUCT) : joined(POWER)];
-      let divided = false;
       for (let sign; operators[sign = operator()] === power;) {
-        if (!sign && divided && !sees("function")) throw new Fault("fault.division");
         if (sign) take();
         const part = sign && power === PRODUCT ? signed(POWER) : joined(power + 1);
-        if (sign) divided = sign === "/" && typeof part !== "number";
         parts.push(sign === "/" ? inverse(part) : sign === "-" ? minus(part) : part);
       }
       return power === SUM ? plus(parts) : times(parts);
@@ -261,7 +259,7 @@ const Answers = (() => {
       if (power < 1) throw new Fault("fault.power");
       const closed = sees("open"), inner = closed ? bracket(take()) : argument();
       if (!closed && sees("op", "^")) throw new Fault("fault.argument");
-      const value = p => Math[name](at(inner, p)) ** power;
+      const value = p => FUNCTIONS[name](at(inner, p)) ** power;
       return closed ? raised(value) : value;
     }
     function argument() {
@@ -328,20 +326,71 @@ const Answers = (() => {
         if (named[k] && parts.length > 1) return;
         if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {
-          formulas.push(points.map(formula(part)));
+          formulas.push({of: formula(part), near: rounded(part).map(formula)});
         } catch (fault) {
-          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && (k === 0 || new RegExp(`^(?:${speeds})$`).test(fault.text));
+          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text));
           if (!onTheWay) throw fault;
         }
       });
       if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
-      if (!formulas.every(mine => mine.every(Number.isFinite))) return said(false, "answer.undefined");
-      const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
-      return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
+      const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
+      const drawnValues = formulas.map(one => points.map(one.of));
+      const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+      if (!moving || moving.right === told.right) return told;
+      return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
       return said(false, fault.key, fault.text);
     }
+  }
+
+  function compared(key, formulas) {
+    const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
+    return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
+  }
+
+  // The formula with one decimal of two digits or more off by half a unit of its last digit
+  function rounded(list) {
+    return list.flatMap((token, k) => {
+      if (token.kind !== "number" || /e/i.test(token.text)) return [];
+      const [whole, after = ""] = token.text.replace("{,}", ".").replace(",", ".").split("."), places = after.replace(/0+$/, "").length;
+      const unit = 10 ** (places ? -places : /0*$/.exec(whole)[0].length);
+      return unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12) ? [] : [list.map((one, j) => j === k ? {...token, value: token.value + unit / 2} : one)];
+    });
+  }
+
+  // On the motions of the mechanism, see symdyn.teach.student.motions: null where none are drawn, else whether it is right
+  function settled(key, formulas, alone) {
+    const {motions} = QUESTIONS;
+    if (!motions) return null;
+    const unset = Object.fromEntries(motions.multipliers.map(name => [name, NaN]));  // they stand in equations alone
+    const asked = motions.asked[key], point = row => Object.fromEntries(row.map((x, k) => [motions.names[k], x]));
+    const right = motions.groups.map((group, g) => {
+      const on = group.on.map(point), places = on.length / 2;
+      if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
+      const off = group.off[asked.equation].map(point), front = asked.front[g];
+      const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
+      const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
+      return sides.every(([left, other]) => {
+        const less = (a, b) => (p, k, values) => (a ? a(p) : before(p, k, values)) - b(p);
+        const whole = less(left && left.of, other.of);
+        const near = [...(left ? left.near.map(one => less(one, other.of)) : []), ...other.near.map(one => less(left && left.of, one))];
+        return off.every((p, k) => {
+          const here = whole(on[k], k, front.on), there = whole(p, k, front.off);
+          const few = near.reduce((total, one) => total + Math.abs(one(on[k], k, front.on) - here), 0);
+          return Number.isFinite(there) && there !== 0 && Math.abs(here) <= 1e-7 * Math.abs(there) + few && Math.abs(there) >= 10 * few;
+        });
+      });
+    });
+    const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.near.length) ? "answer.digits" : "answer.motions";
+    return {right: found >= 0, word};
+  }
+  function same({of, near}, on, right, places, constant) {
+    const mine = on.map(of), few = on.map((p, k) => near.reduce((total, one) => total + Math.abs(one(p) - mine[k]), 0));
+    const size = Math.max(...right.map(Math.abs)) || 1e-12, first = [...Array(places).keys()], off = mine.map((x, k) => x - right[k]);
+    if (first.every(k => Math.abs(off[k]) <= 1e-8 * size + few[k])) return true;
+    return constant && first.some(k => Math.abs(right[places + k] - right[k]) > 1e-6 * size)
+      && first.every(k => Math.abs(off[places + k] - off[k]) <= 1e-8 * Math.max(size, ...mine.map(Math.abs)));
   }
 
   // A quantity

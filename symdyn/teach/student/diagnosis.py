@@ -24,6 +24,7 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
+from symdyn.teach.student.motions import Motions, motions_of
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -178,6 +179,11 @@ class Diagnosis:
     def points(self) -> Points:
         """Return the points of the scene."""
         return points_of(self.scene, self.others)
+
+    @cached_property
+    def motions(self) -> Motions | None:
+        """Return the points on the motions of the scene, None where none are drawn."""
+        return motions_of(self.scene, self.course)
 
     def of(self, key: str, right: Form | None = None, most: int = MOST) -> list[Mistake]:
         """Return the mistakes of a quantity, at most so many; `right` is it where the course does not say."""

@@ -255,7 +255,7 @@ RULES = (
     "half", "steiner", "inertia", "arm", "cross", "carried", "relative", "absolute", "height", "trig", "gravity",
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
-    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier",
+    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 

@@ -24,8 +24,7 @@ from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate, gradient, reachable
-from symdyn.graph import Op
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
@@ -62,6 +61,14 @@ class Motions:
 
     groups: tuple[Group, ...]
 
+    def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
+        """Return what a formula is worth on the motions, by group, and where an equation is broken."""
+        found = []
+        for group in self.groups:
+            off = [] if equation is None else _values(group.off[equation], [form])[0]
+            found.append({"on": _values(group.on, [form])[0], "off": off})
+        return found
+
     def equal(self, form: Form, near: Sequence[Form], right: Form, free: bool = False) -> Group | None:
         """Return the group where a quantity has its value, up to a constant if that is free; None for none.
 
@@ -94,6 +101,12 @@ class Motions:
                 ):
                     return group
         return None
+
+
+def rows_of(scene: Scene) -> dict[str, tuple[str, tuple[Form, ...]]]:
+    """Return unit and entries of the rows of a scene that have multipliers, by these."""
+    rows = Printable.of(scene, lengths=None).constraints.rows if scene.is_constrained else ()
+    return {row.multiplier: (row.unit, row.G) for row in rows}
 
 
 def _values(points: Sequence[Point], forms: Sequence[Form]) -> list[list[float]]:
@@ -134,8 +147,7 @@ class _Drawing:
         total = [course.value(f"tau:{i + 1}", course.right) for i in range(course.state.n)]
         self.balance = [node for node in total if node is not None]
         self.M = [gradient(node, course.state.qdd) for node in self.balance]
-        rows = Printable.of(scene, lengths=None).constraints.rows if scene.is_constrained else ()
-        self.rows = {row.multiplier: [entry.express(graph) for entry in row.G] for row in rows}
+        self.rows = {name: [entry.express(graph) for entry in G] for name, (_, G) in rows_of(scene).items()}
 
     def group(self, declared: bool) -> Group:
         """Return points with the scene's parameters, or with drawn ones."""
@@ -149,7 +161,9 @@ class _Drawing:
             away.append(self._solved(*there, rng, ())[0])
         return Group((*on, *away), tuple(zip(*off, strict=True)), declared)
 
-    def _positions(self, k: int, declared: bool, rng: random.Random) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
+    def _positions(
+        self, k: int, declared: bool, rng: random.Random
+    ) -> tuple[tuple[dict[str, float], Numbers | None], ...]:
         """Return parameters, time and positions of a point and of one elsewhere, with the rows' numbers."""
         scene = self.scene
         own = {p.name: p.value for p in scene.parameters}
@@ -168,7 +182,10 @@ class _Drawing:
         values = {name: rng.uniform(0.25, 2.0) for name in own} | (self._declared() if declared else {})
         found = self._loops().bound_to(values)
         here = self._prescribed(values | self._drawn(rng), rng)
-        q, way = np.array([here[name] for name in scene.coordinates]), np.array([rng.uniform(-1, 1) for _ in self.balance])
+        q, way = (
+            np.array([here[name] for name in scene.coordinates]),
+            np.array([rng.uniform(-1, 1) for _ in self.balance]),
+        )
         for _ in range(40):  # along what the rows allow, by the midpoint rule
             half = q + 0.01 * self._allowed(found, q, way)
             q = q + 0.02 * self._allowed(found, half, way)
