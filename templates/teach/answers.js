@@ -456,5 +456,5 @@ const Answers = (() => {
     const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
     return row ? forgot(row) : said(false, "answer.wrong");
   }
-  return {formula: text => formula(tokens(text)), judge};
+  return {formula: text => formula(tokens(text)), parsed: formula, members, label, read, judge};
 })();

@@ -45,6 +45,11 @@
   for (const form of forms) {
     const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");
     form.addEventListener("focusin", () => { last = form; });
+    const echo = form.querySelector(".echo"), math = echo && echo.querySelector("span");
+    if (echo) form.elements.answer.addEventListener("input", event => {
+      math.innerHTML = Echo.mathematics(event.target.value);
+      echo.classList.toggle("read", math.innerHTML !== "");
+    });
     form.addEventListener("submit", event => {
       event.preventDefault();
       let right;

@@ -313,6 +313,9 @@ def _blank(
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
+    acting = document.names[key].node
+    if key.startswith("tau:") and acting is not None and len(Form.of(acting).terms) > 1:
+        shown = Form.of(acting)  # the drive with the loads beside it, which a letter of its own would hide
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"

@@ -12,12 +12,14 @@ from math import isfinite
 from typing import Any
 
 from symdyn.algebra import Form, Number, Symbol
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Blank, Block, Box, Choice, Document, Fold, Questions, Room, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
+from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, FREE, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE, Names
@@ -71,6 +73,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "dotted": names.derivatives,
         "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
+        "shown": {
+            name: f"<mrow>{inner(latex)}</mrow>" for name, latex in latex_symbols(scene, tuple(multipliers)).items()
+        },
         "drawn": DRAWN,
         "twins": TWINS,
         "bound": BOUND,

@@ -339,7 +339,28 @@ class _Probe:
         return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
 
 
+def absent(course: Course) -> set[str]:
+    """Return the rules whose object does not occur in a scene: no rotation, no Steiner's term."""
+    e, graph = course.right, course.graph
+    nothing = {
+        ("steiner", "inertia"): not any(part.rigid for part in course.parts),
+        ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
+        ("energies",): graph.total(e.P.values()).is_zero,
+        ("spring",): e.P["E"].is_zero,
+        ("friction",): all(x.is_zero for x in e.Q),
+        ("coupling",): course.state.n < 2,
+        ("body",): len(course.parts) < 2,
+        ("relative", "absolute"): not any(course.ancestors(joint) for joint in course.scene.moving),
+    }
+    return {rule for rules, missing in nothing.items() if missing for rule in rules}
+
+
 def _all(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
+    left_out = absent(course)
+    yield from (one for one in _every(course, key, right) if one.rule not in left_out)
+
+
+def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     if course.value(key, course.right) is not None:
         for rule, node in wrong_steps(course, key):
             yield Mistake(rule, node)
