@@ -364,7 +364,13 @@ def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged
         answers = check_derivation(text, scene, target=target)
     except SymdynError:
         return Judged(None)
-    rules = [rule for one in answers if one.mistake for rule in (one.mistake.rule, one.mistake.other) if rule]
+    rules = [
+        rule
+        for one in answers
+        if one.mistake
+        for rule in (one.mistake.rule, one.mistake.other, *one.mistake.more)
+        if rule
+    ]
     rules += ["turned" for one in answers if one.turned] + ["slope" for one in answers if one.forgotten]
     terms = [d.kind for one in answers if not one.right for d in one.differences[:3]]
     return Judged(all(one.right for one in answers), tuple(rules), tuple(terms))

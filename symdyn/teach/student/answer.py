@@ -140,7 +140,8 @@ def _rule(answer: Answer, say: Mapping[str, str]) -> str:
         return ""
     of, other = answer.mistake.of, answer.mistake.other
     where = say["where"].format(of=of) if of else ""
-    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "")
+    more = "".join(say["and"] + say[rule] for rule in answer.mistake.more)
+    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "") + more
 
 
 def _named(name: str, say: Mapping[str, str]) -> str:

@@ -148,7 +148,7 @@ def check_derivation(
         if not statement.targets and not _names_only(statement, names, len(read)):
             equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
             told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
-            answers.append(_balanced(told, filled, diagnosis))
+            answers.append(_balanced(told, filled, equation, diagnosis))
         known_answers[key_of] = answers[begun:]
     return answers
 
@@ -212,22 +212,22 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
         return equality("mistake", a, b, scene).verdict in EQUAL
 
     found_mistake = diagnosis.value(key, form, right, equal)
-    if found_mistake is None:
-        return answer
-    return replace(answer, mistake=found_mistake)
+    moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
+    return replace(answer, mistake=diagnosis.told_apart(key, moved, found_mistake))
 
 
-def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Answer:
+def _balanced(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation with the rule that was forgotten."""
     scene = diagnosis.scene
-    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or scene.is_constrained:
+    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or answer.mistake:
         return answer
     found = less(*statement.forms)
     named = set(found.symbols)
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
-    for i in rows:
-        if one := diagnosis.balance(i, found):
+    for i in rows if asked is None else [asked]:
+        one = None if scene.is_constrained else diagnosis.balance(i, found)
+        if one := diagnosis.told_apart(f"tau:{i + 1}", found, one):
             return replace(answer, mistake=one)
     return answer
 

@@ -18,13 +18,15 @@ from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of
+from symdyn.teach.student.parts import MOST as MOST_TERMS
+from symdyn.teach.student.parts import accelerations, fitted, named, terms_of
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -231,6 +233,29 @@ class Diagnosis:
                 if held and all(held):
                     return one
         return None
+
+    def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
+        """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
+        terms = terms_of(self.course, key) if self.course is not None else []
+        if not 0 < len(terms) <= MOST_TERMS or self.course is None:
+            return found
+        own, at = accelerations(self.course, key), range(SCALED)
+        node = form.express(self._graph)
+        slopes = gradient(node, [self._graph.symbol(name) for name, _ in own])
+        nodes = [*(x for _, x in own), *slopes, node, *(one.node for one in terms)]
+        rows = self.points.values(nodes, at)
+        n, columns = len(own), [[row[2 * len(own) + 1 + k] for row in rows] for k in range(len(terms))]
+        mine = [row[2 * n] for row in rows]
+        scaled = [mine, *([-x for x in mine] for _ in own[:1])]
+        for j in range(n):
+            if all(row[n + j] for row in rows):
+                scaled.append([row[2 * n] * row[j] / row[n + j] for row in rows])
+        fits = [one for values in scaled if (one := fitted(values, columns))]
+        if not fits:
+            return found
+        best = min(fits, key=lambda c: sum(abs(x - 1) > 1e-6 for x in c))
+        rules = list(dict.fromkeys(rule for rule, _ in named(terms, best, found.rule if found else "")))
+        return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:
         """Return what drives a joint, zero for none."""

@@ -278,12 +278,14 @@ class Mistake:
         node: its value.
         of: the mass that it was forgotten for, "" for no single one.
         other: another rule that gives the same when it is forgotten, "" for none.
+        more: rules of other terms that are wrong as well.
     """
 
     rule: str
     node: Expr
     of: str = ""
     other: str = ""
+    more: tuple[str, ...] = ()
 
 
 def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MOST) -> list[Mistake]:
