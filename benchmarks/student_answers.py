@@ -195,7 +195,8 @@ def told_by_page(
     scene: Scene, asked: Mapping[str, tuple[str, Form]], texts: Sequence[tuple[str, str]]
 ) -> list[dict[str, Any]]:
     """Return what the program of a page says to answers, each with its key."""
-    checker = (folder("templates") / "teach" / "answers.js").read_text(encoding="utf-8")
+    scripts = (folder("templates") / "teach" / name for name in ("terms.js", "answers.js"))
+    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
     program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
     said = "has(key) ? Answers.judge(key, text) : {right: false, text: ''}"
     program += f"\nconst has = key => key in QUESTIONS.values;\nconsole.log(JSON.stringify({json.dumps(texts)}"

@@ -336,6 +336,7 @@ const Answers = (() => {
       const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
       const drawnValues = formulas.map(one => points.map(one.of));
       const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+      if (moving && !moving.right && !told.right) return apart(key, formulas, told);
       if (!moving || moving.right === told.right) return told;
       return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
     } catch (fault) {
@@ -344,6 +345,16 @@ const Answers = (() => {
     }
   }
 
+  // A wrong answer's words, led by the terms that differ where these can be told apart
+  function apart(key, formulas, told) {
+    if (!has(QUESTIONS.terms, key) || (formulas.length === 1 && has(balances, key) && balances[key].beside)) return told;
+    const asked = QUESTIONS.motions.asked[key], [first, second] = formulas;
+    const side = p => second ? first.of(p) - second.of(p) : has(asked, "front") ? first.of(p) - (asked.drive ? p[asked.drive] : 0) : first.of(p);
+    const found = Terms.apart(key, side, points.slice(0, QUESTIONS.scaled), told.rule);
+    if (!found) return told;
+    const text = found.rules.map(rule => words.mistakes[rule]).join(words.mistakes.and);
+    return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
+  }
   function compared(key, formulas) {
     const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
     return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];

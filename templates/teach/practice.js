@@ -42,6 +42,15 @@
     }
     return word === "answer.right";
   }
+  // Which kinds of terms differ is told after the second try, the terms after the third
+  function differing(told, tries, verdict) {
+    const said = key => words["answer.kind." + key];
+    if (told.kinds && tries > 1) verdict.append(" " + said("look").replace("{text}", told.kinds.map(said).join(", ")));
+    if (told.terms && tries > 2) {
+      verdict.append(" " + said("term"));
+      for (const term of told.terms) verdict.insertAdjacentHTML("beforeend", ` <math>${term}</math>`);
+    }
+  }
   for (const form of forms) {
     const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");
     form.addEventListener("focusin", () => { last = form; });
@@ -50,11 +59,17 @@
       math.innerHTML = Echo.mathematics(event.target.value);
       echo.classList.toggle("read", math.innerHTML !== "");
     });
+    let tries = 0;
     form.addEventListener("submit", event => {
       event.preventDefault();
       let right;
       if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) right = chosen(form, verdict);
-      else ({right, text: verdict.textContent} = Answers.judge(form.dataset.key, form.elements.answer.value));
+      else {
+        const told = Answers.judge(form.dataset.key, form.elements.answer.value);
+        ({right, text: verdict.textContent} = told);
+        tries += !right;
+        differing(told, tries, verdict);
+      }
       verdict.className = "verdict " + (right ? "right" : "wrong");
       if (right) solution.open = true;
     });

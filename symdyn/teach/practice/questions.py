@@ -12,7 +12,7 @@ from math import isfinite
 from typing import Any
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.emit.print import latex_symbols
+from symdyn.emit.print import Latex, latex_symbols
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
@@ -25,6 +25,8 @@ from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosi
 from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.parts import LOST, SUITS, TURNED, accelerations, terms_of
+from symdyn.teach.student.parts import MOST as MOST_TERMS
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -94,6 +96,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
+        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, points, left))},
+        "suits": {"lost": LOST, "turned": TURNED, "suits": SUITS},
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
         "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
@@ -130,6 +134,20 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         for one in motions.groups
     ]
     return {"names": names, "groups": groups, "asked": asked, "free": FREE, "multipliers": list(rows_of(scene))}
+
+
+def _terms(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any] | None:
+    """Return kind, formula in MathML and values of the terms of a result, and the accelerations of an equation."""
+    key, course, names = left.replace("solved:", "tau:"), diagnosis.course, latex_symbols(diagnosis.scene)
+    terms = terms_of(course, key) if course is not None else []
+    if course is None or not 0 < len(terms) <= MOST_TERMS:
+        return None
+    own = accelerations(course, key)
+    nodes = [*(one.node for one in terms), *(x for _, x in own)]
+    values = [[_digits(x) for x in row] for row in zip(*points.values(nodes, range(SCALED)), strict=True)]
+    shown = Latex(names)
+    rows = [[one.kind, inner(shown(one.form)), row] for one, row in zip(terms, values, strict=False)]
+    return {"rows": rows, "slopes": [[name, row] for (name, _), row in zip(own, values[len(terms) :], strict=True)]}
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:
