@@ -336,6 +336,7 @@ const Answers = (() => {
       const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
       const drawnValues = formulas.map(one => points.map(one.of));
       const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+      if (moving && moving.another) return forgot(["other", "", ""]);
       if (moving && !moving.right && !told.right) return apart(key, formulas, told);
       if (!moving || moving.right === told.right) return told;
       return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
@@ -376,13 +377,14 @@ const Answers = (() => {
     if (!motions) return null;
     const unset = Object.fromEntries(motions.multipliers.map(name => [name, NaN]));  // they stand in equations alone
     const asked = motions.asked[key], point = row => Object.fromEntries(row.map((x, k) => [motions.names[k], x]));
+    let another = false;
     const right = motions.groups.map((group, g) => {
       const on = group.on.map(point), places = on.length / 2;
       if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
-      const off = group.off[asked.equation].map(point), front = asked.front[g];
+      const front = asked.front[g];
       const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
       const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
-      return sides.every(([left, other]) => {
+      const held = off => sides.every(([left, other]) => {
         const less = (a, b) => (p, k, values) => (a ? a(p) : before(p, k, values)) - b(p);
         const whole = less(left && left.of, other.of);
         const near = [...(left ? left.near.map(one => less(one, other.of)) : []), ...other.near.map(one => less(left && left.of, one))];
@@ -392,9 +394,11 @@ const Answers = (() => {
           return Number.isFinite(there) && there !== 0 && Math.abs(here) <= 1e-7 * Math.abs(there) + few && Math.abs(there) >= 10 * few;
         });
       });
+      another = another || (formulas.length > 1 && group.off.some((off, i) => i !== asked.equation && held(off.map(point))));
+      return held(group.off[asked.equation].map(point));
     });
     const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.near.length) ? "answer.digits" : "answer.motions";
-    return {right: found >= 0, word};
+    return {right: found >= 0, word, another: another && found < 0};
   }
   function same({of, near}, on, right, places, constant) {
     const mine = on.map(of), few = on.map((p, k) => near.reduce((total, one) => total + Math.abs(one(p) - mine[k]), 0));

@@ -25,8 +25,7 @@ from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosi
 from symdyn.teach.student.grammar import PAGE, Names
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.motions import rows_of
-from symdyn.teach.student.parts import LOST, SUITS, TURNED, accelerations, terms_of
-from symdyn.teach.student.parts import MOST as MOST_TERMS
+from symdyn.teach.student.parts import LOST, MOST as MOST_TERMS, SUITS, TURNED, accelerations, terms_of
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2

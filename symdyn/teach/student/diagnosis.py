@@ -17,6 +17,7 @@ from math import isfinite
 from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
@@ -24,9 +25,8 @@ from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
-from symdyn.teach.student.motions import Motions, motions_of
-from symdyn.teach.student.parts import MOST as MOST_TERMS
-from symdyn.teach.student.parts import accelerations, fitted, named, terms_of
+from symdyn.teach.student.motions import Motions, motions_of, numbers
+from symdyn.teach.student.parts import MOST as MOST_TERMS, accelerations, fitted, named, terms_of
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -109,7 +109,27 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     scales = _scales(scene, others)
     scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
     declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
-    return Points((*drawn, *twins, *movers, scaled, *declared), bool(scales))
+    moving = _Prescribed(scene)
+    others_at = (moving(point) for point in (*drawn, *twins, *movers))
+    return Points((*others_at, scaled, *map(moving, declared)), bool(scales))
+
+
+class _Prescribed:
+    """Points with what is prescribed put in."""
+
+    def __init__(self, scene: Scene) -> None:
+        graph = Graph()
+        given = prescribed(scene, graph)
+        names = [(scene.coordinates[k], scene.velocities[k]) for k in given.place]
+        self.names = [
+            *(q for q, _ in names),
+            *(u for _, u in names),
+            *(acceleration_name(u) for _, u in names),
+        ]
+        self.nodes = [*given.position, *given.velocity, *given.acceleration]
+
+    def __call__(self, point: Mapping[str, float]) -> dict[str, float]:
+        return {**point, **dict(zip(self.names, numbers(self.nodes, point), strict=True))}
 
 
 def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:

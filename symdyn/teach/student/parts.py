@@ -46,7 +46,7 @@ class Term:
 
 
 def terms_of(course: Course, key: str) -> list[Term]:
-    """Return the terms of a quantity by its key, none where they are too many; of an equation those of what vanishes."""
+    """Return the terms of a quantity, none where they are too many; of an equation those of what vanishes."""
     try:
         return list(islice(_terms(course, key), MOST + 1))[: MOST + 1] if key else []
     except DerivationError:
