@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -72,11 +73,7 @@ def test_a_rule_that_is_forgotten_is_named(text: str, word: str, language: str) 
     assert language_of(language).mistakes[word] in " ".join(in_words(answer, language))
 
 
-@pytest.mark.slow
-@pytest.mark.runs("node")
-@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-@pytest.mark.parametrize("name", REACHED)
-def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def _benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
     path = ROOT / "benchmarks" / "student_answers.py"
     spec = importlib.util.spec_from_file_location("student_answers", path)
     assert spec is not None
@@ -85,11 +82,29 @@ def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, spec.name, benchmark)  # where its dataclasses look for their module
     monkeypatch.syspath_prepend(str(path.parent))
     spec.loader.exec_module(benchmark)
+    return benchmark
 
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+@pytest.mark.parametrize("name", REACHED)
+def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
     right, named = benchmark.rates(benchmark.judged(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml"))
 
     assert right >= REACHED[name][0]
     assert named >= REACHED[name][1]
+
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_page_and_shell_judge_sealed_answers_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = list(_benchmark(monkeypatch).sealed(ROOT / "tests" / "data" / "answers" / "first.json.gz"))
+
+    assert told[-1] == "page and shell agree on 280 of 280"
+    assert sum("judged as they are 279 of 280" in line for line in told) == 2
 
 
 def test_quotients_and_products_go_from_left_to_right() -> None:

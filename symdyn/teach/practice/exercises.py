@@ -17,6 +17,7 @@ from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.arguments import argument
+from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.errors import NoValueError, TeachError, choice
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
@@ -313,14 +314,21 @@ def _blank(
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
-    acting = document.names[key].node
-    if key.startswith("tau:") and acting is not None and len(Form.of(acting).terms) > 1:
-        shown = Form.of(acting)  # the drive with the loads beside it, which a letter of its own would hide
+    if key.startswith("tau:") and (acting := _acting(document.scene, int(key[4:]) - 1)):
+        shown = acting
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"
     asked = Words(fill(texts["exercise.zero" if shown == Number.ZERO else "exercise.ask"], {"left": shown}))
     return Blank(name, asked, key, shown, answer, Words((hint,)), tuple(solution))
+
+
+def _acting(scene: Scene, i: int) -> Form | None:
+    """Return a drive with the loads beside it, which a letter of its own would hide; None for a drive alone."""
+    graph = Graph()
+    loads = generalized_forces(scene, graph)[i]
+    drive = scene.drives[i]
+    return None if loads.is_zero else Form.of((graph.symbol(drive) if drive else graph.zero) + loads)
 
 
 # What is shown when
