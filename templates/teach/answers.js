@@ -353,6 +353,7 @@ const Answers = (() => {
     const side = p => second ? first.of(p) - second.of(p) : has(asked, "front") ? first.of(p) - (asked.drive ? p[asked.drive] : 0) : first.of(p);
     const found = Terms.apart(key, side, points.slice(0, QUESTIONS.scaled), told.rule);
     if (!found) return told;
+    if (found.rules.length === 1 && found.rules[0] === told.rule) return {...told, ...found};  // with its mass
     const text = found.rules.map(rule => words.mistakes[rule]).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }

@@ -44,7 +44,9 @@ const Terms = (() => {
     if (!fits.length) return null;
     const wrong = rows.map((row, k) => [fits[0][k], ...row]).filter(([c]) => Math.abs(c - 1) > DIFFERS);
     const told = wrong.map(([c, kind]) => Math.abs(c) < DIFFERS ? lost[kind] || "term" : Math.abs(c + 1) < DIFFERS ? turned[kind] || "termsign" : "termfactor");
-    if (rule && wrong.some(([, kind]) => suits[kind].includes(rule))) told.push(rule);
+    const suited = rule && wrong.some(([, kind]) => suits[kind].includes(rule));
+    if (suited && told.length === 1 && told[0].startsWith("term")) told.pop();  // the rule says more than that a term differs
+    if (suited) told.push(rule);
     return {rules: [...new Set(told)], kinds: [...new Set(wrong.map(([, kind]) => kind))], terms: wrong.map(([, , math]) => math)};
   }
   return {apart};

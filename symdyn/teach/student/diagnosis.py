@@ -275,6 +275,8 @@ class Diagnosis:
             return found
         best = min(fits, key=lambda c: sum(abs(x - 1) > 1e-6 for x in c))
         rules = list(dict.fromkeys(rule for rule, _ in named(terms, best, found.rule if found else "")))
+        if found and rules == [found.rule]:  # with its mass
+            return found
         return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:

@@ -110,4 +110,6 @@ def named(terms: Sequence[Term], found: Sequence[float], rule: str) -> list[tupl
         else:
             told.append(("termfactor", term))
     fits = [term for _, term in wrong if rule in SUITS[term.kind]]
+    if fits and len(told) == 1 and told[0][0].startswith("term"):  # the rule says more than that a term differs
+        return [(rule, fits[0])]
     return [*told, *([(rule, fits[0])] if fits and rule not in [one for one, _ in told] else [])]
