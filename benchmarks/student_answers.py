@@ -195,7 +195,7 @@ def told_by_page(
     scene: Scene, asked: Mapping[str, tuple[str, Form]], texts: Sequence[tuple[str, str]]
 ) -> list[dict[str, Any]]:
     """Return what the program of a page says to answers, each with its key."""
-    scripts = (folder("templates") / "teach" / name for name in ("terms.js", "answers.js"))
+    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
     checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
     program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
     said = "has(key) ? Answers.judge(key, text) : {right: false, text: ''}"
@@ -394,21 +394,28 @@ def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[Jud
     return found
 
 
-def sealed(path: Path) -> Iterator[str]:
-    """Yield what became of a sealed list, in counts."""
-    data = json.loads(gzip.decompress(path.read_bytes()))
-    rows: list[tuple[Mapping[str, Any], Judged, Judged]] = []
-    unasked = 0
+def opened(path: Path) -> dict[str, Any]:
+    """Return a sealed list."""
+    found: dict[str, Any] = json.loads(gzip.decompress(path.read_bytes()))
+    return found
+
+
+def sealed(data: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Judged, Judged]]:
+    """Yield the answers of a sealed list with what shell and page say; those that no box asks for are left out."""
     for name, text in data["scenes"].items():
         scene = read_text(text, f"{name}.toml")
         own = [(a, key_of_sealed(a["asked"], scene)) for a in data["answers"] if a["scene"] == name]
         boxed = [(a, key) for a, key in own if key is not None]
-        unasked += len(own) - len(boxed)
-        page = sealed_on_page([(key, a["answer"]) for a, key in boxed], scene)
-        rows += [(a, sealed_in_shell(a, key, scene), told) for (a, key), told in zip(boxed, page, strict=True)]
-    yield f"{len(rows)} answers judged; {unasked} to what no box asks for are not asked"
-    for door, k in (("shell", 1), ("page", 2)):
-        yield from _counts(door, [(row[0], row[k]) for row in rows])
+        page = sealed_on_page([(key, a["answer"]) for a, key in boxed], scene) if boxed else []
+        yield from ((a, sealed_in_shell(a, key, scene), told) for (a, key), told in zip(boxed, page, strict=True))
+
+
+def counted(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what became of a sealed list, in counts."""
+    rows = list(sealed(data))
+    yield f"{len(rows)} answers judged; {len(data['answers']) - len(rows)} to what no box asks for are not asked"
+    yield from _counts("shell", [(answer, shell) for answer, shell, _ in rows])
+    yield from _counts("page", [(answer, page) for answer, _, page in rows])
     same = sum(shell.verdict == page.verdict for _, shell, page in rows)
     yield f"page and shell agree on {same} of {len(rows)}"
 
@@ -435,7 +442,7 @@ def main() -> None:
     options.add_argument("--sealed", type=Path, help="a sealed list, of which counts alone are told")
     given = options.parse_args()
     if given.sealed:
-        print("\n".join(sealed(given.sealed)))
+        print("\n".join(counted(opened(given.sealed))))
         return
     rows = [row for path in given.list or LISTS for row in judged(path)]
     print("\n".join(report(rows)))

@@ -21,6 +21,7 @@ from symdyn.teach.student.mistakes import RULES, mistakes
 
 ROOT = Path(__file__).parent.parent
 COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
+SEALED = ROOT / "tests" / "data" / "answers" / "first.json.gz"
 REACHED = {"first": (0.99, 0.97), "second": (0.99, 0.85)}
 """Shares judged right, and of wrong ones with a hint that names the cause."""
 
@@ -101,10 +102,24 @@ def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPat
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 def test_page_and_shell_judge_sealed_answers_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = list(_benchmark(monkeypatch).sealed(ROOT / "tests" / "data" / "answers" / "first.json.gz"))
+    benchmark = _benchmark(monkeypatch)
+    told = list(benchmark.counted(benchmark.opened(SEALED)))
 
     assert told[-1] == "page and shell agree on 280 of 280"
     assert sum("judged as they are 279 of 280" in line for line in told) == 2
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
+    data = benchmark.opened(SEALED)
+    some = [one for one in data["answers"] if one["scene"] == "cart_pole"][:6]
+
+    rows = list(benchmark.sealed({**data, "answers": some, "scenes": {"cart_pole": data["scenes"]["cart_pole"]}}))
+
+    assert len(rows) == 6
+    assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page in rows)
 
 
 def test_quotients_and_products_go_from_left_to_right() -> None:

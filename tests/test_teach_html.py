@@ -339,7 +339,7 @@ def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser:
     texts = [" ".join(rng.choices(known, k=rng.randint(1, 9))) for _ in range(1500)]
     points = questions(lesson)["points"]
     read_there = """texts => texts.map(text => {
-        try { return QUESTIONS.points.map(Answers.formula(text)).map(x => Number.isFinite(x) ? x : null); }
+        try { return QUESTIONS.points.map(Formulas.formula(text)).map(x => Number.isFinite(x) ? x : null); }
         catch (fault) { return String(fault.key); }
     })"""
 

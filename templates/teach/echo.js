@@ -82,7 +82,7 @@ const Echo = (() => {
       return row([head, sign("&#x2061;"), THIN, row(argument)]);
     }
     function word(text, dots) {
-      const parts = Answers.read(text).map((part, k) => {
+      const parts = Formulas.read(text).map((part, k) => {
         if (part.function) return call(part.function);
         if (!part.name) return row([named(part.short[0]), sign("("), row(part.short[1].flatMap((q, j) => j ? [sign("+"), shown[q]] : [shown[q]])), sign(")")]);
         const name = dots && !k ? (QUESTIONS.dotted[part.name] || [])[dots - 1] : part.name;
@@ -93,16 +93,16 @@ const Echo = (() => {
     return sum();
   }
 
-  // The answer in MathML, nothing for what cannot be read
+  // What stands in the answer's MathML, nothing for what cannot be read
   function mathematics(source) {
     try {
-      const parts = Answers.members(source.slice(0, 5000));
+      const parts = Formulas.members(source.slice(0, 5000));
       const sides = parts.map(part => {
-        if (Answers.label(part)) return named(Answers.label(part));
-        Answers.parsed(part);
+        if (Formulas.label(part)) return named(Formulas.label(part));
+        Formulas.parsed(part);
         return formula([...part]);
       });
-      return `<math>${row(sides.flatMap((side, k) => k ? [sign("="), side] : [side]))}</math>`;
+      return row(sides.flatMap((side, k) => k ? [sign("="), side] : [side]));
     } catch {
       return "";
     }

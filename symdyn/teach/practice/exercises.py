@@ -17,7 +17,6 @@ from math import isclose, nan
 
 from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.arguments import argument
-from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.errors import NoValueError, TeachError, choice
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
@@ -42,8 +41,10 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.derived import with_given
 from symdyn.teach.practice.physics import PHYSICS, with_physics
+from symdyn.teach.student.course import acting
 from symdyn.teach.student.diagnosis import BOUND, points_of
 from symdyn.teach.student.grammar import Names, Target
+from symdyn.teach.student.mistakes import FREE
 from symdyn.teach.student.statements import read_formula
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -172,9 +173,6 @@ LATER = ("formulations", "laws", "errata")
 
 GIVEN = ("scene", "principle", "count")
 """Sections that state what is known, which no grade hides."""
-
-FREE = ("P:", "L:")
-"""What keys of quantities begin with that hold a constant which is free."""
 
 LONGEST = 60  # symbols of an answer that anyone types
 MOST = 6  # results of one step that are asked for; the others stand with the solutions
@@ -314,21 +312,13 @@ def _blank(
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
-    if key.startswith("tau:") and (acting := _acting(document.scene, int(key[4:]) - 1)):
-        shown = acting
+    if key.startswith("tau:") and (beside := acting(document.scene, int(key[4:]) - 1)):
+        shown = beside
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"
     asked = Words(fill(texts["exercise.zero" if shown == Number.ZERO else "exercise.ask"], {"left": shown}))
     return Blank(name, asked, key, shown, answer, Words((hint,)), tuple(solution))
-
-
-def _acting(scene: Scene, i: int) -> Form | None:
-    """Return a drive with the loads beside it, which a letter of its own would hide; None for a drive alone."""
-    graph = Graph()
-    loads = generalized_forces(scene, graph)[i]
-    drive = scene.drives[i]
-    return None if loads.is_zero else Form.of((graph.symbol(drive) if drive else graph.zero) + loads)
 
 
 # What is shown when

@@ -20,10 +20,10 @@ from symdyn.teach.document import Blank, Block, Box, Choice, Document, Fold, Que
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
-from symdyn.teach.practice.exercises import ENOUGH, FREE, ROUNDED, is_given, quantities
+from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import Mistake
+from symdyn.teach.student.mistakes import FREE, Mistake
 from symdyn.teach.student.motions import rows_of
 from symdyn.teach.student.parts import LOST, MOST as MOST_TERMS, SUITS, TURNED, accelerations, terms_of
 from symdyn.teach.student.statements import SPEEDS

@@ -8,7 +8,7 @@ Python reads the tables here, and the program of a page reads them as JSON:
     formula     OPERATORS      how close operators bind; FUNCTIONS, CLOSING, SHORT
 
 A spelling, a letter, a command or a name of a function is one row. An operation that is new is a row, and what it does
-in `parser` and in `templates/teach/answers.js`. Patterns mean the same in Python (`re.ASCII`) and in JavaScript ("u").
+in `parser` and in `templates/teach/formulas.js`. Patterns mean the same in Python (`re.ASCII`) and in JavaScript ("u").
 
 Names are the scene's symbols however they are spelled, and shorthands:
 

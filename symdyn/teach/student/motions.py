@@ -251,10 +251,10 @@ class _Drawing:
         below = [*(-x for x in bias), *numbers(given.acceleration, place)]
         force = 1 + float(np.abs(M).max()) + float(np.abs(h).max())
         points = list[Point]()
-        for k in (None, *broken):
+        for equation in (None, *broken):
             extra = np.zeros(n)
-            if k is not None:
-                extra[k] = force * rng.uniform(0.5, 1.5)
+            if equation is not None:
+                extra[equation] = force * rng.uniform(0.5, 1.5)
             x = np.linalg.lstsq(lhs, np.array([*(tau - h + extra), *below]), rcond=None)[0]
             solved = point | dict(zip(accelerations, x[:n].tolist(), strict=True))
             held = dict(zip(given.place, x[len(x) - len(given.place) :], strict=True))

@@ -69,6 +69,10 @@ def _terms(course: Course, key: str) -> Iterator[Term]:
         parts = [("inertia", kinetic)] if key != "P:" else []
         if key != "K:":
             parts += [("gravity", sign * graph.total(potential.values())), ("spring", sign * e.P["E"])]
+    elif key.removeprefix("dL:/d") in course.scene.coordinates:
+        q = graph.symbol(key.removeprefix("dL:/d"))
+        energies = (("rates", kinetic), ("gravity", -graph.total(potential.values())), ("spring", -e.P["E"]))
+        parts = [(kind, course.slope(energy, q)) for kind, energy in energies]
     elif key.startswith(("k_z", "dL:")) and (node := course.value(key, e)) is not None:
         parts = [("inertia", node)]
     for kind, node in parts:
