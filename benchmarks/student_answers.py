@@ -1,35 +1,43 @@
 """How well answers of students are judged, by the checker of the shell and by that of a page.
 
     python benchmarks/student_answers.py [--list FILE ...] [--verbose]
+    python benchmarks/student_answers.py --sealed FILE.json.gz
+
 
 reads tests/data/student_answers/first.toml and second.toml, or other lists, judges every answer where it was typed
 (`file` by `check_derivation`, `page` by the page's own program in node) and prints how many are judged right, and of
-how many wrong ones the hint names the cause, by door, scene and spelling.
+how many wrong ones the hint names the cause, by door, scene and spelling. A sealed list (tests/data/answers) is judged
+by both doors, and told in counts alone.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
 import re
 import subprocess
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from symdyn.algebra import Form
+from symdyn.emit.print import text_of
 from symdyn.errors import SymdynError
-from symdyn.graph import gradient
+from symdyn.graph import Expr, gradient
 from symdyn.resources import folder
 from symdyn.scene import Scene, read
+from symdyn.scene.toml import read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import language_of
-from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.practice.questions import front, questions_of
 from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.diagnosis import Diagnosis
 
 ROOT = Path(__file__).parent.parent
 LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))
@@ -163,22 +171,39 @@ def judged_on_page(rows: Sequence[Row]) -> Iterator[Row]:
         course = Course(scene)
         asked = {}
         for key in dict.fromkeys(key_of(row.asked, scene) for row in own):
-            node = course.value(key.replace("solved", "tau"), course.right)
+            node = _asked(course, key, scene)
             assert node is not None, f"{name}: {key} is no step of the derivation"
-            if key.startswith("solved"):
-                i = int(key.partition(":")[2]) - 1
-                a = course.state.qdd[i]
-                M = gradient(node, [a])[0]
-                drive = scene.drives[i]
-                node = ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
             asked[key] = (key, Form.of(node))
-        checker = (folder("templates") / "teach" / "answers.js").read_text(encoding="utf-8")
-        program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
-        texts = json.dumps([[key_of(row.asked, scene), row.typed] for row in own])
-        program += f"\nconsole.log(JSON.stringify({texts}.map(([key, text]) => Answers.judge(key, text))));"
-        done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
-        for row, told in zip(own, json.loads(done.stdout), strict=True):
+        texts = [(key_of(row.asked, scene), row.typed) for row in own]
+        for row, told in zip(own, told_by_page(scene, asked, texts), strict=True):
             yield replace(row, judged=told["right"], rules=_rules(told["text"]), told=told["text"])
+
+
+def _asked(course: Course, key: str, scene: Scene) -> Expr | None:
+    """Return what a box asks for, by its key; of an acceleration what the equation is when solved for it."""
+    node = course.value(key.replace("solved", "tau"), course.right)
+    if node is None or not key.startswith("solved"):
+        return node
+    i = int(key.partition(":")[2]) - 1
+    a = course.state.qdd[i]
+    M = gradient(node, [a])[0]
+    drive = scene.drives[i]
+    return ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
+
+
+def told_by_page(
+    scene: Scene, asked: Mapping[str, tuple[str, Form]], texts: Sequence[tuple[str, str]]
+) -> list[dict[str, Any]]:
+    """Return what the program of a page says to answers, each with its key."""
+    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
+    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
+    program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
+    said = "has(key) ? Answers.judge(key, text) : {right: false, text: ''}"
+    program += f"\nconst has = key => key in QUESTIONS.values;\nconsole.log(JSON.stringify({json.dumps(texts)}"
+    program += f".map(([key, text]) => {said})));"
+    done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
+    found: list[dict[str, Any]] = json.loads(done.stdout)
+    return found
 
 
 def _rules(text: str) -> tuple[str, ...]:
@@ -226,12 +251,199 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
         yield f"{name:24} {len(own):4} answers  judged right {right:6.1%}   {wrong:4} wrong, cause named {named:6.1%}"
 
 
+# Sealed lists
+
+
+NAMES: Mapping[str, str] = {
+    "half": "factor",
+    "steiner": "wrong-inertia inertia-of-body-missing",
+    "inertia": "wrong-inertia inertia-of-body-missing",
+    "arm": "wrong-parameter wrong-inertia",
+    "cross": "cross-term-missing sign factor wrong-function",
+    "carried": "moved-mass-missing cross-term-missing",
+    "relative": "wrong-angle cross-term-missing",
+    "absolute": "wrong-angle",
+    "height": "wrong-function",
+    "trig": "wrong-function missing-factor",
+    "gravity": "gravity-sign",
+    "weightless": "gravity-missing missing-term moved-mass-missing",
+    "energies": "sign gravity-sign",
+    "index": "wrong-parameter copied-other-coordinate",
+    "product": "rate-product-missing",
+    "slope": "rate-product-missing",
+    "chain": "sign rate-product-missing",
+    "convention": "sign",
+    "friction": "damping-missing damping-sign drive-missing",
+    "coupling": "cross-term-missing",
+    "body": "moved-mass-missing inertia-of-body-missing",
+    "factor": "factor",
+    "undifferentiated": "dimension",
+    "undivided": "arithmetic dimension",
+    "squared": "power dimension",
+    "clockwise": "sign wrong-angle",
+    "velocities": "rate-product-missing",
+    "spring": "spring-sign spring-free-length",
+    "turned": "sign gravity-sign spring-sign damping-sign",
+    "term": "missing-term",
+    "termsign": "sign",
+    "termfactor": "factor missing-factor arithmetic",
+    "direction": "extra-term",
+    "dimension": "dimension",
+    "nothing": "",
+    "other": "copied-other-coordinate",
+    "variable": "",
+    "multiplier": "",
+}
+"""Which causes of a sealed list a rule names."""
+
+TERMS: Mapping[str, str] = {
+    "sign": "sign gravity-sign spring-sign damping-sign",
+    "factor": "factor arithmetic wrong-inertia",
+    "power": "power",
+    "moved": "wrong-parameter",
+    "function": "wrong-function",
+    "angle": "wrong-angle",
+    "missing": "missing-term inertia-of-body-missing moved-mass-missing cross-term-missing rate-product-missing "
+    "gravity-missing damping-missing drive-missing",
+    "extra": "extra-term",
+}
+"""Which causes a difference names whose term is shown."""
+
+KINDS: Mapping[str, str] = {
+    **dict.fromkeys(("kinetic_energy", "kinetic"), "K:"),
+    **dict.fromkeys(("potential_energy", "potential"), "P:"),
+    "lagrangian": "L:",
+    **dict.fromkeys(("coefficient", "mass"), "k_z:{row},{column}"),
+    "momentum": "dL:/d{rate}",
+    "equation": "tau:{number}",
+    "acceleration": "solved:{number}",
+    "drive": "tau:{number}",
+}
+"""Keys of what is asked; for other kinds the checker has no box."""
+
+
+def key_of_sealed(asked: Mapping[str, Any], scene: Scene) -> str | None:
+    """Return the key of what a sealed answer answers, None where no box asks for it."""
+    if asked["kind"] not in KINDS:
+        return None
+    filled = dict(asked)
+    if "coordinate" in asked or "drive" in asked:
+        drive, name = asked.get("drive"), asked.get("coordinate")
+        i = scene.drives.index(drive) if drive else scene.coordinates.index(name)
+        filled |= {"number": i + 1, "rate": scene.velocities[i]}
+    return KINDS[asked["kind"]].format(**filled)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What one door says: whether right, None for what cannot be read, and which causes it names, and by rules."""
+
+    right: bool | None
+    rules: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """Return it in the words of the list."""
+        return "unreadable" if self.right is None else "right" if self.right else "wrong"
+
+    def names(self, cause: str) -> bool:
+        """Whether a cause is named."""
+        return any(cause in NAMES[x].split() for x in self.rules) or any(
+            cause in TERMS.get(x, "").split() for x in self.terms
+        )
+
+
+def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged:
+    """Return what `check_derivation` says to a sealed answer."""
+    target = key.replace("solved", "tau").replace(":", "").replace(",", "").replace("dL/d", "slope")
+    target = re.sub(r"_dot$", "dot", target) if target.startswith("slope") else target
+    text = answer["answer"]
+    if key.startswith(("tau", "solved")) and "=" not in text:  # the shell is given what stands before a box
+        text = f"{text_of(front(Diagnosis(scene), key))} = {text}"
+    try:
+        answers = check_derivation(text, scene, target=target)
+    except SymdynError:
+        return Judged(None)
+    rules = [
+        rule
+        for one in answers
+        if one.mistake
+        for rule in (one.mistake.rule, one.mistake.other, *one.mistake.more)
+        if rule
+    ]
+    rules += ["turned" for one in answers if one.turned] + ["slope" for one in answers if one.forgotten]
+    terms = [d.kind for one in answers if not one.right for d in one.differences[:3]]
+    return Judged(all(one.right for one in answers), tuple(rules), tuple(terms))
+
+
+def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[Judged]:
+    """Return what a page's program says to sealed answers to a scene, with their keys."""
+    texts = language_of("en").lesson
+    unread = [texts[key].split("{text}") for key in texts if key.startswith("fault.")]
+    course, found = Course(scene), []
+    asked = {}
+    for key in dict.fromkeys(key for key, _ in answers):
+        if node := _asked(course, key, scene):
+            asked[key] = (key, Form.of(node))
+    for told, (key, _) in zip(told_by_page(scene, asked, answers), answers, strict=True):
+        text = told["text"]
+        faulty = any(text.startswith(parts[0]) and text.endswith(parts[-1]) for parts in unread)
+        right = None if faulty or key not in asked else bool(told["right"])
+        found.append(Judged(right, tuple(rule for rule in _rules(text) if rule in NAMES)))
+    return found
+
+
+def opened(path: Path) -> dict[str, Any]:
+    """Return a sealed list."""
+    found: dict[str, Any] = json.loads(gzip.decompress(path.read_bytes()))
+    return found
+
+
+def sealed(data: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Judged, Judged]]:
+    """Yield the answers of a sealed list with what shell and page say; those that no box asks for are left out."""
+    for name, text in data["scenes"].items():
+        scene = read_text(text, f"{name}.toml")
+        own = [(a, key_of_sealed(a["asked"], scene)) for a in data["answers"] if a["scene"] == name]
+        boxed = [(a, key) for a, key in own if key is not None]
+        page = sealed_on_page([(key, a["answer"]) for a, key in boxed], scene) if boxed else []
+        yield from ((a, sealed_in_shell(a, key, scene), told) for (a, key), told in zip(boxed, page, strict=True))
+
+
+def counted(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what became of a sealed list, in counts."""
+    rows = list(sealed(data))
+    yield f"{len(rows)} answers judged; {len(data['answers']) - len(rows)} to what no box asks for are not asked"
+    yield from _counts("shell", [(answer, shell) for answer, shell, _ in rows])
+    yield from _counts("page", [(answer, page) for answer, _, page in rows])
+    same = sum(shell.verdict == page.verdict for _, shell, page in rows)
+    yield f"page and shell agree on {same} of {len(rows)}"
+
+
+def _counts(door: str, rows: Sequence[tuple[Mapping[str, Any], Judged]]) -> Iterator[str]:
+    ok = Counter(a["verdict"] for a, told in rows if a["verdict"] == told.verdict)
+    every = Counter(a["verdict"] for a, _ in rows)
+    shown = ", ".join(f"{kind} {ok[kind]} of {every[kind]}" for kind in ("right", "wrong", "unreadable"))
+    yield f"{door}: judged as they are {ok.total()} of {len(rows)} = {ok.total() / len(rows):.1%} ({shown})"
+    wrong = [(a, told) for a, told in rows if a["verdict"] == "wrong"]
+    causes = [told.right is False and told.names(cause) for a, told in wrong for cause in a["causes"]]
+    false = 0
+    for a, told in wrong:
+        true = [*a["causes"], *a.get("also", ())]
+        false += bool(told.rules) and not any(Judged(False, told.rules).names(cause) for cause in true)
+    yield f"{door}: causes named {sum(causes)} of {len(causes)} = {sum(causes) / len(causes):.1%}; false causes {false}"
+
+
 def main() -> None:
     """Print the report, and with --verbose every answer that is misjudged or whose hint says something else."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--list", "--last", type=Path, action="append", help="a list in place of both")
     options.add_argument("--verbose", action="store_true", help="every answer that is misjudged, or not explained")
+    options.add_argument("--sealed", type=Path, help="a sealed list, of which counts alone are told")
     given = options.parse_args()
+    if given.sealed:
+        print("\n".join(counted(opened(given.sealed))))
+        return
     rows = [row for path in given.list or LISTS for row in judged(path)]
     print("\n".join(report(rows)))
     for row in rows if given.verbose else ():

@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,6 +21,7 @@ from symdyn.teach.student.mistakes import RULES, mistakes
 
 ROOT = Path(__file__).parent.parent
 COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
+SEALED = ROOT / "tests" / "data" / "answers" / "first.json.gz"
 REACHED = {"first": (0.99, 0.97), "second": (0.99, 0.85)}
 """Shares judged right, and of wrong ones with a hint that names the cause."""
 
@@ -72,11 +74,7 @@ def test_a_rule_that_is_forgotten_is_named(text: str, word: str, language: str) 
     assert language_of(language).mistakes[word] in " ".join(in_words(answer, language))
 
 
-@pytest.mark.slow
-@pytest.mark.runs("node")
-@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-@pytest.mark.parametrize("name", REACHED)
-def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def _benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
     path = ROOT / "benchmarks" / "student_answers.py"
     spec = importlib.util.spec_from_file_location("student_answers", path)
     assert spec is not None
@@ -85,8 +83,47 @@ def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, spec.name, benchmark)  # where its dataclasses look for their module
     monkeypatch.syspath_prepend(str(path.parent))
     spec.loader.exec_module(benchmark)
+    return benchmark
 
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+@pytest.mark.parametrize("name", REACHED)
+def test_answers_of_students_are_judged(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
     right, named = benchmark.rates(benchmark.judged(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml"))
 
     assert right >= REACHED[name][0]
     assert named >= REACHED[name][1]
+
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_page_and_shell_judge_sealed_answers_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
+    told = list(benchmark.counted(benchmark.opened(SEALED)))
+
+    assert told[-1] == "page and shell agree on 280 of 280"
+    assert sum("judged as they are 279 of 280" in line for line in told) == 2
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark = _benchmark(monkeypatch)
+    data = benchmark.opened(SEALED)
+    some = [one for one in data["answers"] if one["scene"] == "cart_pole"][:6]
+
+    rows = list(benchmark.sealed({**data, "answers": some, "scenes": {"cart_pole": data["scenes"]["cart_pole"]}}))
+
+    assert len(rows) == 6
+    assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page in rows)
+
+
+def test_quotients_and_products_go_from_left_to_right() -> None:
+    arm = read(ROOT / "examples" / "two_link.toml")
+
+    assert check_derivation("k_z22 = m2 / h1 h1 h2^2", arm)[0].right
+    assert check_derivation("k_z22 = m2 h1/(h1 h2) (h2^3)", arm)[0].right

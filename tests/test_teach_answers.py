@@ -159,8 +159,9 @@ ALIKE = [
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
 def test_a_page_reads_every_spelling_as_the_shell_does() -> None:
     asked = questions_of(ARM, {"K:": ("K:", read_formula("m1", ARM))}, "en")
-    checker = (folder("templates") / "teach" / "answers.js").read_text(encoding="utf-8")
-    read_there = "text => { const read = Answers.formula(text); return QUESTIONS.points.map(read); }"
+    scripts = (folder("templates") / "teach" / name for name in ("formulas.js", "terms.js", "answers.js"))
+    checker = "\n".join(one.read_text(encoding="utf-8") for one in scripts)
+    read_there = "text => { const read = Formulas.formula(text); return QUESTIONS.points.map(read); }"
     program = f"const QUESTIONS={json.dumps(asked)};\n{checker}\n"
     program += f"console.log(JSON.stringify({json.dumps([text for text, _ in ALIKE])}.map({read_there})));"
 

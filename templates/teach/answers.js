@@ -1,313 +1,8 @@
 "use strict";
-// Typed answers: read by the tables that the shell reads too, values in doubles, no evaluation of text as code.
+// Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
-  const {symbols, dotted, short, quantities, free, points, values, words, grammar, speeds, balances, mistakes, marks, pairs} = QUESTIONS;
-  const {drawn, twins, bound, rounded, enough} = QUESTIONS;
-  const {letters, functions, commands, timeLetters, operators, closing, begins} = grammar;
-  const has = (table, key) => Object.prototype.hasOwnProperty.call(table, key);
-  const sticks = (pattern, text, at) => { pattern.lastIndex = at; return pattern.exec(text); };
-  const compiled = (table, flags) => table.map(([pattern, ...rest]) => [new RegExp(pattern, flags), ...rest]);
-  const SPELLINGS = compiled(grammar.spellings, "gu"), TOKENS = compiled(grammar.tokens, "uy"), TIMES = compiled(grammar.times, "duy");
-  const GROUP = new RegExp(grammar.group, "uy"), INDEX = new RegExp(grammar.index, "uy"), BARE = new RegExp(grammar.bare, "gu"), OF_TIME = new RegExp(grammar.ofTime, "u");
-  const [SUM, PRODUCT, POWER] = ["+", "*", "^"].map(sign => operators[sign]);
-
-  class Fault extends Error {
-    constructor(key, text = "") { super(key); this.key = key; this.text = text; }
-  }
-
-  // Letters and spellings of others, in the one way that is parsed
-  function plain(text) {
-    const by = name => {
-      const dots = 2 * name.split("\\ddot").length + name.split("\\dot").length + name.split("'").length - 4;
-      return name.replace(/\\d?dot(?![A-Za-z])|[\\{}_' ]/g, "") + "dot".repeat(dots);
-    };
-    const equated = inside => {
-      let depth = 0;
-      const at = [...inside].findIndex(c => { depth += "([{".includes(c) - ")]}".includes(c); return c === "," && depth === 0; });
-      return at < 0 ? inside : inside.slice(0, at) + "=" + inside.slice(at + 1);
-    };
-    const decomposed = letter => /^.[\u0307\u0308]*$/u.test(letter.normalize("NFD")) ? letter.normalize("NFD") : letter;
-    const ways = {
-      lower: found => found.toLowerCase(), letter: found => `\\${letters[found]} `, decomposed,
-      slope: (_, inner) => `slope${by(inner)} `, rate: (_, inner) => `rate${inner} `, equation: (_, inner) => equated(inner),
-    };
-    const filled = means => (found, inner) => means.replace("$1", () => inner).replace("$k", () => found.normalize("NFKD"));
-    for (const [pattern, means] of SPELLINGS) text = text.replace(pattern, has(ways, means) ? ways[means] : filled(means));
-    return text;
-  }
-
-  function tokens(source) {
-    const text = plain(source.replace(/\n/g, " ")), list = [];
-    let at = 0;
-    function index(optional) {
-      const found = sticks(INDEX, text, at);
-      if (!found[1] && !optional) throw new Fault("fault.here", "_");
-      at += found[0].length;
-      return found[1].replace(BARE, "");
-    }
-    function word(name) {
-      if (name.length > grammar.mostLetters) throw new Fault("fault.deep");
-      if (has(functions, name) && text[at] !== "_") return {kind: "function", text: functions[name]};
-      while (text[at] === "_") {
-        while (text[at + 1] === "_") at++;
-        name += index(name.length > 1);
-      }
-      let dots = 0;
-      while (dots < 2 && text[at] === "'") { dots++; at++; }
-      return {kind: name === "pi" && !dots ? "constant" : "word", text: name, dots};
-    }
-    function upright(command) {
-      const group = sticks(GROUP, text, at);
-      if (!group) throw new Fault("fault.character", command);
-      at += group[0].length;
-      return word(group[0].replace(BARE, ""));
-    }
-    while (at < text.length) {
-      const start = at;
-      let found = null, kind = TOKENS.find(([pattern]) => (found = sticks(pattern, text, at)))[1], name = found = found[0];
-      at += found.length;
-      if (kind === "command") [kind, name] = has(commands, found.slice(1)) ? commands[found.slice(1)] : ["unknown", found];
-      if (kind === "unknown" || kind === "step") throw new Fault("fault.character", found);
-      if (!kind || kind === "row" || (kind === "stop" && !/[,.:;]/.test(found))) continue;
-      const last = list[list.length - 1];
-      let token = {kind, text: name};
-      if (kind === "word") token = word(name);
-      else if (kind === "upright") token = upright(found);
-      else if (kind === "number") token.value = Number(found.replace("{,}", ".").replace(",", "."));
-      else if (kind === "sub") { at = start; token.text = index(false); }
-      else if (found === "**") token = {kind, text: "^", long: true};
-      if (kind === "close" && name === "}" && last && last.kind === "open" && last.text === "{") list.pop();
-      else list.push({...token, at: start});
-      if (list.length > 2000) throw new Fault("fault.deep");
-    }
-    return timeless(list);
-  }
-
-  // Functions of time and their derivatives, in primes
-  const moving = new Set(Object.entries(dotted).flatMap(([name, rates]) => [name, ...rates]));
-  const moves = word => has(symbols, word) && moving.has(symbols[word]);
-  function letter({kind, text}) {
-    const known = key => has(timeLetters, key) ? timeLetters[key] : "w";
-    if (kind === "sub" || (kind === "number" && text !== "2")) return "_";
-    if (kind !== "word") return known(kind === "command" ? "\\" + text : text);
-    const without = text[0] === "d" && moves(text.slice(1));
-    if (moves(text) || without) return text === "d" ? "e" : !moves(text) ? "E" : without ? "D" : "q";
-    if (has(symbols, text) && text !== "d" && text !== "t") return text === "dt" ? "S" : "w";
-    return known(text);
-  }
-  function timeless(list) {
-    let row = list.map(letter).join(""), found;
-    while ((found = OF_TIME.exec(row))) {
-      const [begin, end] = [found.index + found[1].length, found.index + found[0].length];
-      list.splice(begin, end - begin);
-      row = row.slice(0, begin) + row.slice(end);
-    }
-    const kept = [];
-    for (let at = 0; at < list.length;) {
-      const rule = TIMES.find(([pattern]) => (found = sticks(pattern, row, at)));
-      if (!rule) { kept.push(list[at++]); continue; }
-      if (found[1] === undefined) throw new Fault("fault.time");
-      const token = list[found.indices[1][0] + found[1].search(/[qeDE]/)], dots = [...found[1]].reduce((n, c) => n + (c === ".") + 2 * (c === ":"), rule[1]);
-      kept.push({...token, text: token.text.slice(rule[2]), dots: token.dots + dots});
-      at += found[0].length;
-    }
-    return kept;
-  }
-
-  // The members of a chain of "=" that does not stand in brackets
-  function members(source) {
-    const list = tokens(source), parts = [[]];
-    let depth = 0;
-    while (list.length && list[list.length - 1].kind === "stop") list.pop();
-    for (const token of list) {
-      depth += (token.kind === "open") - (token.kind === "close");
-      if (depth === 0 && token.text === "=") parts.push([]); else parts[parts.length - 1].push(token);
-    }
-    return parts;
-  }
-  // Whether a member is the name of a result and nothing else
-  function label([word, ...rest]) {
-    const power = rest.map(token => token.text).join("");
-    if (!word || word.kind !== "word" || word.dots || has(symbols, word.text) || !["", "^2", "^{2}"].includes(power)) return "";
-    const name = word.text + (power && "squared");
-    return has(quantities, name) ? quantities[name] : "";
-  }
-
-  // Names: a whole word, or the one way to cut it into known pieces
-  const longest = Math.max(...[symbols, short, grammar.short].flatMap(Object.keys).map(word => word.length));
-  function piece(word) {
-    if (has(symbols, word)) return {name: symbols[word]};
-    return has(short, word) ? {short: short[word]} : null;
-  }
-  function read(word) {
-    const whole = piece(word);
-    if (whole) return [whole];
-    if (has(quantities, word)) throw new Fault("fault.quantity", quantities[word]);
-    if (has(grammar.short, word)) return [{function: grammar.short[word]}];
-    const ways = [[[]]];
-    for (let end = 1; end <= word.length; end++) {
-      const here = [];
-      for (let start = Math.max(0, end - longest); start < end; start++) {
-        const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
-        const part = piece(cut) || (ends ? {function: grammar.short[cut]} : null);
-        if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
-      }
-      ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
-    }
-    const found = ways[word.length].filter((way, _, all) => way.length === all[0].length);
-    if (found.length !== 1) throw new Fault(found.length ? "fault.ambiguous" : "fault.name", word);
-    return found[0];
-  }
-
-  // Parts of a formula are numbers, or functions of a point
-  const at = (part, point) => typeof part === "number" ? part : part(point);
-  const lift = (apply, ...parts) => parts.every(part => typeof part === "number") ? apply(...parts) : p => apply(...parts.map(part => at(part, p)));
-  const times = parts => lift((...all) => all.reduce((a, b) => a * b), ...parts);
-  const plus = parts => {
-    if (parts.length === 1) return parts[0];
-    const total = p => parts.reduce((sum, part) => sum + at(part, p), 0);
-    return Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined});
-  };
-  const inverse = part => lift(x => 1 / x, part), minus = part => lift(x => -x, part);
-
-  function formula(given) {
-    const list = [...given];
-    if (!list.length) throw new Fault("fault.empty");
-    const stop = list.find(token => token.kind === "stop" || token.text === "=");
-    if (stop) throw new Fault("fault.character", stop.text);
-    let next = 0, depth = 0;
-    const peek = () => list[next];
-    const sees = (kind, ...texts) => peek() && peek().kind === kind && (!texts.length || texts.includes(peek().text));
-    function take() {
-      if (!peek()) throw new Fault("fault.end");
-      return list[next++];
-    }
-
-    function sum() {
-      if (++depth > grammar.deepest) throw new Fault("fault.deep");
-      const value = joined(SUM);
-      depth--;
-      return value;
-    }
-    // What operators of a binding power join; what binds closer is a part of it
-    function joined(power) {
-      if (power === POWER) return factor();
-      const parts = [power === SUM ? signed(PRODUCT) : joined(POWER)];
-      let divided = false;
-      for (let sign; operators[sign = operator()] === power;) {
-        if (!sign && divided && !sees("function")) throw new Fault("fault.division");
-        if (sign) take();
-        const part = sign && power === PRODUCT ? signed(POWER) : joined(power + 1);
-        if (sign) divided = sign === "/" && typeof part !== "number";
-        parts.push(sign === "/" ? inverse(part) : sign === "-" ? minus(part) : part);
-      }
-      return power === SUM ? plus(parts) : times(parts);
-    }
-    const operator = () => peek() && (begins.includes(peek().kind) ? "" : peek().kind === "op" ? peek().text : null);
-    function signed(power) {
-      const negative = sees("op", "+", "-") && take().text === "-", value = joined(power);
-      return negative ? minus(value) : value;
-    }
-    function factor() {
-      const token = take();
-      if (token.kind === "number") return raised(token.value);
-      if (token.kind === "constant") return raised(has(symbols, "pi") ? p => p[symbols.pi] : () => Math.PI);
-      if (token.kind === "word") return word(token, token.dots);
-      if (token.kind === "open") return raised(bracket(token));
-      if (token.kind === "function") return call(token.text);
-      if (token.kind === "command") return command(token);
-      throw new Fault("fault.here", token.text);
-    }
-    function bracket(open) {
-      const inner = sum();
-      if (!sees("close", closing[open.text])) throw new Fault("fault.bracket");
-      take();
-      return open.text === "\\lvert" ? lift(Math.abs, inner) : inner;
-    }
-    // What stands in braces after a command; \frac12 takes single digits
-    function group() {
-      const token = take();
-      if (token.kind === "open" && token.text === "{") return bracket(token);
-      if (token.kind !== "number" || !/^\d+$/.test(token.text)) throw new Fault("fault.here", token.text);
-      const left = token.text.slice(1);
-      if (left) list.splice(--next, 1, {...token, text: left, value: Number(left), at: token.at + 1});
-      return Number(token.text[0]);
-    }
-    function command(token) {
-      if (token.text === "frac") {
-        const above = group();
-        return raised(times([above, inverse(group())]));
-      }
-      if (token.text.endsWith("dot")) return word(...accented(token));
-      const inner = group();
-      if ((sees("sub") || sees("op", "^")) && take().kind === "op") group();
-      return inner;
-    }
-    function accented(token) {
-      const braced = sees("open", "{");
-      if (braced) take();
-      let name = take();
-      if (name.kind !== "word") throw new Fault("fault.here", name.text);
-      if (braced) {
-        if (!sees("close", "}")) throw new Fault("fault.bracket");
-        const closed = take();
-        const digit = sees("number") && peek().at === closed.at + 1 && !has(symbols, name.text) && has(symbols, name.text + peek().text);
-        if (sees("sub") || digit) name = {...name, text: name.text + take().text};
-      }
-      return [name, token.text === "dot" ? 1 : 2];
-    }
-    function call(name) {
-      const power = sees("op", "^") ? exponent(take()) : 1;
-      if (power < 1) throw new Fault("fault.power");
-      const closed = sees("open"), inner = closed ? bracket(take()) : argument();
-      if (!closed && sees("op", "^")) throw new Fault("fault.argument");
-      const value = p => Math[name](at(inner, p)) ** power;
-      return closed ? raised(value) : value;
-    }
-    function argument() {
-      const factors = [];
-      while (sees("number") || sees("constant") || sees("command", "frac")) factors.push(sees("number") ? take().value : factor());
-      if (sees("word") || sees("command", "dot", "ddot")) {
-        const [name, dots] = sees("word") ? [peek(), take().dots] : accented(take());
-        factors.push(product(name, read(name.text), dots));
-      }
-      if (!factors.length) throw new Fault("fault.argument");
-      return times(factors);
-    }
-    function word(token, dots) {
-      const pieces = read(token.text), last = pieces.pop();
-      const before = pieces.length ? [product(token, pieces, dots)] : [];
-      return times([...before, last.function ? call(last.function) : raised(product(token, [last], pieces.length ? 0 : dots))]);
-    }
-    function product(token, pieces, dots) {
-      return times(pieces.map((part, i) => {
-        if (part.function) throw new Fault("fault.argument");
-        const chain = part.name ? [part.name, ...(has(dotted, part.name) ? dotted[part.name] : [])] : [null];
-        if (dots && !i && dots >= chain.length) throw new Fault("fault.dots", token.text);
-        if (part.name) return p => p[chain[i ? 0 : dots]];
-        const [name, angles] = part.short;
-        return p => Math[name](angles.reduce((total, q) => total + p[q], 0));
-      }));
-    }
-    function raised(base) {
-      if (!sees("op", "^")) return base;
-      const power = exponent(take());
-      return lift(x => x ** power, base);
-    }
-    function exponent(caret) {
-      const sign = sees("op", "-") ? -1 : 1;
-      if (sees("op", "+", "-")) take();
-      const token = take(), inner = token.kind === "open" ? bracket(token) : token.value;
-      const value = typeof inner === "function" ? inner.number : inner;
-      if (token.kind === "number" && token.text.length > 1 && !caret.long) throw new Fault("fault.power");
-      if (!(Number.isInteger(value) && Math.abs(value) <= grammar.largestPower) && Math.abs(value) !== 0.5) throw new Fault("fault.power");
-      return sign * value;
-    }
-
-    const value = sum();
-    if (peek()) throw new Fault("fault.here", take().text);
-    return p => at(value, p);
-  }
+  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions} = QUESTIONS;
+  const {Fault, has, members, label, parsed: formula} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
   // Whether a potential energy that changes with position differs from the answer by what does not
@@ -328,20 +23,86 @@ const Answers = (() => {
         if (named[k] && parts.length > 1) return;
         if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {
-          formulas.push(points.map(formula(part)));
+          formulas.push({of: formula(part), near: nearby(part).map(formula)});
         } catch (fault) {
-          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && (k === 0 || new RegExp(`^(?:${speeds})$`).test(fault.text));
+          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && ((k === 0 && part.length === 1) || new RegExp(`^(?:${speeds})$`).test(fault.text));
           if (!onTheWay) throw fault;
         }
       });
       if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
-      if (!formulas.every(mine => mine.every(Number.isFinite))) return said(false, "answer.undefined");
-      const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
-      return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
+      const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
+      const drawnValues = formulas.map(one => points.map(one.of));
+      const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+      if (moving && moving.another) return forgot(["other", "", ""]);
+      if (moving && !moving.right && !told.right) return apart(key, formulas, told);
+      if (!moving || moving.right === told.right) return told;
+      return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
       return said(false, fault.key, fault.text);
     }
+  }
+
+  // A wrong answer's words, led by the terms that differ where these can be told apart
+  function apart(key, formulas, told) {
+    if (!has(terms, key) || (formulas.length === 1 && has(balances, key) && balances[key].beside)) return told;
+    const asked = motions.asked[key], [first, second] = formulas;
+    const side = p => second ? first.of(p) - second.of(p) : has(asked, "front") ? first.of(p) - (asked.drive ? p[asked.drive] : 0) : first.of(p);
+    const found = Terms.apart(key, side, points.slice(0, scaled), told.rule);
+    if (!found) return told;
+    if (found.rules.length === 1 && found.rules[0] === told.rule) return {...told, ...found};  // with its mass
+    const text = found.rules.map(rule => words.mistakes[rule]).join(words.mistakes.and);
+    return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
+  }
+  function compared(key, formulas) {
+    const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
+    return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
+  }
+
+  // The formula with one decimal of two digits or more off by half a unit of its last digit
+  function nearby(list) {
+    return list.flatMap((token, k) => {
+      if (token.kind !== "number" || /e/i.test(token.text)) return [];
+      const [whole, after = ""] = token.text.replace("{,}", ".").replace(",", ".").split("."), places = after.replace(/0+$/, "").length;
+      const unit = 10 ** (places ? -places : /0*$/.exec(whole)[0].length);
+      return unit === 1 || token.value < (places ? 10 : 100) * unit * (1 - 1e-12) ? [] : [list.map((one, j) => j === k ? {...token, value: token.value + unit / 2} : one)];
+    });
+  }
+
+  // On the motions of the mechanism, see symdyn.teach.student.motions: null where none are drawn, else whether it is right
+  function settled(key, formulas, alone) {
+    if (!motions || !has(motions.asked, key)) return null;
+    const unset = Object.fromEntries(motions.multipliers.map(name => [name, NaN]));  // they stand in equations alone
+    const asked = motions.asked[key], point = row => Object.fromEntries(row.map((x, k) => [motions.names[k], x]));
+    let another = false;
+    const right = motions.groups.map((group, g) => {
+      const on = group.on.map(point), places = on.length / 2;
+      if (!has(asked, "equation")) return formulas.every(one => same(one, on.map(p => ({...p, ...unset})), asked.values[g].on, places, motions.free.some(begin => asked.left.startsWith(begin))));
+      const front = asked.front[g];
+      const before = (p, k, values) => alone ? (asked.drive ? p[asked.drive] : 0) : values[k];
+      const sides = formulas.length > 1 ? formulas.slice(1).map(one => [formulas[0], one]) : [[null, formulas[0]]];
+      const held = off => sides.every(([left, other]) => {
+        const less = (a, b) => (p, k, values) => (a ? a(p) : before(p, k, values)) - b(p);
+        const whole = less(left && left.of, other.of);
+        const near = [...(left ? left.near.map(one => less(one, other.of)) : []), ...other.near.map(one => less(left && left.of, one))];
+        return off.every((p, k) => {
+          const here = whole(on[k], k, front.on), there = whole(p, k, front.off);
+          const few = near.reduce((total, one) => total + Math.abs(one(on[k], k, front.on) - here), 0);
+          return Number.isFinite(there) && there !== 0 && Math.abs(here) <= 1e-7 * Math.abs(there) + few && Math.abs(there) >= 10 * few;
+        });
+      });
+      another = another || (formulas.length > 1 && group.off.some((off, i) => i !== asked.equation && held(off.map(point))));
+      return held(group.off[asked.equation].map(point));
+    });
+    const found = right.indexOf(true), word = motions.groups[Math.max(found, 0)].declared ? "answer.numbers" : formulas.some(one => one.near.length) ? "answer.digits" : "answer.motions";
+    return {right: found >= 0, word, another: another && found < 0};
+  }
+  function same({of, near}, on, right, places, constant) {
+    const mine = on.map(of), few = on.map((p, k) => near.reduce((total, one) => total + Math.abs(one(p) - mine[k]), 0));
+    const size = Math.max(...right.map(Math.abs)) || 1e-12, first = [...Array(places).keys()], off = mine.map((x, k) => x - right[k]);
+    if (first.every(k => Math.abs(off[k]) <= 1e-8 * size + few[k])) return true;
+    return constant && first.some(k => Math.abs(right[places + k] - right[k]) > 1e-6 * size)
+      && first.every(k => Math.abs(off[places + k] - off[k]) <= 1e-8 * Math.max(size, ...mine.map(Math.abs)));
   }
 
   // A quantity
@@ -375,8 +136,8 @@ const Answers = (() => {
   }
   // Whether lengths, masses and times in other units change a value as they change the result, where that can be told
   function united(key, mine) {
-    const right = values[key], k = QUESTIONS.scaled;
-    return !QUESTIONS.united.includes(key) || close(mine[k] * right[0], mine[0] * right[k]);
+    const right = values[key];
+    return !QUESTIONS.united.includes(key) || close(mine[scaled] * right[0], mine[0] * right[scaled]);
   }
 
   // An equation, in any order of terms and times any factor that is free of rates; solved for an acceleration or not
@@ -407,5 +168,5 @@ const Answers = (() => {
     const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
     return row ? forgot(row) : said(false, "answer.wrong");
   }
-  return {formula: text => formula(tokens(text)), judge};
+  return {judge};
 })();

@@ -42,14 +42,40 @@
     }
     return word === "answer.right";
   }
+  function shown(inside) {
+    const math = document.createElementNS("http://www.w3.org/1998/Math/MathML", "math");
+    math.innerHTML = inside;
+    return math;
+  }
+  // Which kinds of terms differ is told after the second try, the terms after the third
+  function differing(told, tries, verdict) {
+    const said = key => words["answer.kind." + key];
+    if (told.kinds && tries > 1) verdict.append(" " + said("look").replace("{text}", told.kinds.map(said).join(", ")));
+    if (told.terms && tries > 2) {
+      verdict.append(" " + said("term"));
+      for (const term of told.terms) verdict.append(" ", shown(term));
+    }
+  }
   for (const form of forms) {
     const solution = form.querySelector(".solution"), verdict = form.querySelector(".verdict");
     form.addEventListener("focusin", () => { last = form; });
+    const echo = form.querySelector(".echo");
+    if (echo) form.elements.answer.addEventListener("input", event => {
+      const read = Echo.mathematics(event.target.value);
+      echo.querySelector("span").replaceChildren(shown(read));
+      echo.classList.toggle("read", read !== "");
+    });
+    let tries = 0;
     form.addEventListener("submit", event => {
       event.preventDefault();
       let right;
       if (Object.prototype.hasOwnProperty.call(choices, form.dataset.key)) right = chosen(form, verdict);
-      else ({right, text: verdict.textContent} = Answers.judge(form.dataset.key, form.elements.answer.value));
+      else {
+        const told = Answers.judge(form.dataset.key, form.elements.answer.value);
+        ({right, text: verdict.textContent} = told);
+        tries += !right;
+        differing(told, tries, verdict);
+      }
       verdict.className = "verdict " + (right ? "right" : "wrong");
       if (right) solution.open = true;
     });

@@ -41,8 +41,10 @@ from symdyn.teach.languages import fill, language_of
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.derived import with_given
 from symdyn.teach.practice.physics import PHYSICS, with_physics
+from symdyn.teach.student.course import acting
 from symdyn.teach.student.diagnosis import BOUND, points_of
 from symdyn.teach.student.grammar import Names, Target
+from symdyn.teach.student.mistakes import FREE
 from symdyn.teach.student.statements import read_formula
 from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
@@ -171,9 +173,6 @@ LATER = ("formulations", "laws", "errata")
 
 GIVEN = ("scene", "principle", "count")
 """Sections that state what is known, which no grade hides."""
-
-FREE = ("P:", "L:")
-"""What keys of quantities begin with that hold a constant which is free."""
 
 LONGEST = 60  # symbols of an answer that anyone types
 MOST = 6  # results of one step that are asked for; the others stand with the solutions
@@ -313,6 +312,8 @@ def _blank(
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
+    if key.startswith("tau:") and (beside := acting(document.scene, int(key[4:]) - 1)):
+        shown = beside
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"

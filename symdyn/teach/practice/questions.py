@@ -11,17 +11,21 @@ from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from symdyn.algebra import Form, Number
+from symdyn.algebra import Form, Number, Symbol
+from symdyn.emit.print import Latex, latex_symbols
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Blank, Block, Box, Choice, Document, Fold, Questions, Room, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import called
-from symdyn.teach.practice.exercises import ENOUGH, FREE, ROUNDED, is_given, quantities
+from symdyn.teach.mathematics import inner
+from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
 from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import Mistake
+from symdyn.teach.student.mistakes import FREE, Mistake
+from symdyn.teach.student.motions import rows_of
+from symdyn.teach.student.parts import LOST, MOST as MOST_TERMS, SUITS, TURNED, accelerations, terms_of
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -54,9 +58,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         right to a part of itself, enough, balances: of equations what vanishes at every point, their drive, the
         acceleration that they are solved for, and whether forces stand beside the drive in front of the answer;
         mistakes: of each question rules and what they give at a few points (marks, pairs),
-        grammar, words.
+        motions: groups of points on the motions, see `symdyn.teach.student.motions`, and by question what it is worth
+        there, or the number of its equation and what stands in front of its answer there; grammar, words.
     """
-    names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
+    scene = scene.as_parameters()
+    multipliers = {name: unit for name, (unit, _) in rows_of(scene).items()}
+    names, points, diagnosis = Names(scene, tuple(multipliers)), points_of(scene, multipliers), Diagnosis(scene)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // max(1, len(requested))))
     balanced = not scene.is_constrained and diagnosis.course is not None
     balances = {key: left for key, (left, _) in requested.items() if balanced and left.startswith(BALANCED)}
@@ -67,6 +74,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "dotted": names.derivatives,
         "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
+        "shown": {
+            name: f"<mrow>{inner(latex)}</mrow>" for name, latex in latex_symbols(scene, tuple(multipliers)).items()
+        },
         "drawn": DRAWN,
         "twins": TWINS,
         "bound": BOUND,
@@ -84,6 +94,9 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         },
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
+        "motions": _motions(diagnosis, requested),
+        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, points, left))},
+        "suits": {"lost": LOST, "turned": TURNED, "suits": SUITS},
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
         "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
@@ -93,6 +106,56 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
 
 BALANCED = ("tau:", "solved:")
 """What keys of equations begin with: with a drive, or solved for the acceleration of its joint."""
+
+
+def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) -> dict[str, Any] | None:
+    """Return what answers are judged by on the motions of the scene; None where none are drawn."""
+    motions, scene = diagnosis.motions, diagnosis.scene
+    if motions is None:
+        return None
+    names = list(motions.groups[0].on[0])
+    asked: dict[str, Any] = {}
+    for key, (left, form) in requested.items():
+        if left.startswith(ROUNDED):  # a number that is right to a part of itself is no value on the motions
+            continue
+        if left.startswith(BALANCED):
+            i = int(left.partition(":")[2]) - 1
+            asked[key] = {"equation": i, "drive": scene.drives[i], "front": motions.values(front(diagnosis, left), i)}
+        else:
+            asked[key] = {"values": motions.values(form)}
+        asked[key]["left"] = left
+    groups = [
+        {
+            "declared": one.declared,
+            "on": [[p[x] for x in names] for p in one.on],
+            "off": [[[p[x] for x in names] for p in off] for off in one.off],
+        }
+        for one in motions.groups
+    ]
+    return {"names": names, "groups": groups, "asked": asked, "free": FREE, "multipliers": list(rows_of(scene))}
+
+
+def _terms(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any] | None:
+    """Return kind, formula in MathML and values of the terms of a result, and the accelerations of an equation."""
+    key, course, names = left.replace("solved:", "tau:"), diagnosis.course, latex_symbols(diagnosis.scene)
+    terms = terms_of(course, key) if course is not None else []
+    if course is None or not 0 < len(terms) <= MOST_TERMS:
+        return None
+    own = accelerations(course, key)
+    nodes = [*(one.node for one in terms), *(x for _, x in own)]
+    values = [[_digits(x) for x in row] for row in zip(*points.values(nodes, range(SCALED)), strict=True)]
+    shown = Latex(names)
+    rows = [[one.kind, inner(shown(one.form)), row] for one, row in zip(terms, values, strict=False)]
+    return {"rows": rows, "slopes": [[name, row] for (name, _), row in zip(own, values[len(terms) :], strict=True)]}
+
+
+def front(diagnosis: Diagnosis, left: str) -> Form:
+    """Return what stands in front of the answer to an equation: the drive with loads, or the acceleration."""
+    i = int(left.partition(":")[2]) - 1
+    if left.startswith("solved"):
+        return Symbol(acceleration_name(diagnosis.scene.velocities[i]))
+    assert diagnosis.course is not None, "an equation of a lesson has a course"
+    return Form.of(diagnosis.drive(i) + diagnosis.course.right.Q[i])
 
 
 def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:

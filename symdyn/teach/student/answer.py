@@ -28,12 +28,12 @@ from symdyn.verify import Claim, Finding, prove
 
 EQUAL = Verdict.HOLD
 
-ROUNDED, HOLDS, EMPTY = "rounded", "holds", "empty"
+ROUNDED, HOLDS, EMPTY, MOTIONS = "rounded", "holds", "empty", "motions"
 
 MOST = 12  # differences told
 LONGEST = 600  # characters of a formula that is told
 
-SAID = {ROUNDED: "digits", HOLDS: "holds", Verdict.NOT_SHOWN: "undefined", EMPTY: "empty"}
+SAID = {ROUNDED: "digits", HOLDS: "holds", Verdict.NOT_SHOWN: "undefined", EMPTY: "empty", MOTIONS: "motions"}
 """Verdicts that one sentence tells."""
 
 
@@ -45,8 +45,8 @@ class Answer:
         line: where it stands, from 1.
         name: of the quantity, such as "k_z12", or "equation 2", "velocity row 1".
         verdict: one of `symdyn.verdict`, as of a finding; ROUNDED for equal to the digits written;
-            HOLDS for a row that is none of the scene's, but true wherever the loops are closed; EMPTY for what names
-            quantities in place of formulas, such as L = K - P.
+            HOLDS for a row that is none of the scene's, but true wherever the loops are closed; MOTIONS for what is
+            true on every motion; EMPTY for what names quantities in place of formulas, such as L = K - P.
         error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.
         differences: term by term; none where it is right or where no term can be named.
         turned: whether all of it has the opposite sign.
@@ -74,7 +74,7 @@ class Answer:
     @property
     def right(self) -> bool:
         """Whether the statement is true."""
-        return self.verdict in (*EQUAL, ROUNDED, HOLDS)
+        return self.verdict in (*EQUAL, ROUNDED, HOLDS, MOTIONS)
 
     def in_words(self, language: str = "en") -> list[str]:
         """Return it as lines: see `in_words`."""
@@ -140,7 +140,8 @@ def _rule(answer: Answer, say: Mapping[str, str]) -> str:
         return ""
     of, other = answer.mistake.of, answer.mistake.other
     where = say["where"].format(of=of) if of else ""
-    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "")
+    more = "".join(say["and"] + say[rule] for rule in answer.mistake.more)
+    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "") + more
 
 
 def _named(name: str, say: Mapping[str, str]) -> str:

@@ -16,6 +16,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Union
 
+from symdyn.algebra import Form
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import (
     State,
@@ -248,3 +249,11 @@ class Course:
 def _rate(v: Vec, seeds: Mapping[Expr, Expr]) -> Vec:
     x, y, z = tangents(v, seeds)
     return x, y, z
+
+
+def acting(scene: Scene, i: int) -> Form | None:
+    """Return a drive with the loads beside it, which a letter of its own would hide; None for a drive alone."""
+    graph = Graph()
+    loads = generalized_forces(scene, graph)[i]
+    drive = scene.drives[i]
+    return None if loads.is_zero else Form.of((graph.symbol(drive) if drive else graph.zero) + loads)

@@ -21,10 +21,21 @@ from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.teach.student.answer import EMPTY, EQUAL, Answer, equality, judged, less, minus, untitled, without_slope
+from symdyn.teach.student.answer import (
+    EMPTY,
+    EQUAL,
+    MOTIONS,
+    Answer,
+    equality,
+    judged,
+    less,
+    minus,
+    untitled,
+    without_slope,
+)
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.grammar import Names, Target
-from symdyn.teach.student.mistakes import Mistake
+from symdyn.teach.student.mistakes import FREE, Mistake
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
 from symdyn.teach.student.statements import Statement, find_target, read_statements
 from symdyn.verdict import Verdict
@@ -113,7 +124,7 @@ def check_derivation(
         if key_of in known_answers:  # a line that stands there again
             answers += [replace(one, line=statement.line) for one in known_answers[key_of]]
             continue
-        filled = replace(statement, forms=tuple(form.substitute(free) for form in statement.forms))
+        filled = statement.written(lambda form: form.substitute(free))
         for goal in statement.targets:
             right = known[str(goal)]
             if not _says(statement, goal, read, free, scene):
@@ -128,16 +139,60 @@ def check_derivation(
                 pairs = zip(compared, forms, strict=True)
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
             key = goal.course_key
-            answers += [_diagnosed(one, form, right, key, diagnosis) for one, form in zip(compared, forms, strict=True)]
+            near = filled.near or ((),)
+            for one, form, some in zip(compared, forms, near, strict=True):
+                told = _moving(one, goal, form, some, right, diagnosis)
+                if told.right and goal.kind == "tau" and target is not None and goal != target:
+                    told = _of_another(told)
+                answers.append(_diagnosed(told, form, right, key, diagnosis))
         if not statement.targets and not _names_only(statement, names, len(read)):
-            answers.append(_balanced(untitled(filled, page), filled, diagnosis))
+            equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
+            told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
+            answers.append(_balanced(told, filled, equation, diagnosis))
         known_answers[key_of] = answers[begun:]
     return answers
 
 
+def _moving(
+    answer: Answer, goal: Target, form: Form, near: Sequence[Form], right: Form, diagnosis: Diagnosis
+) -> Answer:
+    """Return the answer to a quantity: right where it has its value on every motion."""
+    motions = diagnosis.motions
+    if answer.right or motions is None or (goal.kind in ENERGIES and set(form.symbols) & set(diagnosis.others)):
+        return answer
+    if goal.kind == "tau":
+        i = goal.index[0] - 1
+        drive = Form.of(diagnosis.drive(i))
+        found = motions.holds(less(drive, form), [less(drive, one) for one in near], [i])
+    else:
+        found = motions.equal(form, near, right, goal.course_key.startswith(FREE))
+    return Answer(answer.line, answer.name, MOTIONS) if found else answer
+
+
+def _of_motion(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
+    """Return the answer to an equation: right where it holds on every motion, as one that is asked for if one is."""
+    motions = diagnosis.motions
+    if (answer.right and asked is None) or motions is None or len(statement.forms) != 2:
+        return answer
+    (left, other), (near, far) = statement.forms, statement.near
+    around = [*(less(one, other) for one in near), *(less(left, one) for one in far)]
+    equations = range(len(diagnosis.scene.drives)) if asked is None else [asked]
+    found = motions.holds(less(left, other), around, equations)
+    if found:
+        name = answer.name if asked is None else f"equation {asked + 1}"
+        return answer if answer.right else Answer(answer.line, name, MOTIONS)
+    if answer.right:
+        return _of_another(answer)
+    return answer
+
+
+def _of_another(answer: Answer) -> Answer:
+    return Answer(answer.line, answer.name, Verdict.DIFFERENT, mistake=Mistake("other", Graph().zero))
+
+
 def _in_coordinates(statement: Statement, page: Printable) -> Statement:
     """Return a statement with lengths of struts, which may go by the names that equations have, written out."""
-    return replace(statement, forms=tuple(map(page.lengths.written_out, statement.forms)))
+    return statement.written(page.lengths.written_out)
 
 
 def _names_only(statement: Statement, names: Names, count: int) -> bool:
@@ -157,22 +212,22 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
         return equality("mistake", a, b, scene).verdict in EQUAL
 
     found_mistake = diagnosis.value(key, form, right, equal)
-    if found_mistake is None:
-        return answer
-    return replace(answer, mistake=found_mistake)
+    moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
+    return replace(answer, mistake=diagnosis.told_apart(key, moved, found_mistake))
 
 
-def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Answer:
+def _balanced(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation with the rule that was forgotten."""
     scene = diagnosis.scene
-    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or scene.is_constrained:
+    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or answer.mistake:
         return answer
     found = less(*statement.forms)
     named = set(found.symbols)
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
-    for i in rows:
-        if one := diagnosis.balance(i, found):
+    for i in rows if asked is None else [asked]:
+        one = None if scene.is_constrained else diagnosis.balance(i, found)
+        if one := diagnosis.told_apart(f"tau:{i + 1}", found, one):
             return replace(answer, mistake=one)
     return answer
 

@@ -17,13 +17,16 @@ from math import isfinite
 from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
+from symdyn.teach.student.motions import Motions, motions_of, numbers
+from symdyn.teach.student.parts import MOST as MOST_TERMS, accelerations, fitted, named, terms_of
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -106,7 +109,27 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     scales = _scales(scene, others)
     scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
     declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
-    return Points((*drawn, *twins, *movers, scaled, *declared), bool(scales))
+    moving = _Prescribed(scene)
+    others_at = (moving(point) for point in (*drawn, *twins, *movers))
+    return Points((*others_at, scaled, *map(moving, declared)), bool(scales))
+
+
+class _Prescribed:
+    """Points with what is prescribed put in."""
+
+    def __init__(self, scene: Scene) -> None:
+        graph = Graph()
+        given = prescribed(scene, graph)
+        names = [(scene.coordinates[k], scene.velocities[k]) for k in given.place]
+        self.names = [
+            *(q for q, _ in names),
+            *(u for _, u in names),
+            *(acceleration_name(u) for _, u in names),
+        ]
+        self.nodes = [*given.position, *given.velocity, *given.acceleration]
+
+    def __call__(self, point: Mapping[str, float]) -> dict[str, float]:
+        return {**point, **dict(zip(self.names, numbers(self.nodes, point), strict=True))}
 
 
 def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
@@ -179,6 +202,11 @@ class Diagnosis:
         """Return the points of the scene."""
         return points_of(self.scene, self.others)
 
+    @cached_property
+    def motions(self) -> Motions | None:
+        """Return the points on the motions of the scene, None where none are drawn."""
+        return motions_of(self.scene, self.course)
+
     def of(self, key: str, right: Form | None = None, most: int = MOST) -> list[Mistake]:
         """Return the mistakes of a quantity, at most so many; `right` is it where the course does not say."""
         if self.course is None:
@@ -225,6 +253,31 @@ class Diagnosis:
                 if held and all(held):
                     return one
         return None
+
+    def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
+        """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
+        terms = terms_of(self.course, key) if self.course is not None else []
+        if not 0 < len(terms) <= MOST_TERMS or self.course is None:
+            return found
+        own, at = accelerations(self.course, key), range(SCALED)
+        node = form.express(self._graph)
+        slopes = gradient(node, [self._graph.symbol(name) for name, _ in own])
+        nodes = [*(x for _, x in own), *slopes, node, *(one.node for one in terms)]
+        rows = self.points.values(nodes, at)
+        n, columns = len(own), [[row[2 * len(own) + 1 + k] for row in rows] for k in range(len(terms))]
+        mine = [row[2 * n] for row in rows]
+        scaled = [mine, *([-x for x in mine] for _ in own[:1])]
+        for j in range(n):
+            if all(row[n + j] for row in rows):
+                scaled.append([row[2 * n] * row[j] / row[n + j] for row in rows])
+        fits = [one for values in scaled if (one := fitted(values, columns))]
+        if not fits:
+            return found
+        best = min(fits, key=lambda c: sum(abs(x - 1) > 1e-6 for x in c))
+        rules = list(dict.fromkeys(rule for rule, _ in named(terms, best, found.rule if found else "")))
+        if found and rules == [found.rule]:  # with its mass
+            return found
+        return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:
         """Return what drives a joint, zero for none."""

@@ -274,18 +274,25 @@ def _ratio(a: Polynomial, b: Polynomial) -> Fraction | None:
     return Fraction(int(r.p), int(r.q)) if a == b * r else None
 
 
-def _rounds(value: Fraction, right: Fraction) -> bool:
-    """Whether `right` lies within half a unit of the last digit of `value`, a decimal of two digits or more.
+def half_unit(value: Fraction) -> Fraction:
+    """Return half a unit of the last digit of a decimal of two digits or more, 0 for what is exact.
 
     The zeros at the end of a large number, three digits or more before them, are places that were not written.
     """
     places = next((k for k in range(PLACES) if (value * 10**k).denominator == 1), PLACES)
     if places == PLACES or not value:
-        return False
+        return Fraction(0)
     while places <= 0 and (value * Fraction(10) ** (places - 1)).denominator == 1:
         places -= 1
     unit = Fraction(1, 10) ** places
-    return places != 0 and abs(value) >= (10 if places > 0 else 100) * unit and 2 * abs(value - right) <= unit
+    written = places != 0 and abs(value) >= (10 if places > 0 else 100) * unit
+    return unit / 2 if written else Fraction(0)
+
+
+def _rounds(value: Fraction, right: Fraction) -> bool:
+    """Whether `right` lies within half a unit of the last digit of `value`."""
+    half = half_unit(value)
+    return half > 0 and abs(value - right) <= half
 
 
 def _functions(form: Form) -> list[Function]:

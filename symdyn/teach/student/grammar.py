@@ -8,7 +8,7 @@ Python reads the tables here, and the program of a page reads them as JSON:
     formula     OPERATORS      how close operators bind; FUNCTIONS, CLOSING, SHORT
 
 A spelling, a letter, a command or a name of a function is one row. An operation that is new is a row, and what it does
-in `parser` and in `templates/teach/answers.js`. Patterns mean the same in Python (`re.ASCII`) and in JavaScript ("u").
+in `parser` and in `templates/teach/formulas.js`. Patterns mean the same in Python (`re.ASCII`) and in JavaScript ("u").
 
 Names are the scene's symbols however they are spelled, and shorthands:
 
@@ -68,8 +68,9 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"⁄", "/"),
     (r"[′’]", "'"),
     (r"″", "''"),
+    (f"(?<=[{''.join(LETTERS).replace('π', '')}])([0-9]+)", "_{$1}"),
     (f"[{''.join(LETTERS)}]", "letter"),
-    (r"(\\[A-Za-z]+) (?=_)", "$1"),
+    (r"(\\[A-Za-z]+) (?=[_'])", "$1"),
     (r"\.(?=[*/^'])", ""),
     (r"^ *Eq ?\((.*)\) *$", "equation"),
     (r"(?<![A-Za-z\\])(?:Sin|Cos|Tan|Sqrt)(?=[ \[(])", "lower"),
@@ -121,6 +122,10 @@ FUNCTIONS: Mapping[str, str] = {
     **{name: name for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign")},
     "ln": "log",
     "sgn": "sign",
+    "tg": "tan",
+    **dict.fromkeys(("cot", "cotg", "ctg"), "cot"),
+    **dict.fromkeys(("atan", "arctan", "arctg"), "atan"),
+    "sec": "sec",
 }
 
 SILENT = ("quad", "qquad", "left", "right", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill")
@@ -265,6 +270,8 @@ class Names:
                 for letter in ("q", "theta"):
                     found.setdefault(f"{letter}{number}", coordinate)
         found.setdefault("t", "t")
+        if "lambda1" in self.others and "lambda2" not in self.others:  # the only multiplier
+            found.setdefault("lambda", "lambda1")
         return found
 
     @cached_property
@@ -324,7 +331,7 @@ class Names:
         for end in range(1, len(word) + 1):
             here: list[list[str | Form]] = []
             for start in range(max(0, end - self.longest), end):
-                piece = self._piece(word[start:end])
+                piece = self._piece(word[start:end]) if word[start:end] != "t" else None  # tgq is no product
                 if piece is None and end == len(word) and start and word[start:end] in CIRCULAR:
                     piece = Function(CIRCULAR[word[start:end]], ())
                 if piece is not None:

@@ -255,7 +255,7 @@ RULES = (
     "half", "steiner", "inertia", "arm", "cross", "carried", "relative", "absolute", "height", "trig", "gravity",
     "weightless", "energies", "index", "product", "slope", "chain", "convention", "friction", "coupling", "body",
     "factor", "variable", "undifferentiated", "undivided", "squared", "clockwise", "velocities", "spring", "turned",
-    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier",
+    "term", "termsign", "termfactor", "direction", "dimension", "nothing", "multiplier", "other",
 )  # fmt: skip
 """Rules by name; what each says stands in the languages' table of answers under `mistake.` and the name."""
 
@@ -278,12 +278,14 @@ class Mistake:
         node: its value.
         of: the mass that it was forgotten for, "" for no single one.
         other: another rule that gives the same when it is forgotten, "" for none.
+        more: rules of other terms that are wrong as well.
     """
 
     rule: str
     node: Expr
     of: str = ""
     other: str = ""
+    more: tuple[str, ...] = ()
 
 
 def mistakes(course: Course, key: str, right: Expr | None = None, most: int = MOST) -> list[Mistake]:
@@ -339,7 +341,28 @@ class _Probe:
         return tuple(float(f"{value:.9g}") + 0.0 for value in marks)
 
 
+def absent(course: Course) -> set[str]:
+    """Return the rules whose object does not occur in a scene: no rotation, no Steiner's term."""
+    e, graph = course.right, course.graph
+    nothing = {
+        ("steiner", "inertia"): not any(part.rigid for part in course.parts),
+        ("gravity", "weightless", "height"): all(x.is_zero for x in course.gravity),
+        ("energies",): graph.total(e.P.values()).is_zero,
+        ("spring",): e.P["E"].is_zero,
+        ("friction",): all(x.is_zero for x in e.Q),
+        ("coupling",): course.state.n < 2,
+        ("body",): len(course.parts) < 2,
+        ("relative", "absolute"): not any(course.ancestors(joint) for joint in course.scene.moving),
+    }
+    return {rule for rules, missing in nothing.items() if missing for rule in rules}
+
+
 def _all(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
+    left_out = absent(course)
+    yield from (one for one in _every(course, key, right) if one.rule not in left_out)
+
+
+def _every(course: Course, key: str, right: Expr) -> Iterator[Mistake]:
     if course.value(key, course.right) is not None:
         for rule, node in wrong_steps(course, key):
             yield Mistake(rule, node)

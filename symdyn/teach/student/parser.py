@@ -5,8 +5,8 @@ r"""From tokens to a form: by binding power, bounded in depth and length. Nothin
     factor    primary [^ exponent]
     primary   number, word, bracket, \frac{}{}, \sqrt{}, \dot q, sin of a bracket or of [number] word
 
-How close operators bind, and what functions there are, is said in `grammar`. What two readers would read differently is
-refused: \cos q^2, a / b c.
+How close operators bind, and what functions there are, is said in `grammar`. Products and quotients go from left to
+right: a/b c is (a/b) c, and a/(b c) (d) is a d/(b c). What two readers would read differently is refused: \cos q^2.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from symdyn.teach.student.tokens import Cursor, Source, Token
 LARGEST = 10**60  # a number, or one over it
 TOO_LARGE = "a number beyond 1e60, or below 1e-60, has no place in a formula"
 SUM, PRODUCT, POWER = OPERATORS["+"], OPERATORS["*"], OPERATORS["^"]
-UNARY = {name: Op.SIN if name == "tan" else Op[name.upper()] for name in FUNCTIONS.values()}
+UNARY = {name: Op[name.upper()] for name in FUNCTIONS.values() if name not in ("tan", "cot", "sec", "atan")}
 
 
 def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Form:
@@ -66,17 +66,11 @@ class _Parser(Cursor):
         if power == POWER:
             return self.factor()
         parts = [self.signed(PRODUCT) if power == SUM else self.joined(POWER)]
-        divided: Token | None = None  # the last divisor, if it was a symbol: a / b c is ambiguous
         while (operator := self.operator()) is not None and OPERATORS[operator] == power:
-            if not operator and divided is not None and not self.sees("function"):  # g/l sin q is read in one way
-                raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
             token = self.take() if operator else None
             part = self.signed(POWER) if power == PRODUCT and operator else self.joined(power + 1)
             if token is not None and operator == "/":
-                divided = None if isinstance(part, Number) else token
                 part = self.inverse(token, part)
-            elif operator:
-                divided = None
             parts.append(_minus(part) if operator == "-" else part)
         return Form.sum(parts) if power == SUM else Form.product(parts)
 
@@ -168,10 +162,7 @@ class _Parser(Cursor):
         inner = self.argument(token) if bare else self.bracket(self.take())
         if bare and self.sees("op", "^"):
             raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
-        result: Form = Function(UNARY[token.text], (inner,))
-        if token.text == "tan":
-            result = Form.product((result, Function(Op.COS, (inner,)).power(-1)))
-        result = result.power(power)
+        result = _function(token.text, inner).power(power)
         return result if bare else self.raised(result)
 
     def argument(self, of: Token) -> Form:
@@ -285,6 +276,17 @@ class _Parser(Cursor):
         if token.kind == "number" and len(token.text) > 1 and not self.source.text.startswith("**", caret.at):
             raise self.fault(token, f"{token.text} without braces has two readings; write ^{{{token.text}}}")
         return sign * value
+
+
+def _function(name: str, inner: Form) -> Form:
+    """Return a function; tangents and secants by sine and cosine."""
+    if name == "atan":
+        return Function(Op.ATAN2, (inner, Number.ONE))
+    if name in UNARY:
+        return Function(UNARY[name], (inner,))
+    sin, cos = Function(Op.SIN, (inner,)), Function(Op.COS, (inner,))
+    above, below = {"tan": (sin, cos), "cot": (cos, sin), "sec": (Number.ONE, cos)}[name]
+    return Form.product((above, below.power(-1)))
 
 
 def _too_large(number: Number) -> bool:

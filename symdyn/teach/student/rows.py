@@ -123,7 +123,7 @@ def holds(form: Form, scene: Scene) -> bool:
         DerivationError: the loops cannot be assembled.
     """
     for seed in range(POSITIONS):
-        numbers, q = _assembled(scene, seed)
+        numbers, q = assembled(scene, seed)
         rng = random.Random(f"{scene.name}:{seed}:rates")
         state = _moving(numbers, q, rng)
         off = q + np.array([rng.uniform(-0.3, 0.3) for _ in q])
@@ -140,21 +140,22 @@ def independent(conditions: Sequence[Form], scene: Scene) -> bool:
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    numbers, q = _assembled(scene, 0)
+    numbers, q = assembled(scene, 0)
     rates = [x for form in conditions for x in gradient(form.express(numbers.graph), numbers.state.q)]
     found = np.array(numbers.at(rates, q, {}), dtype=np.float64).reshape(len(conditions), -1)
     return int(np.linalg.matrix_rank(found, tol=1e-7 * np.abs(found).max(initial=1e-300))) == len(conditions)
 
 
-def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
-    """Return the mechanism with parameters near the scene's, no two related, and a closed position near its start."""
+def assembled(scene: Scene, seed: int, near: bool = True) -> tuple[Numbers, Array]:
+    """Return the mechanism with the scene's parameters or near them, no two related, and a closed position."""
     rng = random.Random(f"{scene.name}:{seed}")
     plain = Numbers(scene)
     values = {p.name: plain.value(p.value) for p in scene.parameters if p.value is not None}
-    near = {name: value * (1 + SPREAD * rng.uniform(-1, 1)) for name, value in values.items()}
+    spread = SPREAD if near else 0.0
+    values = {name: value * (1 + spread * rng.uniform(-1, 1)) for name, value in values.items()}
     freed = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
     try:
-        numbers, assembly = Numbers(freed).witness(near)
+        numbers, assembly = Numbers(freed).witness(values)
     except DerivationError:  # a loop that closes for these values alone
         numbers, assembly = plain.witness({})
     q = np.array(assembly.q)

@@ -9,13 +9,14 @@ A statement goes on over line ends until it has an "=" and the next line begins 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form
 from symdyn.arguments import argument
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
+from symdyn.teach.student.differences import half_unit
 from symdyn.teach.student.grammar import Names, Target, plain_index
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.tokens import Source, Token, source, tokens, without_time
@@ -31,11 +32,18 @@ class Statement:
     Attributes:
         targets: what is claimed to be known; none for an equation.
         forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
+        near: of each formula those with one of its decimals off by half a unit of its last digit.
     """
 
     line: int
     targets: tuple[Target, ...]
     forms: tuple[Form, ...]
+    near: tuple[tuple[Form, ...], ...] = ()
+
+    def written(self, by: Callable[[Form], Form]) -> Statement:
+        """Return the statement with its formulas written in another way."""
+        near = tuple(tuple(map(by, some)) for some in self.near)
+        return replace(self, forms=tuple(map(by, self.forms)), near=near)
 
 
 def read_statements(
@@ -187,9 +195,10 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             raise from_text.fault(chunk[0].at, f"the left-hand side is missing; write k_z11 = ..., or give {named}")
         targets = [target]
         given = [None]
-    elif target is not None and not targets and _lone(parts[0]):
+    elif target is not None and not targets and _lone(parts[0]) and not names.read(parts[0][0].text):
         targets, given[0] = [target], target
     forms = []
+    near = []
     for part, known, end in zip(parts, given, ends, strict=True):
         if known is not None:
             continue
@@ -198,9 +207,17 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         if targets and part is not parts[-1] and _on_the_way(part, names):
             continue
         forms.append(parse(from_text, part, names, end))
+        near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
-    return Statement(line, tuple(targets), tuple(forms))
+    return Statement(line, tuple(targets), tuple(forms), tuple(near))
+
+
+def _rounded(part: Sequence[Token]) -> Iterator[list[Token]]:
+    """Yield a formula with one decimal of two digits or more off by half a unit of its last digit."""
+    for k, token in enumerate(part):
+        if token.kind == "number" and (half := half_unit(token.value)):
+            yield [*part[:k], replace(token, value=token.value + half), *part[k + 1 :]]
 
 
 def _moves(chunk: Sequence[Token], names: Names) -> bool:
