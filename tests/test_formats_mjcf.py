@@ -567,7 +567,9 @@ def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path
     for a in (-0.4, 0.3, 1.1):
         for joint in scene.joints:
             coupled = joint.coupling
-            value = a if coupled is None else float(coupled.ratio.at({})) * a + float(coupled.offset.at({}))
+            value = (
+                a if coupled is None else float(dict(coupled.ratios)["q1"].at({})) * a + float(coupled.offset.at({}))
+            )
             data.joint(joint.name).qpos[0] = value
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)

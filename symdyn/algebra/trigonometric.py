@@ -110,12 +110,11 @@ class TrigonometricRing(Arithmetic):
                         self._turning[q].append((i, c, self.constant(rate)))
             elif g.kind == "root" and g.node is None:
                 self._relate(i, 2, self._gens[i] ** 2 - g.number)
-        slopes = [slope for _, slope in turned.values()]
-        found = evaluate(slopes, self, self.values(slopes))
-        for (atom, (q, _)), slope in zip(turned.items(), found, strict=True):
-            for unit in self._units[atom]:
-                i, c = (self._circle[kind, atom, unit] for kind in ("sin", "cos"))
-                self._turning[q].append((i, c, self.mul(self.constant(unit), slope)))
+        for atom, (q, slope) in turned.items():
+            (rate,) = evaluate([slope], self, self.values([slope]))
+            for size in self._units[atom]:
+                i, c = (self._circle[kind, atom, size] for kind in ("sin", "cos"))
+                self._turning[q].append((i, c, self.mul(self.constant(size), rate)))
         for unit in units:
             places = [self._index["symbol", x, 0] for x in unit]
             self._relate(min(places), 2, sum((self._gens[k] ** 2 for k in places), -self.one))
