@@ -104,8 +104,8 @@ class Tree:
     def position(self, joint: Joint) -> list[sp.Expr]:
         """Return what a joint moves by: its coordinates, or that of the joint that it follows."""
         if joint.coupling is not None:
-            leader = sp.Symbol(joint.coupling.coordinate)
-            return [number(joint.coupling.ratio) * leader + number(joint.coupling.offset)]
+            led = (number(ratio) * sp.Symbol(name) for name, ratio in joint.coupling.ratios)
+            return [sp.Add(*led) + number(joint.coupling.offset)]
         return [sp.Symbol(name) for name in joint.coordinates]
 
     @cached_property

@@ -127,7 +127,7 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
         joints[k] = replace(joints[k], armature=tenths(rng), damping=tenths(rng), friction=tenths(rng))
     for k in followers:
         ratio = Quantity.symbol("rho") if joints[k].type == "prismatic" else Quantity.number(rng.choice(RATIOS))
-        coupling = Coupling(rng.choice(leaders), ratio, rng.choice(OFFSETS))
+        coupling = Coupling(((rng.choice(leaders), ratio),), rng.choice(OFFSETS))
         joints[k] = replace(joints[k], coordinates=(), drives=(), coupling=coupling)
     rotor = min(k for k in moving if k not in followers)
     joints[rotor] = replace(

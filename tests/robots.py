@@ -12,6 +12,7 @@ from symdyn.errors import DerivationError
 from symdyn.runtime import lambdify
 from symdyn.scene import Scene
 from symdyn.scene.formats.placing import printable_names
+from symdyn.scene.values import Quantity
 
 FOLDER = "cmeel.prefix/share/example-robot-data/robots"
 
@@ -53,8 +54,8 @@ class Peer:
         for joint in scene.joints:
             if not joint.moves:
                 continue
-            k = columns[joint.coupling.coordinate if joint.coupling else joint.coordinate]
-            ratio = float(joint.coupling.ratio.value) if joint.coupling else 1.0
+            ((led, slope),) = joint.coupling.ratios if joint.coupling else ((joint.coordinate, Quantity.ONE),)
+            k, ratio = columns[led], float(slope.value)
             self.damping[k, k] += float(joint.damping.value) * ratio**2
             if mimic and joint.coupling:
                 continue

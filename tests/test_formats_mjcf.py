@@ -80,11 +80,11 @@ class Peer:
                 continue
             there = self.model.joint(joint.name)
             position, dof, coupling = there.qposadr[0], there.dofadr[0], joint.coupling
-            ratio = coupling.ratio.at({}) if coupling else 1
+            ratio = dict(coupling.ratios)[coupling.coordinates[0]].at({}) if coupling else 1
             self.b[position] = coupling.offset.at({}) if coupling else 0
-            for k, name in enumerate([coupling.coordinate] if coupling else joint.coordinates):
+            for k, name in enumerate(coupling.coordinates if coupling else joint.coordinates):
                 self.A[position + k, scene.coordinates.index(name)] = ratio
-            for k, name in enumerate([velocity_name(coupling.coordinate)] if coupling else joint.rates):
+            for k, name in enumerate([*map(velocity_name, coupling.coordinates)] if coupling else joint.rates):
                 self.B[dof + k, scene.velocities.index(name)] = ratio
             if joint.type == "free":
                 self.free.append((position + 3, dof, scene.velocities.index(joint.rates[0])))
@@ -207,8 +207,8 @@ def test_a_linear_equality_is_a_coupling() -> None:
     reading = read("gimbal.xml")
     geared = reading.scene.joints[-1]
     assert geared.coupling is not None
-    assert geared.coupling.coordinate == "q1"
-    assert (spell(geared.coupling.ratio), spell(geared.coupling.offset)) == ("-2", "7*pi/36 + 0.1")
+    assert geared.coupling.coordinates == ("q1",)
+    assert (spell(dict(geared.coupling.ratios)["q1"]), spell(geared.coupling.offset)) == ("-2", "7*pi/36 + 0.1")
     assert any("geared follows yaw" in note for note in reading.notes)
 
 
@@ -567,7 +567,9 @@ def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path
     for a in (-0.4, 0.3, 1.1):
         for joint in scene.joints:
             coupled = joint.coupling
-            value = a if coupled is None else float(coupled.ratio.at({})) * a + float(coupled.offset.at({}))
+            value = (
+                a if coupled is None else float(dict(coupled.ratios)["q1"].at({})) * a + float(coupled.offset.at({}))
+            )
             data.joint(joint.name).qpos[0] = value
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)

@@ -71,7 +71,7 @@ def test_every_part_of_a_file_is_read_with_its_own_digits():
     assert elbow.axis == (Quantity.number(1), Quantity.number(0), Quantity.number(1))
     assert elbow.limits == Limits(parse("-2.5"), parse("2.5"), parse("3"), parse("40"))
     assert wrist.origin.steps[-1] == ("Ry", parse("1.57"))  # three digits are not π/2
-    assert right.coupling == Coupling("q3", Quantity.number(1), parse("0.001"))
+    assert right.coupling == Coupling((("q3", Quantity.number(1)),), parse("0.001"))
     assert right.damping == parse("0.3")
     assert (left.coordinate, left.drive) == ("q3", "tau3")
     assert forearm.mass == parse("1.25")
@@ -171,8 +171,8 @@ def test_a_joint_that_follows_a_follower_follows_the_first():
 
     assert couplings == {
         "j1": None,
-        "j2": Coupling("q1", Quantity.number(-3), parse("1/2")),
-        "j3": Coupling("q1", Quantity.number(-6), parse("2.5708")),
+        "j2": Coupling((("q1", Quantity.number(-3)),), parse("1/2")),
+        "j3": Coupling((("q1", Quantity.number(-6)),), parse("2.5708")),
     }
 
 

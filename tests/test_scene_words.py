@@ -113,8 +113,8 @@ def test_an_end_is_a_body_a_named_point_or_a_place():
 
 
 def test_a_joint_may_follow_one_coordinate_of_several():
-    assert named("joints", "gear").coupling.coordinate == "alpha"
-    assert named("joints", "gear").coupling.ratio == Quantity.number(-2)
+    assert named("joints", "gear").coupling.coordinates == ("alpha",)
+    assert named("joints", "gear").coupling.ratios == (("alpha", Quantity.number(-2)),)
 
 
 def test_the_checks_look_at_every_quantity():

@@ -600,7 +600,7 @@ def test_a_joint_that_follows_another_one_says_so(formulation: str) -> None:
     assert [text_of(row[4].parts[0]) for row in joints.rows] == ["phi", position]
     (table,) = steps["acting"].blocks
     (row,) = [row for row in table.rows if row[0].parts == ("coupling",)]
-    assert row[1].parts[0] == "joint elbow follows joint pivot: its coordinate is "
+    assert row[1].parts[0] == "joint elbow follows pivot: its coordinate is "
     assert text_of(row[1].parts[1]) == position
     if formulation == "dalembert":
         words = [str(block.parts[0]) for block in steps["count"].blocks if isinstance(block, Words)]

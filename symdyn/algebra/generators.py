@@ -3,20 +3,20 @@
 An angle is a multiple of π/12, which has an exact sine, plus multiples of atoms. An atom is a coordinate, a parameter,
 1 rad (None) or π itself, and has one unit or more, each with a sine and a cosine of its own:
 
-    coordinates, parameters    the greatest common divisor of coefficients that are small multiples of it: q/2 and q
-                               share the unit ½; q and 100 q do not, and 101 q is their sum
+    coordinates, parameters,   the greatest common divisor of coefficients that are small multiples of it: q/2 and q
+    coordinates times them     share the unit ½; q and 100 q do not, and 101 q is their sum
     constants                  one unit for each angle that occurs, 0.3 rad, π/180; π up to quarter turns and sign
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, inf, lcm
 
 from symdyn.errors import DerivationError
-from symdyn.graph import SMALL_PRIMES, Expr, Op, reachable
+from symdyn.graph import SMALL_PRIMES, Expr, Op, reachable, tangents
 
 COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
     Fraction(0): (4, 0, 0, 0),
@@ -158,12 +158,27 @@ def prime_factors(value: Fraction) -> list[int]:
     return found + ([n] if n > 1 else [])
 
 
-def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr]) -> None:
-    """Raise DerivationError if a function, a root or a denominator needs one of `variables`."""
+def turning(nodes: Iterable[Expr], variables: Iterable[Expr]) -> dict[Expr, tuple[Expr, Expr]]:
+    """Return the atoms of angles that are a variable times parameters, such as r q: the variable, and r."""
+    moving, found = set(variables), dict[Expr, tuple[Expr, Expr]]()
+    for node in nodes:
+        terms = node.args[0].linear_form().terms if node.op in (Op.SIN, Op.COS) else ()
+        for atom in (atom for atom, _ in terms if atom.op is not Op.SYMBOL and atom not in found):
+            inside = [one for one in reachable([atom]) if one in moving]
+            if len(inside) == 1:
+                slope = tangents([atom], {inside[0]: atom.graph.one})[0]
+                if not moving.intersection(reachable([slope])):
+                    found[atom] = inside[0], slope
+    return found
+
+
+def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr], turned: Container[Expr] = ()) -> None:
+    """Raise DerivationError if a function, a root or a denominator needs one of `variables`; `turned` are angles."""
     moving = set(variables)
     for node in nodes:
         if node.op is Op.SIN or node.op is Op.COS:
             guilty = [atom for atom, _ in node.args[0].linear_form().terms if atom.op is not Op.SYMBOL]
+            guilty = [atom for atom in guilty if atom not in turned]
         elif node.op is Op.DIV:
             guilty = [node.args[1]]
         else:

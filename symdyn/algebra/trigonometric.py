@@ -37,10 +37,11 @@ from symdyn.algebra.generators import (
     read_angle,
     refuse_variables,
     split_by_units,
+    turning,
 )
 from symdyn.algebra.sums_of_angles import AngleGroup, rounded, total_angles
 from symdyn.errors import DerivationError
-from symdyn.graph import Arithmetic, Expr, Op, reachable
+from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 
 MOST_PRODUCTS = 3_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
 TINY = Fraction(1, 10**60)
@@ -82,7 +83,9 @@ class TrigonometricRing(Arithmetic):
         """
         self.variables = tuple(variables)
         nodes = reachable([*outputs, *variables])
-        refuse_variables(nodes, self.variables)
+        turned = turning(nodes, self.variables)
+        nodes = reachable([*outputs, *variables, *(slope for _, slope in turned.values())])
+        refuse_variables(nodes, self.variables, turned)
         self._totals = total_angles(parallel)
         self._units, order = angle_units(nodes, self._totals)
         self.generators = tuple(choose_generators(nodes, self._units, order))
@@ -97,16 +100,21 @@ class TrigonometricRing(Arithmetic):
         self._products = 0
         self._constants: dict[Fraction, Polynomial] = {}
         self._pairs: dict[Expr, Pair] = {}
-        self._turning: dict[Expr, list[tuple[int, int, Fraction]]] = {q: [] for q in self.variables}
+        self._turning: dict[Expr, list[tuple[int, int, Polynomial]]] = {q: [] for q in self.variables}
         for i, g in enumerate(self.generators):
             if g.kind == "sin":
                 c = self._circle["cos", g.node, g.unit]
                 self._relate(i, 2, self._gens[i] ** 2 + self._gens[c] ** 2 - 1)
                 for q, rate in self.angle(i):
                     if q in self._turning:
-                        self._turning[q].append((i, c, rate))
+                        self._turning[q].append((i, c, self.constant(rate)))
             elif g.kind == "root" and g.node is None:
                 self._relate(i, 2, self._gens[i] ** 2 - g.number)
+        for atom, (q, slope) in turned.items():
+            (rate,) = evaluate([slope], self, self.values([slope]))
+            for size in self._units[atom]:
+                i, c = (self._circle[kind, atom, size] for kind in ("sin", "cos"))
+                self._turning[q].append((i, c, self.mul(self.constant(size), rate)))
         for unit in units:
             places = [self._index["symbol", x, 0] for x in unit]
             self._relate(min(places), 2, sum((self._gens[k] ** 2 for k in places), -self.one))
@@ -329,8 +337,8 @@ class TrigonometricRing(Arithmetic):
         assert variable in self.variables, f"{variable} was not announced as a variable of this ring"
         total = p.derivative(self._index["symbol", variable, 0])
         for s, c, rate in self._turning[variable]:
-            turning = self._gens[c] * p.derivative(s) - self._gens[s] * p.derivative(c)
-            total += turning if rate == 1 else self.constant(rate) * turning
+            turn = self._gens[c] * p.derivative(s) - self._gens[s] * p.derivative(c)
+            total += turn if rate == self.one else rate * turn
         return self.normal(total)
 
     def in_digits(self, p: Polynomial, digits: int) -> Polynomial:

@@ -304,8 +304,7 @@ def _beside(joint: Joint) -> dict[str, Any]:
     follows = joint.coupling
     limits = {key: getattr(joint.limits, key) for key in asdict(joint.limits)}
     return {
-        "mimic": follows
-        and {"coordinate": follows.coordinate, "ratio": spell(follows.ratio), "offset": spell(follows.offset)},
+        "mimic": follows and {"ratios": {q: spell(x) for q, x in follows.ratios}, "offset": spell(follows.offset)},
         "armature": spell(joint.armature),
         "damping": spell(joint.damping),
         "friction": spell(joint.friction),

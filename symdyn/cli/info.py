@@ -216,8 +216,8 @@ def _label(joint: dict[str, Any]) -> str:
         words += [f"drives {' '.join(drives)}"] if any(joint["drives"]) else []
     if joint["mimic"]:
         follows = joint["mimic"]
-        ratio, offset = short(follows["ratio"]), short(follows["offset"])
-        words.append(f"follows {follows['coordinate']}: ratio {ratio}, offset {offset}")
+        ratios = (f"{q}: ratio {short(ratio)}" for q, ratio in follows["ratios"].items())
+        words.append(f"follows {', '.join(ratios)}, offset {short(follows['offset'])}")
     words += [f"{key} {short(joint[key])}" for key in ("armature", "damping", "friction") if joint[key] != "0"]
     limits = {key: value and short(value) for key, value in joint["limits"].items()}
     if limits["lower"] or limits["upper"]:

@@ -285,7 +285,7 @@ def mechanism(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...
         kind = "loop" if hinge.closes else "joint"
         text = Title(JOINT[kind], type=joint.type, name=joint.name)
         if joint.coupling:
-            text = Title(JOINT["led"], type=joint.type, name=joint.name, leader=joint.coupling.coordinate)
+            text = Title(JOINT["led"], type=joint.type, name=joint.name, leader=", ".join(joint.coupling.coordinates))
         ends = [item.depth for item in items if item.id in (f"body-{joint.parent}", f"body-{joint.child}")]
         depth = np.max([view.depth(hinge.moved.p), *ends], axis=0) + view.size  # a joint lies on what it connects
         items.append(Item(f"{kind}-{joint.name}", text, 1, depth, symbol(hinge, view)))

@@ -152,10 +152,14 @@ def _of_joint(
     given, coupling = joint.limits, joint.coupling
     if coupling is None and len(joint.coordinates) != 1:
         return []
-    ratio, offset = (1.0, 0.0) if coupling is None else (number(coupling.ratio), number(coupling.offset))
+    ratios = ((joint.coordinates[0], Quantity.ONE),) if coupling is None else coupling.ratios
+    if len(ratios) > 1:  # a limit of a sum is no limit of one
+        return []
+    ((followed, slope),) = ratios
+    ratio, offset = number(slope), 0.0 if coupling is None else number(coupling.offset)
     if ratio == 0:
         return []
-    k = scene.coordinates.index(joint.coordinates[0] if coupling is None else coupling.coordinate)
+    k = scene.coordinates.index(followed)
     ends = (-number(None) if given.lower is None else number(given.lower), number(given.upper))
     low, high = sorted((end - offset) / ratio for end in ends)
     speed = number(given.velocity) / abs(ratio)

@@ -239,11 +239,12 @@ class LimitKeys(TypedDict, total=False):
 
 
 class MimicKeys(TypedDict, total=False):
-    """What a joint follows: a joint, or a coordinate of one that has several."""
+    """What a joint follows: a joint, a coordinate of one that has several, or several of them by `ratios`."""
 
     joint: str
     coordinate: str
     ratio: Number
+    ratios: Mapping[str, Number]
     offset: Number
 
 
@@ -321,7 +322,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
             with one for every velocity.
         mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
             coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
-            with several.
+            with several; {"ratios": {name: ratio, ...}, "offset": 0} follows several, as in a differential gear.
         armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.

@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Symbol
+from symdyn.algebra import Form, Function, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import value_text
-from symdyn.graph import Expr, Graph, Op, substitute
+from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, unit
@@ -64,6 +64,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
             position = Form.of(joint.position(Graph()))
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
+            rows += [(lesson.say("acting.willis"), said) for said in _willis(scene, joint)]
         if joint.damping != Quantity.ZERO:
             rows.append((lesson.say("acting.damping"), where))
         if joint.dry is not None:
@@ -80,10 +81,27 @@ def acting_steps(lesson: Prose) -> list[Step]:
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
 
 
+def _willis(scene: Scene, joint: Joint) -> list[Words]:
+    """Return the equation of rates relative to a carrier: of a joint that turns as two others do, ratios of sum 1."""
+    assert joint.coupling is not None, "the joint follows others"
+    leaders = [one for one in scene.joints if {*joint.coupling.coordinates}.intersection(one.coordinates)]
+    if len(leaders) != 2 or any(one.type != "revolute" for one in (joint, *leaders)):
+        return []
+    graph = Graph()
+    a, b = (dict(joint.coupling.ratios)[one.coordinate].express(graph) for one in leaders)
+    field = Ratios([a, b])
+    x, y, rest = evaluate([a, b, a + b - 1], field, field.values())
+    if x.is_zero or not rest.is_zero:
+        return []
+    first, second, carrier = (graph.symbol(f"omega_{one.name}") for one in (*leaders, joint))
+    relative = Form.of((first - carrier) / (second - carrier))
+    return [Words((relative, " = ", field.form(field.neg(field.div(y, x)))))]
+
+
 def leader(scene: Scene, joint: Joint) -> str:
-    """Return the name of the joint whose coordinate a joint follows at the end of its chain; "" for none."""
-    followed = joint.coupling.coordinate if joint.coupling else None
-    return next((one.name for one in scene.joints if followed in one.coordinates), "")
+    """Return the names of the joints whose coordinates a joint follows at the end of its chain; "" for none."""
+    followed = joint.coupling.coordinates if joint.coupling else ()
+    return ", ".join(one.name for one in scene.joints if {*followed}.intersection(one.coordinates))
 
 
 def notation_step(lesson: Prose) -> Step:

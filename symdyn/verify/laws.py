@@ -225,10 +225,9 @@ def power_of_reactions(w: Workspace) -> Claim | None:
     terms = []
     for hinge, R in [*zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True), *_contacts(w)]:
         here = hinge.in_joint_axes(R)
-        twists = zip(hinge.velocities, hinge.S, strict=True)
         if hinge in hanging.cuts:
             terms += [here.power(twist) * u[k] for k, twist in hanging.relative_twists(hinge).items()]
-        terms += [hinge.ratio * here.power(twist) * u[k] for k, twist in twists]
+        terms += [ratio * here.power(hinge.S[own]) * u[k] for k, own, ratio in hinge.moved_by]
     tau = entries(w, "inverse_dynamics")
     given = [t * v for t, v in zip(tau, u, strict=True)]
     for hinge in hanging.joints:

@@ -77,13 +77,13 @@ class Mechanism:
         self.frames = {
             j.name: (pose(j.origin, self.values), pose(j.tip, self.values)) for j in (*scene.joints, *scene.loops)
         }
-        self.own: list[list[tuple[int, float]]] = []  # of every own rate: the velocity that it is a multiple of
+        self.own: list[list[tuple[int, float]]] = []  # of every own rate: velocities and how often
         self.first: dict[str, int] = {}  # own rates of a joint begin here
         for joint in scene.joints:
             self.first[joint.name] = len(self.own)
             if joint.coupling is not None:
-                leader = self.names.index(f"{joint.coupling.coordinate}_dot")
-                self.own.append([(leader, number(joint.coupling.ratio, self.values))])
+                led = joint.coupling.ratios
+                self.own.append([(self.names.index(f"{q}_dot"), number(x, self.values)) for q, x in led])
             else:
                 self.own += [[(self.names.index(name), 1.0)] for name in joint.rates]
 
@@ -149,8 +149,8 @@ class State:
         """Return the position of a joint with one freedom."""
         if joint.coupling is None:
             return self.known[joint.coordinates[0]]
-        ratio, offset = (value(x, self.m.values) for x in (joint.coupling.ratio, joint.coupling.offset))
-        return ratio * self.known[joint.coupling.coordinate] + offset
+        led = (value(ratio, self.m.values) * self.known[q] for q, ratio in joint.coupling.ratios)
+        return sum(led, value(joint.coupling.offset, self.m.values))
 
     def own(self, velocities: Array) -> Array:
         """Return own rates of joints from velocities."""

@@ -188,7 +188,7 @@ def closed_form(scene: SceneLike) -> ClosedForm:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
     rotors = _rotors(scene, graph)
-    needed += [rotor for _, rotor in rotors]
+    needed += [rotor for _, _, rotor in rotors]
     parallel = angle_groups(scene, graph)
     ring = TrigonometricRing(needed, (*state.q, *state.qd), parallel)
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
@@ -197,8 +197,8 @@ def closed_form(scene: SceneLike) -> ClosedForm:
         _add_body(M, body, ring, found, state.q)
         if (terms := sum(len(M[i][j]) for i, j in product(range(state.n), repeat=2) if i <= j)) > MOST_TERMS:
             raise too_long(scene, f"k_z alone has more than {terms} terms")
-    for i, rotor in rotors:
-        M[i][i] = M[i][i] + found[rotor]
+    for i, j, rotor in rotors:
+        M[i][j] = M[i][j] + found[rotor]
     P = found[potential]
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)
@@ -210,16 +210,15 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
 
 
-def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
-    """Return the coordinate that turns each rotor, and the rotor's inertia seen at that coordinate, kg m^2 or kg."""
-    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, int, Expr]]:
+    """Return each pair of coordinates that turn a rotor, and the rotor's inertia seen at them, kg m^2 or kg."""
+    number = {velocity: i for i, velocity in enumerate(scene.velocities)}
     rotors = []
     for joint in scene.joints:
         inertia = joint.armature.express(graph)
         if joint.moves and not inertia.is_zero and not JOINTS[joint.type].ball(joint):
-            leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
-            ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
-            rotors.append((number[leader], ratio * ratio * inertia))
+            moved = [(number[name], ratio) for name, _, ratio in joint.moved_by(graph)]
+            rotors += [(i, j, x * y * inertia) for i, x in moved for j, y in moved]
     return rotors
 
 

@@ -80,7 +80,7 @@ def without_angles(scene: Scene) -> Scene:
     free joint). A joint whose angles stand in a formula of a row keeps them. The same scene if there is nothing to do.
     """
     spoken = {name for quantity in Quantity.inside(scene.constraints) for name in quantity.symbols}
-    spoken |= {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
+    spoken |= scene.followed
     joints = tuple(
         _turning(joint)
         if joint.coordinates and _turns(joint) and not spoken & {*joint.coordinates, *joint.rates}

@@ -149,7 +149,7 @@ def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterato
         T = tip if T is None else tip @ T
         if joint.moves:
             T = joint_motion(joint, graph).placement @ T
-            for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
+            for q in joint.coupling.coordinates if joint.coupling else joint.coordinates:
                 yield number[q], T
         T = joint.origin.transform(graph) @ T
         joint = None if joint.parent == Scene.GROUND else carrier[joint.parent]

@@ -46,7 +46,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Body, Joint, velocity_name
+from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
 
 if TYPE_CHECKING:
@@ -232,18 +232,18 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         place = place @ joint.origin.transform(graph)
         start = (carrier, place)
         motion = joint_motion(joint, graph)
-        follows = joint.coupling
-        names = (velocity_name(follows.coordinate),) if follows else joint.rates
-        factor = follows.ratio.express(graph) if follows else graph.one
-        ball = spherical_rotor(joint, [velocities[name] for name in names], graph)
+        moved: dict[int, list[tuple[int, Expr]]] = {}  # of each rate of the joint: by which velocities, and how much
+        for name, k, ratio in joint.moved_by(graph):
+            moved.setdefault(k, []).append((velocities[name], ratio))
+        ball = spherical_rotor(joint, [v for pairs in moved.values() for v, _ in pairs], graph)
         rotors += [] if ball is None else [ball]
         rotor = joint.armature.express(graph) if ball is None else graph.zero
         block += motion.blocks(len(block))
         for part in motion.joints:
             here = place @ part.before
             T, S = here @ part.placement, (zeros, part.axis) if part.slides else (part.axis, zeros)
-            A = tuple((velocities[names[k]], factor * x) for k, x in part.rate)
-            b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in part.bias)
+            A = tuple((v, ratio * x) for k, x in part.rate for v, ratio in moved[k])
+            b = tuple((v, w, r * s * x) for j, k, x in part.bias for v, r in moved[j] for w, s in moved[k])
             rows.append((carrier, here, T, S, part.amount, A, b, rotor))
             rotor = graph.zero
             inertia.append(Inertia.none(graph))

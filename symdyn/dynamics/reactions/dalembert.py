@@ -366,8 +366,9 @@ def _unknowns(hanging: FreeBodies, normal: int | None, whole: bool) -> list[Unkn
         name = hinge.joint.name
         found += [Unknown(REACTION, name, k, ((h, wrench),)) for k, wrench in enumerate(W)]
         if hinge.joint.coupling is not None:
-            leader, drive = feels[hinge.velocities[0]]
-            found.append(Unknown(COUPLING, name, 0, ((h, D[h][0]), (leader, drive.scaled(-hinge.ratio)))))
+            back = ((*feels[k], ratio) for k, _, ratio in hinge.moved_by)
+            acts = ((h, D[h][0]), *((leader, drive.scaled(-ratio)) for leader, drive, ratio in back))
+            found.append(Unknown(COUPLING, name, 0, acts))
         else:
             found += [
                 Unknown(DRIVE, name, i, ((h, D[h][i]),)) for i, k in enumerate(hinge.velocities) if k not in passive

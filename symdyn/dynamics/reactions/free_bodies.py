@@ -301,8 +301,8 @@ class FreeBodies:
         for hinge, wrench in zip(self.joints, wrenches, strict=True):
             if hinge.velocities:
                 here = hinge.in_joint_axes(wrench)
-                for k, twist in zip(hinge.velocities, hinge.S, strict=True):
-                    total[k] = total[k] + hinge.ratio * here.power(twist)
+                for k, own, ratio in hinge.moved_by:
+                    total[k] = total[k] + ratio * here.power(hinge.S[own])
         return total
 
     def needed_forces(self, f: Sequence[Wrench]) -> list[Expr]:
@@ -313,8 +313,9 @@ class FreeBodies:
         """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""
         total = list(felt)
         for hinge in self.joints:
-            for k, force in zip(hinge.velocities, self.own_forces(hinge), strict=True):
-                total[k] = total[k] - hinge.ratio * force
+            forces = self.own_forces(hinge)
+            for k, own, ratio in hinge.moved_by:
+                total[k] = total[k] - ratio * forces[own]
         return total
 
 

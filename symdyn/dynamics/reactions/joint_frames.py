@@ -42,7 +42,7 @@ from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Joint, Place, Strut, velocity_name
+from symdyn.scene.values import Joint, Place, Strut
 from symdyn.spatial import Inertia, Transform, Vec, Wrench, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
@@ -68,10 +68,10 @@ class JointFrames:
         parent, child: numbers of bodies, -1 the ground.
         origin: placement of J in B. tip: placement of C in the moved joint frame.
         wrenches: what it can exert without working, W; () for a custom joint, which `reactions_of` knows.
-        velocities: numbers of the velocities that move it, () where it closes a loop.
-        S: one a velocity.
-        ratio: the joint's rate per unit of its velocity: 1 but where it follows another one.
-        rates: the joint's own rates, ratio · velocity.
+        moved_by: the velocities that move it: the number, which of its own rates, and that rate per unit of it (1 but
+            where it follows others); () where it closes a loop.
+        S: one a rate of its own.
+        rates: the joint's own rates, Σ ratio · velocity.
         paths: of a joint that closes a loop: bodies from its parent, and from its child, inwards to where both meet.
     """
 
@@ -81,9 +81,8 @@ class JointFrames:
     origin: Transform
     X: Transform
     tip: Transform
-    ratio: Expr
     wrenches: tuple[Wrench, ...]
-    velocities: tuple[int, ...] = ()
+    moved_by: tuple[tuple[int, int, Expr], ...] = ()
     S: tuple[Twist, ...] = ()
     rates: tuple[Expr, ...] = ()
     paths: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
@@ -92,6 +91,11 @@ class JointFrames:
     def graph(self) -> Graph:
         """The graph that it lives on."""
         return self.X.p[0].graph
+
+    @property
+    def velocities(self) -> tuple[int, ...]:
+        """Numbers of the velocities that move it."""
+        return tuple(k for k, _, _ in self.moved_by)
 
     @property
     def placement(self) -> Transform:
@@ -133,9 +137,9 @@ def hinges(scene: Scene, graph: Graph) -> tuple[JointFrames, ...]:
 def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], graph: Graph) -> JointFrames:
     motion = joint_motion(joint, graph)
     X, still = motion.placement, zero_vector(graph)
-    names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
-    ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
-    S = [Twist(still, still)] * len(names)
+    moved_by = tuple((velocities[name], k, ratio) for name, k, ratio in joint.moved_by(graph))
+    rates = tuple(joint.speeds(graph))
+    S = [Twist(still, still)] * len(rates)
     place = Transform.unit(graph)
     for part in motion.joints:
         here = place @ part.before
@@ -144,13 +148,11 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
         for k, x in part.rate:
             S[k] = S[k] + twist.scaled(x)
         place = here @ part.placement
-    rates = tuple(ratio * graph.symbol(name) for name in names)
-    numbers = tuple(velocities[name] for name in names)
     origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
     forbids = JOINTS[joint.type].forbids
     wrenches = forbids.wrenches(joint, X) if forbids else ()
     ends = (number[joint.parent], number[joint.child])
-    return JointFrames(joint, *ends, origin, X, tip, ratio, wrenches, numbers, tuple(S), rates)
+    return JointFrames(joint, *ends, origin, X, tip, wrenches, moved_by, tuple(S), rates)
 
 
 def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[JointFrames], graph: Graph) -> JointFrames:
@@ -162,7 +164,7 @@ def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[Joint
         far.pop()
     J, moved = (_walked(path, tree, graph) for path in (near, far))
     X = (J @ origin).inverse() @ moved @ cut.on_child
-    return JointFrames(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
+    return JointFrames(joint, i, j, origin, X, tip, cut.wrenches(X), paths=(tuple(near), tuple(far)))
 
 
 def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int, Twist]:
@@ -177,10 +179,10 @@ def relative_twists(loop: JointFrames, tree: Sequence[JointFrames]) -> dict[int,
             hinge = tree[body]
             J = here @ hinge.origin
             way = sub(loop.X.p, J.point(hinge.X.p))
-            for k, (v, omega) in zip(hinge.velocities, hinge.S, strict=True):
+            for k, own, ratio in hinge.moved_by:
+                v, omega = hinge.S[own]
                 spin = J.R @ omega
-                rate = sign * hinge.ratio
-                twist = Twist(add(J.R @ v, cross(spin, way)), spin).scaled(rate)
+                twist = Twist(add(J.R @ v, cross(spin, way)), spin).scaled(sign * ratio)
                 total[k] = total[k] + twist if k in total else twist
             here = here @ hinge.placement
     return dict(sorted(total.items()))
@@ -313,7 +315,7 @@ def way_apart(scene: Scene, strut: Strut, placed: Sequence[Transform], graph: Gr
 
 
 def own_forces(scene: Scene, hinge: JointFrames, state: State) -> list[Expr]:
-    """Return what a joint's own elements do along each of its velocities, N m or N, shape as `hinge.S`.
+    """Return what a joint's own elements do along each of its rates, N m or N, shape as `hinge.S`.
 
     Declared forces, struts, friction, and the rotor, which takes armature · (acceleration of its elementary joint).
     """
@@ -332,7 +334,8 @@ def own_forces(scene: Scene, hinge: JointFrames, state: State) -> list[Expr]:
     elif joint.moves and not armature.is_zero:
         first = joint_motion(joint, graph).joints[0]
         bent = graph.total(x * hinge.rates[j] * hinge.rates[k] for j, k, x in first.bias)
-        pulled = graph.total(x * hinge.ratio * state.qdd[hinge.velocities[k]] for k, x in first.rate)
+        slopes = dict(first.rate)
+        pulled = graph.total(slopes[own] * ratio * state.qdd[k] for k, own, ratio in hinge.moved_by if own in slopes)
         for k, x in first.rate:
             forces[k] = forces[k] - x * armature * (pulled + bent)
     return forces

@@ -32,7 +32,7 @@ from symdyn.dynamics.recursive.reduced_tree import ReducedTree, settled
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic as struts
-from symdyn.scene.values import Joint, Load, Place, Strut, velocity_name
+from symdyn.scene.values import Joint, Load, Place, Strut
 from symdyn.spatial import Transform, Vec, Wrench, add, dot, sub
 
 
@@ -59,8 +59,10 @@ def elastic(scene: Scene, tree: Tree, reduced: ReducedTree) -> Elastic:
     for strut in struts(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            position, ((k, ratio),) = joint.position(graph), _driven(scene, joint, graph)
-            forces[k] = forces[k] + FORCES[strut.kind].pull.force(strut, position, graph.zero) * ratio
+            position, (moved,) = joint.position(graph), _moved_by(scene, joint, graph)
+            force = FORCES[strut.kind].pull.force(strut, position, graph.zero)
+            for k, ratio in moved:
+                forces[k] = forces[k] + force * ratio
             energy = energy + stored(strut, position)
         else:
             apart = distance(strut, tree, reduced)
@@ -75,13 +77,18 @@ def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
     graph, state = tree.graph, State.of(scene, tree.graph)
     forces = declared_forces(scene, graph)
     for joint in scene.joints:
-        for k, ratio in _driven(scene, joint, graph):
-            forces[k] = forces[k] - joint_resistance(joint, ratio * state.qd[k]) * ratio
+        for moved in _moved_by(scene, joint, graph):
+            force = joint_resistance(joint, graph.total(ratio * state.qd[k] for k, ratio in moved))
+            for k, ratio in moved:
+                forces[k] = forces[k] - force * ratio
     for strut in resisting(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            position, ((k, ratio),) = joint.position(graph), _driven(scene, joint, graph)
-            forces[k] = forces[k] - FORCES[strut.kind].pull.force(strut, position, ratio * state.qd[k]) * ratio
+            position, (moved,) = joint.position(graph), _moved_by(scene, joint, graph)
+            rate = graph.total(ratio * state.qd[k] for k, ratio in moved)
+            force = FORCES[strut.kind].pull.force(strut, position, rate)
+            for k, ratio in moved:
+                forces[k] = forces[k] - force * ratio
             continue
         apart, rates = distance(strut, tree, reduced), reduced.rates(state.qd)
         if apart.square.is_zero:  # points that never part
@@ -103,12 +110,12 @@ def body_wrenches(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Wrench
     return wrench
 
 
-def _driven(scene: Scene, joint: Joint, graph: Graph) -> list[tuple[int, Expr]]:
-    """Return the velocities that move a joint, and its rates per unit of them."""
-    if joint.coupling is None:
-        return [(scene.velocities.index(name), graph.one) for name in joint.rates]
-    leader = velocity_name(joint.coupling.coordinate)
-    return [(scene.velocities.index(leader), joint.coupling.ratio.express(graph))]
+def _moved_by(scene: Scene, joint: Joint, graph: Graph) -> list[list[tuple[int, Expr]]]:
+    """Return, for each rate of a joint, the velocities that it follows, and the rate per unit of each."""
+    moved: dict[int, list[tuple[int, Expr]]] = {}
+    for name, k, ratio in joint.moved_by(graph):
+        moved.setdefault(k, []).append((scene.velocities.index(name), ratio))
+    return list(moved.values())
 
 
 def _gathered(reduced: ReducedTree, apart: Distance, share: Expr) -> list[Expr]:

@@ -1,6 +1,6 @@
-"""Joints that follow other joints: from the joint that `mimic` names to the coordinate at the end of the chain.
+"""Joints that follow other joints: from the joints that `mimic` names to the coordinates at the ends of the chains.
 
-position of a joint = ratio · position of the joint that it follows + offset
+position of a joint = Σ ratio · position of a joint that it follows + offset
 
 Locked joints: declared to move, told to stand still. What comes out is a scene in which they are fixed.
 
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError, suggestion
@@ -28,7 +29,7 @@ from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.formula import map_quantities, quantity, substituted
 from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
-from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, word
+from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, raw_of, word
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shape import FLAG, NUMBER, described
@@ -36,30 +37,54 @@ from symdyn.scene.values.unit import Unit, UnitError
 
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
 
+LED = {"type": "object", "additionalProperties": NUMBER, "minProperties": 1}
+
+SEVERAL = 'write mimic = { ratios = { left = "1/2", right = "1/2" } }'
+
 LEADER = word("joint", "", ADVICE.removeprefix("write "))
 
 RATIO = Key("ratio", EntryReader.quantity, Quantity.ONE)
 
+
+def _ratios(table: EntryReader, key: str, usual: tuple[tuple[str, Quantity], ...]) -> tuple[tuple[str, Quantity], ...]:
+    raw = table.raw[key]
+    inner = table.inner(key, tuple(map(str, raw)) if isinstance(raw, Mapping) else (), SEVERAL)
+    return tuple((name, inner.quantity(name)) for name in inner.raw)
+
+
+RATIOS: Key[tuple[tuple[str, Quantity], ...]] = Key("ratios", _ratios, (), shape=LED)
+
 OFFSET = number("offset")
 
-MIMIC: tuple[Key[str] | Key[Quantity], ...] = (LEADER, word("coordinate", ""), RATIO, OFFSET)
+MIMIC: tuple[Key[str] | Key[Quantity] | Key[tuple[tuple[str, Quantity], ...]], ...] = (
+    LEADER, word("coordinate", ""), RATIO, RATIOS, OFFSET,
+)  # fmt: skip
 """What `mimic` says."""
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """What a joint declares to follow; the leader may itself follow another joint.
+    """What a joint declares to follow; a leader may itself follow other joints.
 
     Attributes:
-        leader: name of a joint with one coordinate or none of its own; "" where `coordinate` names what it follows.
-        ratio, offset: position = ratio · (that of the leader) + offset.
-        coordinate: name of a coordinate of a joint that has several.
+        ratios: names of leaders, and the joint's position per unit of the position of each.
+        offset: position = Σ ratio · (that of a leader) + offset.
+        key: what the names were declared under: "joint", of a joint with one coordinate or none of its own;
+            "coordinate", of a coordinate of a joint that has several; "ratios", of either.
     """
 
-    leader: str
-    ratio: Quantity = Quantity.ONE
+    ratios: tuple[tuple[str, Quantity], ...]
     offset: Quantity = Quantity.ZERO
-    coordinate: str = ""
+    key: str = "joint"
+
+
+@dataclass(frozen=True)
+class _Leader:
+    """What a joint follows: a joint by its number, None where it is not known, and its coordinate or ""."""
+
+    joint: int | None
+    coordinate: str
+    ratio: Quantity
 
 
 def read_mimic(table: EntryReader) -> Mimic | None:
@@ -67,102 +92,157 @@ def read_mimic(table: EntryReader) -> Mimic | None:
     if "mimic" not in table:
         return None
     inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
+    if RATIOS.name in inner:
+        if any(key in inner for key in ("joint", "coordinate", "ratio")):
+            inner.fault("ratios names all that it follows; leave joint, coordinate and ratio out")
+        ratios = RATIOS.declared(inner)
+        if not ratios:
+            inner.fault(f"ratios names no joint; {SEVERAL}")
+            return Mimic((("", Quantity.ONE),))
+        return Mimic(ratios, OFFSET.declared(inner), RATIOS.name)
     if "coordinate" in inner and "joint" in inner:
         inner.fault("joint and coordinate both name what it follows; write one of them")
     coordinate = inner.text("coordinate") if "coordinate" in inner else ""
     leader = "" if "coordinate" in inner else LEADER.declared(inner)
     if not (coordinate or leader):
         table.faults.nameless(table.entry.where, "mimic", "")
-    return Mimic(leader, RATIO.declared(inner), OFFSET.declared(inner), coordinate)
+    key = "coordinate" if coordinate else "joint"
+    return Mimic(((coordinate or leader, RATIO.declared(inner)),), OFFSET.declared(inner), key)
+
+
+def said_mimic(follows: Coupling | None, leaders: Mapping[str, str]) -> dict[str, object]:
+    """Return what a joint's table says of what it follows; `leaders` are names of joints by their coordinate."""
+    if follows is None:
+        return {}
+    offset = raw_of((OFFSET,), follows)
+    if len(follows.ratios) > 1:
+        return {"mimic": {RATIOS.name: {leaders.get(q, q): ratio for q, ratio in follows.ratios}} | offset}
+    ((followed, ratio),) = follows.ratios
+    name = leaders.get(followed)
+    leader = {LEADER.name: name} if name else {"coordinate": followed}
+    return {"mimic": leader | ({} if ratio == Quantity.ONE else {RATIO.name: ratio}) | offset}
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[EntryReader]) -> tuple[Joint, ...]:
-    """Return the joints, those that follow another one coupled to the coordinate at the end of their chain.
+    """Return the joints, those that follow others coupled to the coordinates at the ends of their chains.
 
     Args:
         joints: in any order.
         mimics: what each of them follows.
         tables: where each was declared; they take the faults.
     """
-    index = {joint.name: i for i, joint in reversed(list(enumerate(joints)))}
-    leaders = [_leader(m, joints, index, table) if m else None for m, table in zip(mimics, tables, strict=True)]
-    settled = {i: Coupling(joint.coordinate) for i, (joint, m) in enumerate(zip(joints, mimics, strict=True)) if not m}
+    leaders = [_leaders(m, joints, table) if m else [] for m, table in zip(mimics, tables, strict=True)]
+    settled = {k: Coupling(((joints[k].coordinate, Quantity.ONE),)) for k, mimic in enumerate(mimics) if not mimic}
     for start in range(len(joints)):
-        path: dict[int, Mimic] = {}
-        step: int | None = start
-        while step is not None and step not in settled and step not in path:
-            mimic = mimics[step]
-            assert mimic is not None, "a joint with a coordinate of its own is settled"
-            path[step] = mimic
-            step = leaders[step]
-        if step in path:
-            ring = list(path)[list(path).index(step) :]
-            names = [joints[k].name for k in (*ring[:10], ring[0])]
-            tables[ring[0]].fault(f"mimic: the joint follows itself: {' -> '.join(names)}; give one a coordinate")
-        for k in reversed(path):
-            leader = leaders[k]
-            behind = None if leader is None else settled.get(leader)
-            _check_units(path[k], joints[k], joints, tables[k])
-            settled[k] = _chain(path[k], behind or Coupling(_followed(path[k], joints, tables[k])), tables[k])
+        path = [] if start in settled else [start]
+        while path:
+            k = path[-1]
+            ahead = next((one.joint for one in leaders[k] if one.joint not in (None, *settled)), None)
+            if ahead in path:
+                ring = path[path.index(ahead) :]
+                names = [joints[i].name for i in (*ring[:10], ring[0])]
+                tables[ring[0]].fault(f"mimic: the joint follows itself: {' -> '.join(names)}; give one a coordinate")
+                leaders[k] = [_Leader(None, "", Quantity.ONE)]
+            elif ahead is not None:
+                path.append(ahead)
+            else:
+                mimic = mimics[path.pop()]
+                assert mimic is not None, "a joint with a coordinate of its own is settled"
+                _check_units(mimic, leaders[k], joints[k], joints, tables[k])
+                settled[k] = _chain(mimic, leaders[k], settled, tables[k])
     return tuple(
-        joint if mimic is None else replace(joint, coupling=settled[i])
-        for i, (joint, mimic) in enumerate(zip(joints, mimics, strict=True))
+        joint if mimic is None else replace(joint, coupling=settled[k])
+        for k, (joint, mimic) in enumerate(zip(joints, mimics, strict=True))
     )
 
 
-def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], table: EntryReader) -> int | None:
+def _leaders(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> list[_Leader]:
+    """Return what a joint follows; with a fault, and no number, where it cannot be followed."""
+    index = {joint.name: i for i, joint in reversed(list(enumerate(joints)))}
+    found = []
+    for name, ratio in mimic.ratios:
+        said = f'mimic.{mimic.key} = "{name}"' if mimic.key != RATIOS.name else f"mimic.ratios.{name}"
+        if mimic.key == RATIOS.name and any(name in one.coordinates for one in joints if one.name != name in index):
+            table.fault(f"{said} is a joint, and a coordinate of another one; give one of them another name")
+        if mimic.key == "joint" or (mimic.key == RATIOS.name and name in index):
+            found.append(_Leader(_followed_joint(name, said, joints, index, table), "", ratio))
+        else:
+            found.append(_Leader(None, _followed_coordinate(name, said, mimic.key, joints, table), ratio))
+    return found
+
+
+def _followed_joint(
+    name: str, said: str, joints: Sequence[Joint], index: Mapping[str, int], table: EntryReader
+) -> int | None:
     """Return the index of the joint that a joint follows; None, and a fault, if it cannot be followed."""
-    name = mimic.leader
     if name not in index:
         if name:
-            table.fault(f'mimic.joint = "{name}" is not a joint; {suggestion(name, index)}')
+            table.fault(f"{said} is not a joint; {suggestion(name, index)}")
         return None
     leader = joints[index[name]]
     if not JOINTS[leader.type].velocities(leader):
-        table.fault(f'mimic.joint = "{name}" is a {leader.type} joint; follow one that moves')
+        table.fault(f"{said} is a {leader.type} joint; follow one that moves")
         return None
     if len(leader.coordinates) > 1:
-        table.fault(f'mimic.joint = "{name}" has several coordinates; write coordinate = "{leader.coordinates[0]}"')
+        table.fault(f'{said} has several coordinates; write coordinate = "{leader.coordinates[0]}"')
         return None
     return index[name]
 
 
-def _followed(mimic: Mimic, joints: Sequence[Joint], table: EntryReader) -> str:
-    """Return the coordinate that a mimic names, "" and a fault if it cannot be followed."""
-    name = mimic.coordinate
-    if not name:
-        return ""
+def _followed_coordinate(name: str, said: str, key: str, joints: Sequence[Joint], table: EntryReader) -> str:
+    """Return the coordinate that a mimic names; a fault if it cannot be followed."""
     leader = next((joint for joint in joints if name in joint.coordinates), None)
-    if leader is None:
+    if name and leader is None:
         known = [q for joint in joints for q in joint.coordinates]
-        table.fault(f'mimic.coordinate = "{name}" is not a coordinate; {suggestion(name, known)}')
-    elif leader.velocities and velocity_name(name) not in leader.velocities:
-        table.fault(f'mimic.coordinate = "{name}" has a rate that is no velocity; follow an angle or a displacement')
+        known += [joint.name for joint in joints] if key == RATIOS.name else []
+        what = "neither a joint nor a coordinate" if key == RATIOS.name else "not a coordinate"
+        table.fault(f"{said} is {what}; {suggestion(name, known)}")
+    elif leader is not None and leader.velocities and velocity_name(name) not in leader.velocities:
+        table.fault(f"{said} has a rate that is no velocity; follow an angle or a displacement")
     return name
 
 
-def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: EntryReader) -> None:
+def _check_units(
+    mimic: Mimic, leaders: Sequence[_Leader], joint: Joint, joints: Sequence[Joint], table: EntryReader
+) -> None:
     """Report a ratio or an offset whose unit is not that of the joint, or of it for one of what it follows."""
     own = JOINTS[joint.type].coordinates(joint)[:1]
-    leader = next((one for one in joints if one.name == mimic.leader or mimic.coordinate in one.coordinates), None)
-    if leader is None or not own or "mimic" not in table:
+    if not own or "mimic" not in table:
         return
-    units = JOINTS[leader.type].coordinates(leader)
-    followed = dict(zip(leader.coordinates, units, strict=False)).get(mimic.coordinate, units[0] if units else "")
     inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
-    fits_place(inner, "ratio", mimic.ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
-    fits_place(inner, "offset", mimic.offset, own)
+    ratios = (
+        inner.inner(RATIOS.name, tuple(name for name, _ in mimic.ratios), SEVERAL)
+        if mimic.key == RATIOS.name
+        else inner
+    )
+    known = False
+    for (name, ratio), one in zip(mimic.ratios, leaders, strict=False):
+        leader = next((other for other in joints if one.coordinate in other.coordinates), None)
+        leader = leader if one.joint is None else joints[one.joint]
+        if leader is None:
+            continue
+        known, units = True, JOINTS[leader.type].coordinates(leader)
+        followed = dict(zip(leader.coordinates, units, strict=False)).get(one.coordinate, units[0] if units else "")
+        key = name if mimic.key == RATIOS.name else RATIO.name
+        fits_place(ratios, key, ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
+    if known:
+        fits_place(inner, "offset", mimic.offset, own)
 
 
-def _chain(mimic: Mimic, behind: Coupling, table: EntryReader) -> Coupling:
-    """Return ratio · (ratio' q + offset') + offset."""
+def _chain(mimic: Mimic, leaders: Sequence[_Leader], settled: Mapping[int, Coupling], table: EntryReader) -> Coupling:
+    """Return Σ ratio · (Σ ratio' q + offset') + offset."""
+    ratios, offset = dict[str, Quantity](), mimic.offset
     try:
-        ratio = folding.mul(mimic.ratio, behind.ratio)
-        offset = folding.add(folding.mul(mimic.ratio, behind.offset), mimic.offset)
+        for one in leaders:
+            behind = Coupling(((one.coordinate, Quantity.ONE),)) if one.joint is None else settled[one.joint]
+            offset = folding.add(folding.mul(one.ratio, behind.offset), offset)
+            for name, ratio in behind.ratios:
+                term = folding.mul(one.ratio, ratio)
+                ratios[name] = folding.add(ratios[name], term) if name in ratios else term
     except FormulaError as error:
         table.fault(f"mimic: ratio and offset of the chain of joints that follow each other: {error}")
-        return behind
-    return Coupling(behind.coordinate, ratio, offset)
+        ratios = dict.fromkeys(ratios, Quantity.ONE) or {"": Quantity.ONE}
+    return Coupling(tuple(ratios.items()), offset)
 
 
 LOCKED = KeyGroup(  # read when the scene is known; what was locked is said as fixed
@@ -264,12 +344,16 @@ def _measured(locked: Scene, known: Mapping[str, Quantity], faults: Faults) -> S
 def _settled(joint: Joint, known: Mapping[str, Quantity]) -> Joint:
     """Return the joint, fixed at its place if what moves it is known."""
     follows = joint.coupling
-    leader = follows.coordinate if follows else next(iter(joint.coordinates), "")
-    if leader not in known:
-        return joint
-    position = known[leader]
     if follows:
-        position = folding.add(folding.mul(follows.ratio, position), follows.offset)
+        ratios = tuple((name, ratio) for name, ratio in follows.ratios if name not in known)
+        locked = (folding.mul(ratio, known[name]) for name, ratio in follows.ratios if name in known)
+        position = reduce(folding.add, locked, follows.offset)
+        if ratios:
+            return replace(joint, coupling=Coupling(ratios, position))
+    elif not joint.coordinates or joint.coordinates[0] not in known:
+        return joint
+    else:
+        position = known[joint.coordinates[0]]
     return Joint(
         name=joint.name,
         type="fixed",

@@ -77,8 +77,7 @@ def uses(draft: Draft) -> Iterator[Use]:
     yield from _uses("", (GRAVITY,), scene, allowed)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
         yield from _uses(place, BODY, body, allowed)
-    followed = {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
-    led = {q: way for one in scene.joints if followed.intersection(one.coordinates) for q, way in _ways(one)}
+    led = {q: way for one in scene.joints if scene.followed.intersection(one.coordinates) for q, way in _ways(one)}
     for place, joint in zip(where["joints"], scene.joints, strict=True):
         yield from _joint(place, joint, timed, led)
     for place, joint in zip(where["loops"], scene.loops, strict=True):
@@ -131,9 +130,11 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
     way = "m" if straight else "rad"
     plain = frozenset[str]()
     if joint.coupling is not None:
-        leading = led.get(joint.coupling.coordinate, "")
-        ratio = "1" if leading == way else f"{way}/{leading}" if leading else ""
-        yield Use(where, "mimic.ratio", joint.coupling.ratio, plain, ratio)
+        for name, ratio in joint.coupling.ratios:
+            leading = led.get(name, "")
+            unit = "1" if leading == way else f"{way}/{leading}" if leading else ""
+            key = "mimic.ratio" if len(joint.coupling.ratios) == 1 else f"mimic.ratios.{name}"
+            yield Use(where, key, ratio, plain, unit)
         yield Use(where, "mimic.offset", joint.coupling.offset, plain, way)
     allowed = {PARAMETERS: plain, OWN: frozenset(joint.coordinates)}
     yield from _uses(where, (*RESISTING, *kind.keys), joint, allowed, straight)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any, TypeGuard
 
 from symdyn.errors import choice
-from symdyn.scene.declaration.coupling import LOCKED, MIMIC, OFFSET, RATIO, Mimic, couple, read_mimic
+from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
@@ -225,23 +225,16 @@ FORCE: KeyGroup = KeyGroup(
 # What follows, resists, and starts
 
 
-def _said_mimic(joint: Joint, at: Standing) -> dict[str, object]:
-    follows = joint.coupling
-    if follows is None:
-        return {}
-    name = at.leaders.get(follows.coordinate)
-    leader = {"joint": name} if name else {"coordinate": follows.coordinate}
-    return {"mimic": leader | raw_of((RATIO, OFFSET), follows)}
-
-
 FOLLOWED = KeyGroup(
     {
         "mimic": described(
-            "position = ratio * position of another joint + offset",
-            {**shape_of(MIMIC), "oneOf": [{"required": ["joint"]}, {"required": ["coordinate"]}]},
+            "position = ratio * position of another joint + offset, or the sum of several",
+            {**shape_of(MIMIC), "oneOf": [{"required": [key]} for key in ("joint", "coordinate", RATIOS.name)]},
         )
     },
-    said=_said_mimic,  # read by `read_mimic`, of all joints of a scene together
+    said=lambda joint, at: said_mimic(
+        joint.coupling, at.leaders
+    ),  # read by `read_mimic`, of all joints of a scene together
 )
 
 ROTOR = (number("inertia"), Key("gear", EntryReader.quantity, Quantity.ONE))

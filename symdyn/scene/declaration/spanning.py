@@ -85,7 +85,7 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
         return Span(tuple(edge.entry for edge in _parents_first(edges)))  # reported where it stands
     if not cuts and _is_tree(edges):
         return Span(tuple(edge.entry for edge in _parents_first(edges)))
-    needed = {*held, *(_leader(edge.entry) for edge in edges)} - {""}
+    needed = {*held, *(name for edge in edges for name in _leaders(edge.entry))} - {""}
     return _cut(edges, set(cuts), faults) if cuts else _chosen(edges, needed, faults)
 
 
@@ -95,10 +95,13 @@ def _edge(entry: Entry, index: int) -> _Edge:
     return _Edge(entry, texts[0], texts[1], texts[2], index)
 
 
-def _leader(entry: Entry) -> str:
-    """Return the joint that a joint follows, "" if none."""
+def _leaders(entry: Entry) -> list[str]:
+    """Return the joints that a joint follows."""
     mimic = entry.table.get("mimic")
-    return str(mimic.get("joint", "")) if isinstance(mimic, Mapping) else ""
+    if not isinstance(mimic, Mapping):
+        return []
+    ratios = mimic.get("ratios")
+    return [str(mimic.get("joint", "")), *(map(str, ratios) if isinstance(ratios, Mapping) else ())]
 
 
 def _is_tree(edges: Sequence[_Edge]) -> bool:

@@ -187,8 +187,13 @@ class _Writer:
             inside.append(f"<limit {shown}/>")
         inside += self.dynamics(joint)
         if joint.coupling is not None:
-            ratio, offset = decimal_text(self.value(joint.coupling.ratio)), self.offset(joint)
-            leader = self.leaders[joint.coupling.coordinate]
+            if len(joint.coupling.ratios) > 1:
+                advice = "give it a coordinate of its own, or write TOML"
+                raise SceneError(
+                    f"{self.scene.name}: joints.{joint.name}: URDF has no joint that follows several; {advice}"
+                )
+            ((followed, slope),) = joint.coupling.ratios
+            ratio, offset, leader = decimal_text(self.value(slope)), self.offset(joint), self.leaders[followed]
             inside.append(f'<mimic joint="{leader}" multiplier="{ratio}" offset="{offset}"/>')
         return self.ends(joint.name, kind, joint.parent, child, joint.origin, inside)
 

@@ -46,7 +46,7 @@ from symdyn.scene.joints.joint_kind import (
 from symdyn.scene.values.body import UNMOVED
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.entry import EntryReader, as_list, plain, show
-from symdyn.scene.values.joint import Joint, Limits, velocity_name
+from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.key import OWN, Key, keys_of, number, optional, placement, shape_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
@@ -287,10 +287,8 @@ def own_keys() -> tuple[str, ...]:
 def joint_motion(joint: Joint, graph: Graph) -> JointMotion:
     """Return the motion of the moved joint frame in the joint frame; velocities count from the joint's first."""
     if joint.coupling is not None:
-        ratio = joint.coupling.ratio.express(graph)
-        leader = graph.symbol(velocity_name(joint.coupling.coordinate))
-        position = joint.position(graph)
-        return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
+        rate = graph.total(ratio * graph.symbol(name) for name, _, ratio in joint.moved_by(graph))
+        return JOINTS[joint.type].motion(joint, graph, (joint.position(graph),), (rate,))
     q = tuple(graph.symbol(name) for name in joint.coordinates)
     return JOINTS[joint.type].motion(joint, graph, q, tuple(graph.symbol(name) for name in joint.rates))
 

@@ -157,17 +157,21 @@ class Contact(Row):
 
 @dataclass(frozen=True)
 class Coupling:
-    """A joint that follows another one's coordinate: its position is ratio · coordinate + offset.
+    """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 
     Attributes:
-        coordinate: the coordinate that it follows.
-        ratio: position of this joint per unit of that coordinate, free of coordinates.
-        offset: position of this joint at coordinate zero; rad or m.
+        ratios: the coordinates that it follows, at least one, each once, and its position per unit of each, free of
+            coordinates.
+        offset: its position where they are zero; rad or m.
     """
 
-    coordinate: str
-    ratio: Quantity = Quantity.ONE
+    ratios: tuple[tuple[str, Quantity], ...]
     offset: Quantity = Quantity.ZERO
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates that it follows."""
+        return tuple(name for name, _ in self.ratios)
 
 
 @dataclass(frozen=True)
@@ -200,7 +204,7 @@ class Joint:
         velocities: names of its velocities where they are no rates of coordinates (a quaternion's); else ().
         drives: name of the driving force or torque of each velocity, None where it is passive; () for none at all.
         forces: generalized force Q^A of each velocity beside the drive (5.22), a formula; N m or N; () for none.
-        coupling: the coordinate that the joint follows, in place of one of its own.
+        coupling: the coordinates that the joint follows, in place of one of its own.
         armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K, at a ball ½
             armature ω² of its angular velocity relative to the parent; kg m^2 or kg.
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
@@ -253,7 +257,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint moves, by coordinates of its own or by one that it follows."""
+        """Whether the joint moves, by coordinates of its own or by those that it follows."""
         return bool(self.coordinates) or self.coupling is not None
 
     @property
@@ -280,15 +284,21 @@ class Joint:
         """Return its position, if it has one freedom, in terms of the coordinates; rad or m."""
         if self.coupling is None:
             return graph.symbol(self.coordinates[0])
-        ratio, offset = self.coupling.ratio.express(graph), self.coupling.offset.express(graph)
-        return ratio * graph.symbol(self.coupling.coordinate) + offset
+        led = graph.total(ratio.express(graph) * graph.symbol(name) for name, ratio in self.coupling.ratios)
+        return led + self.coupling.offset.express(graph)
 
     def speeds(self, graph: Graph) -> list[Expr]:
         """Return its rates, by differentiating its position where it follows another joint."""
         if self.coupling is None:
             return [graph.symbol(name) for name in self.rates]
-        leader = self.coupling.coordinate
-        return tangents([self.position(graph)], {graph.symbol(leader): graph.symbol(velocity_name(leader))})
+        leaders = self.coupling.coordinates
+        return tangents([self.position(graph)], {graph.symbol(q): graph.symbol(velocity_name(q)) for q in leaders})
+
+    def moved_by(self, graph: Graph) -> list[tuple[str, int, Expr]]:
+        """Return the velocities that move it: name, which of its own rates, and that rate per unit."""
+        if self.coupling is None:
+            return [(name, k, graph.one) for k, name in enumerate(self.rates)]
+        return [(velocity_name(name), 0, ratio.express(graph)) for name, ratio in self.coupling.ratios]
 
 
 def velocity_name(coordinate: str) -> str:

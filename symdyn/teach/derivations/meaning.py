@@ -136,7 +136,7 @@ def axes_of(lesson: Lesson) -> list[Axis | None]:
     graph = lesson.graph
     found: list[Axis | None] = []
     for joint in lesson.scene.moving:
-        followed = any(j.coupling and j.coupling.coordinate in joint.coordinates for j in lesson.scene.joints)
+        followed = lesson.scene.followed.intersection(joint.coordinates)
         kind = JOINTS[joint.type]
         axis = kind.axis(joint)
         if axis is None or followed:

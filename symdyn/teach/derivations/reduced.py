@@ -288,10 +288,9 @@ def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:
 def without(scene: Scene, body: str) -> Scene | None:
     """Return an open scene without one of its last bodies; None where something else is fixed to it."""
     (joint,) = [joint for joint in scene.joints if joint.child == body]
-    followed = {one.coupling.coordinate for one in scene.joints if one.coupling}
     if len(scene.bodies) < 2 or scene.is_constrained or scene.elements or joint.armature != Quantity.ZERO:
         return None
-    if joint.coupling or followed.intersection(joint.coordinates) or body in (one.parent for one in scene.joints):
+    if joint.coupling or scene.followed.intersection(joint.coordinates) or body in (one.parent for one in scene.joints):
         return None
     return replace(
         scene,

@@ -248,7 +248,7 @@ def _spring(scene: Scene, rng: random.Random) -> Drawn:
 
 def _single(scene: Scene) -> list[Joint]:
     """Return the joints with one coordinate of their own that no formula of time leads and no other joint follows."""
-    followed = {one.coupling.coordinate for one in scene.joints if one.coupling}
+    followed = scene.followed
     return [x for x in scene.moving if len(x.coordinates) == 1 and x.motion is None and x.coordinate not in followed]
 
 

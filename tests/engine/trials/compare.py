@@ -178,7 +178,7 @@ class Truth:
         return [
             j.name
             for j in self.m.scene.joints
-            if j.name in self.case.locked or (j.coupling and j.coupling.coordinate in still)
+            if j.name in self.case.locked or (j.coupling and still.issuperset(j.coupling.coordinates))
         ]
 
     def turned(self, wrenches: Array, kind: str) -> Array:
