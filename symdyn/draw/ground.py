@@ -172,6 +172,13 @@ def _flight(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (_apart("flight", hinge, view),)
 
 
+def _wire(hinge: JointAxis, view: View, part: MarkPart) -> tuple[Shape, ...]:
+    """Return the curve that a joint runs along."""
+    if hinge.wire is None:
+        return (_apart("flight", hinge, view),)
+    return (line("rail", *(view.flat(hinge.wire[:, k]) for k in range(hinge.wire.shape[1])), size=2.0),)
+
+
 def _apart(look: str, hinge: JointAxis, view: View) -> Shape:
     return line(look, view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
 
@@ -189,6 +196,7 @@ PARTS: dict[str, Callable[[JointAxis, View, MarkPart], tuple[Shape, ...]]] = {
     "slider": _slider,
     "thread": _thread,
     "rail": _rail,
+    "wire": _wire,
     "plate": _plate,
     "ring": _ring,
     "ball": _ball,

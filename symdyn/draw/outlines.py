@@ -20,7 +20,7 @@ import numpy as np
 from symdyn.algebra import Floats
 from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.errors import SymdynError
-from symdyn.graph import Expr, Graph, Op, evaluate
+from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
@@ -143,6 +143,7 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     return kind, centre, tuple(scale(size, way) for way, size in zip(ways, sizes, strict=False))
 
 
+WIRE = 40  # pieces of a curve that a joint runs along
 ROUND = 1.2  # radii of a gimbal's ring and of what turns in it
 
 
@@ -301,6 +302,22 @@ def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...
     return wanted
 
 
+def _wire(joint: Joint, graph: Graph) -> list[Vec]:
+    """Return points of the curve that a joint's moved frame runs along, in the joint frame, in order.
+
+    Between its limits; where it has none, half a turn or 1 m to both sides of its start.
+    """
+    half = graph.pi if JOINTS[joint.type].coordinates(joint) == ("rad",) else graph.one
+    start = joint.start[0].express(graph) if joint.start else graph.zero
+    low, high = (
+        start + sign * half if limit is None else limit.express(graph)
+        for limit, sign in ((joint.limits.lower, -1), (joint.limits.upper, 1))
+    )
+    q, p = graph.symbol(joint.coordinates[0]), joint_motion(joint, graph).placement.p
+    places = (low + Fraction(k, WIRE) * (high - low) for k in range(WIRE + 1))
+    return [(x[0], x[1], x[2]) for x in (substitute(p, {q: place}) for place in places)]
+
+
 def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     name = joint.name
     fixed = placed[joint.parent] @ joint.origin.transform(graph)
@@ -308,6 +325,8 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)
+    if any(part.shape == "wire" for part in JOINTS[joint.type].mark.parts) and len(joint.coordinates) == 1:
+        wanted["wire", name] = tuple(x for at in _wire(joint, graph) for x in fixed.point(at))
     at = fixed
     motion = JOINTS[joint.type].anywhere if closes else joint_motion
     for k, part in enumerate(motion(joint, graph).joints):

@@ -72,6 +72,7 @@ class JointAxis:
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
         turns, slides: directions of everything that it allows, unit vectors.
+        wire: points of the curve that it runs along, shape (N, K, 3); None for no curve.
     """
 
     joint: Joint
@@ -82,6 +83,7 @@ class JointAxis:
     closes: bool
     turns: tuple[Array, ...]
     slides: tuple[Array, ...]
+    wire: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -234,8 +236,9 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             for key, _ in JOINTS[joint.type].directions(joint)
         }
         moves = [(key[3], unit(x)) for key, x in own if key[0] == "move"]
-        free = (tuple(x for slides, x in moves if slides is kind) for kind in (False, True))
-        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, *free))
+        turns, slides = (tuple(x for slide, x in moves if slide is kind) for kind in (False, True))
+        wire = arrays["wire", joint.name].reshape(count, -1, 3) if ("wire", joint.name) in arrays else None
+        hinges.append(JointAxis(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, turns, slides, wire))
     return Places(
         count,
         frame("frame", Scene.GROUND),

@@ -376,5 +376,6 @@ def points_to_hold(scene: Scene, result: Places) -> Array:
     """Return all points that a picture must hold, shape (K, 3)."""
     spots = [*_travelling(result), *(hinge.fixed.p for hinge in result.hinges)]
     spots += [at for ends in result.ends.values() for at in ends]
+    spots += [hinge.wire.reshape(-1, 3) for hinge in result.hinges if hinge.wire is not None]
     spots += [corners[:, k] for _, corners in patches(scene, result) for k in range(4)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))

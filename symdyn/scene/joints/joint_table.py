@@ -94,7 +94,7 @@ CUSTOM = JointKind(
     blocks=_blocks,
     forbids=None,
     words={"en": "given by formulas", "sk": "dané vzorcami"},
-    mark=JointMark((MarkPart("flight"), MarkPart("diamond", 1.35))),
+    mark=JointMark((MarkPart("wire"), MarkPart("diamond", 1.35))),
     turned=_turned,
     held=lambda joint, position: STEPS.of(joint).steps,
 )
