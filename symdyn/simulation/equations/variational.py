@@ -219,8 +219,8 @@ def check_smooth(system: StateEquations) -> None:
     if found is not None:
         word = "if" if len(found.args) > 1 else "sign"
         raise SimulateError(
-            f"{system.scene.name}: a force with {word} jumps, and a run has no derivative by what moves the jump; write "
-            "a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+            f"{system.scene.name}: a force with {word} jumps, and a run has no derivative by what moves the jump; "
+            "write a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
         )
 
 
