@@ -44,6 +44,12 @@ def every_op(scene: str = "every op") -> Equations:
         function("scalar", arguments, (), [m * u * u / 2 + v / 3]),
         function("empty", arguments, (1, 0), []),
         function("nothing", arguments, (2,), [g.zero, g.zero]),
+        function(
+            "chosen",
+            arguments,
+            (2,),
+            [g.function(Op.SELECT, u - v, s * u, c), g.function(Op.POW, 1 + u * u, m - Fraction(1, 3)) - s],
+        ),
         function("rotated", arguments, (2,), [c * q[0] - s * q[1], s * q[0] + c * q[1]]),
     )
     return Equations(Scene(scene, (Parameter("mass", unit="kg", text="of the load"), QUARTER)), g, functions)

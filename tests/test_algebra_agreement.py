@@ -59,10 +59,11 @@ def test_rational_functions_agree_exactly_in_fractions_and_fields_and_closely_in
 
 @pytest.mark.parametrize("op", sorted(FUNCTIONS), ids=lambda op: op.name)
 def test_functions_agree_in_floats_batches_and_big_floats(graph, symbols, op):
-    args = symbols[: 2 if op is Op.ATAN2 else 1]
+    args = symbols[: op.arity]
     node = graph.function(op, *args)
     big = BigFloats(50)
-    for place in ([0.3, 1.7], [2.5, -0.4], *([] if op in (Op.SQRT, Op.LOG) else [[-1.25, 0.5], [-0.75, -2.0]])):
+    positive = op in (Op.SQRT, Op.LOG, Op.POW)
+    for place in ([0.3, 1.7, 4.1], [2.5, -0.4, 0.2], *([] if positive else [[-1.25, 0.5, 2.0], [-0.75, -2.0, 1.0]])):
         point = dict(zip(symbols, place, strict=False))
         (fine,) = evaluate([node], big, {symbol: big.number(x) for symbol, x in point.items()})
         (rough,) = evaluate([node], Floats(), point)

@@ -16,7 +16,7 @@ import pytest
 from symdyn.errors import SymdynError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, read, read_text
-from symdyn.scene.values.formula import map_quantities, substituted
+from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.columns import choices
 from symdyn.simulation.equations.compiled_routines import opened

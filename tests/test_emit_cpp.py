@@ -48,6 +48,11 @@ inline Dual cos(Dual a) { return {std::cos(a.v), -a.d * std::sin(a.v)}; }
 inline Dual sqrt(Dual a) { return {std::sqrt(a.v), a.d / (2 * std::sqrt(a.v))}; }
 inline Dual exp(Dual a) { return {std::exp(a.v), a.d * std::exp(a.v)}; }
 inline Dual log(Dual a) { return {std::log(a.v), a.d / a.v}; }
+inline Dual pow(Dual a, Dual b)
+{
+    const double z = std::pow(a.v, b.v);
+    return {z, z * (b.v * a.d / a.v + b.d * std::log(a.v))};
+}
 inline Dual tanh(Dual a) { return {std::tanh(a.v), a.d * (1 - std::tanh(a.v) * std::tanh(a.v))}; }
 inline Dual abs(Dual a) { return a.v < 0 ? -a : a; }
 inline Dual atan2(Dual y, Dual x)
@@ -241,7 +246,7 @@ def test_nothing_is_allocated_and_only_the_c_library_is_called(tmp_path: Path) -
     told = subprocess.check_output(["nm", "-u", "use.so"], cwd=tmp_path, text=True)
     called = {line.split()[-1].split("@")[0].removesuffix("f") for line in told.splitlines()}
     own = {name for name in called if not name.startswith("_")} - {"sincos", "memcpy"}
-    assert own <= {"sin", "cos", "sqrt", "exp", "log", "tanh", "atan2"}
+    assert own <= {"sin", "cos", "sqrt", "exp", "log", "tanh", "atan2", "pow"}
 
 
 @pytest.mark.long(0)
@@ -341,7 +346,7 @@ def test_the_example_knows_what_must_come_out(tmp_path: Path) -> None:
     words = ["--prepare", "--functions", "inverse_dynamics,kinetic_energy"]
     scene = str(EXAMPLES / "two_link.toml")
     assert main(["generate", scene, "--target", "cpp", *words, "-o", str(tmp_path / "two")]) == 0
-    for folder, count in ((tmp_path / "every", 4), (tmp_path / "two", 3)):
+    for folder, count in ((tmp_path / "every", 5), (tmp_path / "two", 3)):
         subprocess.run(["g++", *STRICT, "main.cpp", "-o", "main"], cwd=folder, check=True)
         ran = subprocess.run(["./main"], cwd=folder, capture_output=True, text=True, check=False)
         assert (ran.returncode, ran.stdout.count(" right ")) == (0, count)

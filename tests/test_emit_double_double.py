@@ -175,7 +175,7 @@ def test_the_example_beside_it_comes_out_and_the_c_is_clean(compiler, option, tm
     lint = LINT if "-x" not in compiler else ["-Wall", "-Wextra"]
     subprocess.run([*compiler, *lint, "-O1", *files, "-o", "example", "-lm"], cwd=tmp_path, check=True)
     ran = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=True)
-    assert ran.stdout.count(" right ") == 4
+    assert ran.stdout.count(" right ") == 5
     text = (tmp_path / files[0]).read_text() if option != "header-only" else (tmp_path / "every_op.h").read_text()
     place = tmp_path / ("every_op.h" if option == "header-only" else "every_op.c")
     place.write_text(text.replace("a - (s - t)", "a - (s + t)"))
@@ -219,11 +219,11 @@ def test_fast_math_is_refused(tmp_path):
     assert b"compile without -ffast-math" in said.stderr
 
 
-@pytest.mark.parametrize("op", [Op.EXP, Op.LOG, Op.TANH, Op.ATAN2])
+@pytest.mark.parametrize("op", [Op.EXP, Op.LOG, Op.TANH, Op.ATAN2, Op.POW, Op.SELECT])
 def test_functions_that_there_are_none_of_are_refused_in_words(op):
     g = Graph()
     q = g.symbol("q1")
-    program = lower(one([g.function(op, *[q] * (1 + (op is Op.ATAN2)))], [q]))
+    program = lower(one([g.function(op, *[q, q, g.one][: op.arity])], [q]))
     with pytest.raises(EmitError, match=f"real type dd lacks {op.name.lower()}, which f needs: its functions of 31"):
         emit(program, "c", "dd")
 

@@ -55,7 +55,7 @@ def test_every_operation_is_as_accurate_as_doubles_allow() -> None:
     program = lower(every_op())
     found = measure(program, {"js": run_js(emit(program, "js"))}, states=40)
 
-    assert {a.function for a in found} == {"matrix", "scalar", "nothing", "rotated"}
+    assert {a.function for a in found} == {"matrix", "scalar", "nothing", "chosen", "rotated"}
     assert {a.passed for a in found} == {True}, found
 
 

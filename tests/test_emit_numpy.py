@@ -251,7 +251,7 @@ def test_the_header_tells_functions_counts_units_and_parameters():
 
 
 def test_all_lists_the_functions(module):
-    assert module.__all__ == ["matrix", "scalar", "empty", "nothing", "rotated"]
+    assert module.__all__ == ["matrix", "scalar", "empty", "nothing", "chosen", "rotated"]
     assert all("shape (..., 2)" in getattr(module, name).__doc__ for name in module.__all__)
 
 

@@ -47,7 +47,7 @@ def slope(node, name, places=PLACES):
 @pytest.mark.parametrize("op", sorted(set(Op) - LEAVES), ids=lambda op: op.name)
 def test_partial_derivatives_are_what_differences_tell(op):
     graph = Graph()
-    symbols = [graph.symbol(name) for name in ("x", "y")[: ARITY[op]]]
+    symbols = [graph.symbol(name) for name in ("x", "y", "z")[: ARITY[op]]]
     node = build(graph, op, symbols)
     assert node.op is op
 

@@ -21,6 +21,8 @@ Where it says too little for a function, the result says no more than is true:
     sqrt     of a ball with numbers below zero: what is left of it at zero and above, for a root that is real
     sign     of a ball with zero inside: anything from -1 to 1
     atan2    across the cut or around the origin: anything from -pi to pi
+    pow      of a ball with numbers below zero, to no integer: as sqrt, for a power that is real
+    select   by a ball with zero inside: anything from the one value to the other
     1/x, log of a ball with zero inside: a ball that is not finite, which holds everything
 
 Reference: Higham, Accuracy and Stability of Numerical Algorithms (2002), section 3.3; Johansson, Arb: efficient
@@ -63,6 +65,8 @@ class BigFloats(Arithmetic):
             Op.ABS: abs,
             Op.SIGN: context.sign,
             Op.ATAN2: context.atan2,
+            Op.POW: self._power,
+            Op.SELECT: lambda c, a, b: a if c > 0 else b if c <= 0 else c,
         }
 
     def constant(self, value: Fraction) -> Any:
@@ -82,6 +86,11 @@ class BigFloats(Arithmetic):
         if any(self.context.isfinite(arg) and self.context.mag(arg) > LARGEST for arg in args if arg):
             raise OverflowError(f"an argument of {node.op.name.lower()} is too large")
         return self.functions[node.op](*args)
+
+    def _power(self, x: Any, y: Any) -> Any:
+        if x < 0 and y != self.context.floor(y):
+            raise ValueError("a power of a negative number is not real")
+        return self.context.power(x, y)
 
     def number(self, value: float | str) -> Any:
         """Return a float exactly, or a decimal string to the context's precision."""
@@ -108,6 +117,8 @@ SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/
     Op.ABS: lambda c, z, x: (1,),
     Op.SIGN: lambda c, z, x: (0,),
     Op.ATAN2: lambda c, z, y, x: (abs(x / (x * x + y * y)), abs(y / (x * x + y * y))),
+    Op.POW: lambda c, z, x, y: (abs(y * z / x), abs(z * c.log(abs(x)))) if x != 0 else (0 if y > 1 else c.inf, 0),
+    Op.SELECT: lambda c, z, k, a, b: (0, 1, 0) if k > 0 else (0, 0, 1),
 }
 
 
@@ -229,6 +240,17 @@ def _root(x: Any) -> Any:
     return arb(0).union(x.upper().sqrt()) if x.upper() >= 0 else arb.nan()
 
 
+def _power(x: Any, y: Any) -> Any:
+    """Return a power; of what is not negative in a ball, where the exponent is no integer; not finite if of nothing."""
+    if y.is_integer() or x > 0 or not y > 0:
+        return x**y
+    return arb(0).union(x.upper() ** y) if x.upper() > 0 else x.upper() ** y
+
+
+def _select(c: Any, a: Any, b: Any) -> Any:
+    return a if c > 0 else b if c <= 0 else a.union(b) if c.is_finite() else c
+
+
 def _sign(x: Any) -> Any:
     return x.sgn() if x.is_finite() else arb(0).union(arb(1)).union(arb(-1))
 
@@ -243,6 +265,8 @@ FUNCTIONS_OF_BALLS: dict[Op, Callable[..., Any]] = {
     Op.ABS: abs,
     Op.SIGN: _sign,
     Op.ATAN2: arb.atan2,
+    Op.POW: _power,
+    Op.SELECT: _select,
 }
 
 
@@ -293,7 +317,7 @@ class _Functions:
 
     inf = arb.pos_inf()
     mpf: Callable[[Any], Any] = arb
-    sin, cos = arb.sin, arb.cos
+    sin, cos, log = arb.sin, arb.cos, arb.log
 
 
 class Midpoints(Balls):

@@ -11,6 +11,8 @@ degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so
                  order of the root of unity are Gauss sums of it, so that 2 sin(π/4) = sqrt(2) holds here too. The sign
                  of any other root is free: changing it is an automorphism, which no identity notices.
     sqrt x       otherwise: has no sign to choose by here; `verify` says which are looked at.
+    x^y          xⁿ times what is uninterpreted of x and the rest of a constant exponent y, 0 ≤ y - n < 1.
+    select       t a + (1 - t) b, where t is uninterpreted of c, and 1 - t of -c: what differs at c = 0 alone is equal.
     exp, tanh, … uninterpreted: a random value that depends on the function and on its argument's value.
 
 Primes are p ≡ 1 modulo a multiple of 5040 and of the denominators of the scene's multiples of π, so that all those
@@ -27,10 +29,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import gcd, isqrt, lcm, prod
+from math import floor, isqrt, lcm, prod
 
 from flint import fmpz
 
+from symdyn.algebra.generators import coprime_base
 from symdyn.errors import DerivationError
 from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate, reachable
 
@@ -89,7 +92,7 @@ class Needs:
                 radicands[_radicand(node.args[0])] = None
         order = lcm(ROOT_ORDER, 2 * turn)
         _check_order(order)
-        return Needs(turn, radian, atom, _coprime_base(radicands, order), denominator)
+        return Needs(turn, radian, atom, coprime_base(radicands, order), denominator)
 
     @property
     def lowest_bit(self) -> int:
@@ -171,7 +174,22 @@ class FiniteField:
             raise TypeError("angles need the values of their atoms; use evaluate")
         if node.op is Op.SQRT:
             return self._square_root(node.args[0], args[0])
-        return _hash(self.seed, node.op.name, *args) % self.p
+        if node.op is Op.POW and node.args[1].op is Op.CONSTANT:
+            return self._power(args[0], node.args[1].value)  # type: ignore[arg-type]
+        if node.op is Op.SELECT:
+            guard, a, b = args if 2 * args[0] <= self.p else (self.p - args[0], args[2], args[1])
+            return (b + self._opaque(node.op, guard) * (a - b)) % self.p
+        return self._opaque(node.op, *args)
+
+    def _opaque(self, op: Op, *args: object) -> int:
+        return _hash(self.seed, op.name, *args) % self.p
+
+    def _power(self, x: int, exponent: Fraction) -> int:
+        whole = floor(exponent)
+        if not x and whole < 0:
+            raise Redraw
+        rest = self._opaque(Op.POW, x, exponent - whole) if whole != exponent else 1
+        return pow(x, whole, self.p) * rest % self.p
 
     def circular(self, op: Op, unit: int) -> int:
         """Return the sine or cosine of the angle that `unit` stands for."""
@@ -306,41 +324,6 @@ def _radicand(node: Expr) -> int:
     assert isinstance(value, Fraction)
     assert value >= 0, "the root of a negative constant is no number of any scene"
     return value.numerator * value.denominator
-
-
-def _coprime_base(radicands: Iterable[int], order: int) -> tuple[int, ...]:
-    """Return pairwise coprime non-squares of which every radicand is a product, times a square.
-
-    Primes up to 1000 and those of `order` are split off; what is left is refined by common divisors, so that no large
-    number has to be factored. The roots of such a base are independent over the field of the root of unity.
-    """
-    primes = {*SMALL_PRIMES, *(int(prime) for prime, _ in fmpz(order).factor())}
-    base: set[int] = set()
-    rests: list[int] = []
-    for radicand in radicands:
-        rest = radicand
-        for prime in primes:
-            while rest and rest % prime == 0:
-                rest //= prime
-                base.add(prime)
-        rests.append(rest)
-    coprime: list[int] = []
-    while rests:
-        rest = rests.pop()
-        root = isqrt(rest)
-        if root * root == rest:
-            if root > 1:
-                rests.append(root)
-            continue
-        for k, other in enumerate(coprime):
-            common = gcd(rest, other)
-            if common > 1:
-                del coprime[k]
-                rests += [part for part in (rest // common, other // common, common) if part > 1]
-                break
-        else:
-            coprime.append(rest)
-    return tuple(sorted(base | set(coprime)))
 
 
 Residues = tuple[int, ...]

@@ -297,6 +297,16 @@ class Function(Form):
         """Return the function of its arguments."""
         return graph.function(self.op, *(arg.express(graph) for arg in self.args))
 
+    @property
+    def word(self) -> str:
+        """What it is called: max or min of two where a selection is one."""
+        if self.op is Op.SELECT:
+            guard, a, b = self.args
+            for word, larger, smaller in (("max", a, b), ("min", b, a)):
+                if in_any_order(guard) == in_any_order(Forms().sub(larger, smaller)):
+                    return word
+        return self.op.name.lower()
+
 
 class Forms:
     """The algebra that turns a graph into a form as it stands."""
@@ -356,6 +366,7 @@ NAMES: Mapping[Op, str] = {
     Op.ABS: "Abs",
     Op.SIGN: "sign",
     Op.ATAN2: "atan2",
+    Op.POW: "Pow",
 }
 
 
@@ -378,7 +389,12 @@ class SympyAlgebra(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
-        return getattr(self.sympy, NAMES[node.op])(*args)
+        if node.op is not Op.SELECT:
+            return getattr(self.sympy, NAMES[node.op])(*args)
+        guard, a, b = args
+        if guard in (a - b, b - a):
+            return (self.sympy.Max if guard == a - b else self.sympy.Min)(a, b)
+        return self.sympy.Piecewise((a, guard > 0), (b, True))
 
     def symbol(self, name: str, assumptions: Mapping[str, bool]) -> Any:
         """Return a real symbol, with what else is known of it."""

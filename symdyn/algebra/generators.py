@@ -13,7 +13,9 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd, inf, lcm
+from math import gcd, inf, isqrt, lcm
+
+from flint import fmpz
 
 from symdyn.errors import DerivationError
 from symdyn.graph import SMALL_PRIMES, Expr, Op, reachable, tangents
@@ -190,3 +192,38 @@ def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr], turned: C
                     f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
                     "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
                 )
+
+
+def coprime_base(radicands: Iterable[int], order: int) -> tuple[int, ...]:
+    """Return pairwise coprime non-squares of which every radicand is a product, times a square.
+
+    Primes up to 1000 and those of `order` are split off; what is left is refined by common divisors, so that no large
+    number has to be factored. The roots of such a base are independent over the field of the root of unity.
+    """
+    primes = {*SMALL_PRIMES, *(int(prime) for prime, _ in fmpz(order).factor())}
+    base: set[int] = set()
+    rests: list[int] = []
+    for radicand in radicands:
+        rest = radicand
+        for prime in primes:
+            while rest and rest % prime == 0:
+                rest //= prime
+                base.add(prime)
+        rests.append(rest)
+    coprime: list[int] = []
+    while rests:
+        rest = rests.pop()
+        root = isqrt(rest)
+        if root * root == rest:
+            if root > 1:
+                rests.append(root)
+            continue
+        for k, other in enumerate(coprime):
+            common = gcd(rest, other)
+            if common > 1:
+                del coprime[k]
+                rests += [part for part in (rest // common, other // common, common) if part > 1]
+                break
+        else:
+            coprime.append(rest)
+    return tuple(sorted(base | set(coprime)))

@@ -32,6 +32,8 @@ class Floats(Arithmetic):
         Op.ABS: abs,
         Op.SIGN: lambda x: float((x > 0) - (x < 0)),
         Op.ATAN2: math.atan2,
+        Op.POW: math.pow,
+        Op.SELECT: lambda c, a, b: a if c > 0 else b if c <= 0 else c,
     }
 
     def constant(self, value: Fraction) -> float:
@@ -71,6 +73,8 @@ class Batches(Arithmetic):
         Op.ABS: np.abs,
         Op.SIGN: np.sign,
         Op.ATAN2: np.arctan2,
+        Op.POW: np.power,
+        Op.SELECT: lambda c, a, b: np.where(c > 0, a, np.where(c <= 0, b, c)),
     }
 
     def constant(self, value: Fraction) -> Any:

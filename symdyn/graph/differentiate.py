@@ -169,6 +169,7 @@ def repeated(
     start: list[Any] = [fixed.get(node) for node in order]
     symbols: list[tuple[int, Any]] = []
     steps: list[tuple[int, Callable[..., T], int, int]] = []
+    more: dict[int, list[int]] = {}
     moving = set[Expr]()
     for k, node in enumerate(order):
         if node in fixed:
@@ -188,6 +189,8 @@ def repeated(
                 continue
             moving.add(node)
             steps.append((k, step, places[0], places[1] if len(places) > 1 else -1))
+            if len(places) > 2:
+                steps[-1], more[k] = (k, step, 0, -2), places
     ends = [place[node] for node in outputs]
 
     def values_at(values: Mapping[Any, T]) -> list[T]:
@@ -195,7 +198,10 @@ def repeated(
         for k, symbol in symbols:
             held[k] = values[symbol]
         for k, step, i, j in steps:
-            held[k] = step(held[i], held[j]) if j >= 0 else step(held[i])
+            if j >= -1:
+                held[k] = step(held[i], held[j]) if j >= 0 else step(held[i])
+            else:
+                held[k] = step(*[held[place] for place in more[k]])
         return [held[k] for k in ends]
 
     return values_at
@@ -222,6 +228,8 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
     Op.ABS: lambda z, x: (z.graph.function(Op.SIGN, x),),
     Op.SIGN: lambda z, x: (z.graph.zero,),  # away from the jump
     Op.ATAN2: lambda z, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
+    Op.POW: lambda z, x, y: (y * z.graph.function(Op.POW, x, y - 1), z * z.graph.function(Op.LOG, x)),
+    Op.SELECT: lambda z, c, a, b: (z.graph.zero, *(z.graph.function(Op.SELECT, c, k, 1 - k) for k in (1, 0))),
 }
 
 LocalPartials = Callable[[Expr], Iterable[tuple[Expr, Expr]]]

@@ -92,6 +92,15 @@ class Expr:
         """Return the node as a linear form, as an angle is read; products and functions are atoms."""
         return linear_form(self)
 
+    @property
+    def jumps(self) -> bool:
+        """Whether the node jumps where its first operand is zero; abs, max and min bend there."""
+        if self.op is not Op.SELECT:
+            return self.op is Op.SIGN
+        guard, a, b = self.args
+        step = self.graph.sub(a, b)
+        return guard is not step and guard is not self.graph.neg(step)
+
     def __repr__(self) -> str:
         if self.op in (Op.CONSTANT, Op.SYMBOL):
             return str(self.value)
@@ -115,6 +124,9 @@ class Graph:
     >>> graph.cos(graph.pi / 3)
     1/2
     """
+
+    LARGEST_POWER = 64
+    """Of integers that powers are multiplied out to."""
 
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""

@@ -44,6 +44,8 @@ class Op(IntEnum):
     ABS = 14
     SIGN = 15
     ATAN2 = 16
+    POW = 17  # x to a real exponent
+    SELECT = 18  # of (c, a, b): a where c > 0, b where c ≤ 0
 
     @property
     def arity(self) -> int:
@@ -54,6 +56,11 @@ class Op(IntEnum):
     def is_function(self) -> bool:
         """Whether it is no field arithmetic; an algebra answers it in its `function` method."""
         return self in FUNCTIONS
+
+    @property
+    def turns(self) -> bool:
+        """Whether it bends or jumps where its first operand is zero."""
+        return self in (Op.ABS, Op.SIGN, Op.SELECT)
 
     __hash__ = int.__hash__  # an enumeration's own is a Python function, and tables are read at every node
 
@@ -79,6 +86,8 @@ ARITY: dict[Op, int] = {
     Op.ABS: 1,
     Op.SIGN: 1,
     Op.ATAN2: 2,
+    Op.POW: 2,
+    Op.SELECT: 3,
 }
 
 FUNCTIONS: frozenset[Op] = frozenset(op for op in Op if op >= Op.SIN)
@@ -140,12 +149,34 @@ def simplify_function(graph: Graph, op: Op, args: tuple[Expr, ...]) -> Expr | No
         return graph.function(Op.ABS, x.args[0])
     if op in (Op.TANH, Op.SIGN) and x.op is Op.NEG:
         return graph.neg(graph.function(op, x.args[0]))
+    if op is Op.POW:
+        return _power(graph, x, args[1])
+    if op is Op.SELECT and args[1] is args[2]:
+        return args[1]
+    if op is Op.SELECT and x.op is Op.CONSTANT:
+        return args[1] if x.value > 0 else args[2]  # type: ignore[operator]
     if op is Op.TANH and x is graph.zero:
         return graph.zero
     if op is Op.EXP and x is graph.zero:
         return graph.one
     if op is Op.LOG and x is graph.one:
         return graph.zero
+    return None
+
+
+def _power(graph: Graph, x: Expr, exponent: Expr) -> Expr | None:
+    """Return x to a constant exponent that is an integer or a half of one; None for others."""
+    if x is graph.one:
+        return x
+    if exponent.op is not Op.CONSTANT:
+        return None
+    value = exponent.value
+    assert isinstance(value, Fraction)
+    if value.denominator == 1 and abs(value) <= graph.LARGEST_POWER:
+        return graph.power(x, int(value))
+    if abs(value) == Fraction(1, 2):
+        root = graph.sqrt(x)
+        return root if value > 0 else graph.div(graph.one, root)
     return None
 
 

@@ -28,7 +28,7 @@ from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
-from symdyn.graph import Expr, Op, growing, reachable, repeated, substitute, tangents
+from symdyn.graph import Expr, growing, reachable, repeated, substitute, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, formula_text, split_commas
 from symdyn.simulation import read_output
@@ -173,7 +173,7 @@ class Variations:
     def corners(self) -> VariationBlock:
         """What signs and absolute values in the forces are of: where one is zero, they have no one derivative."""
         forces = self.motion.parts["h"][1]
-        turned = dict.fromkeys(node.args[0] for node in reachable(forces) if node.op in (Op.SIGN, Op.ABS))
+        turned = dict.fromkeys(node.args[0] for node in reachable(forces) if node.op.turns)
         return block(of=((len(turned),), list(turned)))
 
     @cached_property

@@ -145,7 +145,8 @@ OPERATIONS: Mapping[str, Callable[..., float]] = {
     "neg": operator.neg,
     "abs": abs,
     "sign": lambda a: float(np.sign(a)),
-    **{name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "atan2")},
+    **{name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "atan2", "pow")},
+    "select": lambda c, a, b: a if c > 0 else b if c <= 0 else c,
 }
 
 

@@ -38,8 +38,7 @@ from symdyn.scene.forces.force_table import FORCES, sections
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, JOINTS
 from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.entry import Faults, compose, show
-from symdyn.scene.values.folding import add, mul, neg
-from symdyn.scene.values.formula import map_quantities, substituted
+from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted
 from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
 from symdyn.scene.values.model import Parameter, Scene

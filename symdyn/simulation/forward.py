@@ -233,7 +233,7 @@ def simulate(
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
-    looked_for = (*flags, *(True for _ in system.ends), *limits)
+    looked_for = (*flags, *(bool(said) for said in system.ends), *limits)
     notes = (*initial.notes, *held(scene, given, run.until), *system.notes, *at_start(system, x, limits))
     notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times))
     for note in notes:

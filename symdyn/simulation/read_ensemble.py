@@ -23,7 +23,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import SympyExpression
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import SimulateError, suggestion
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Expr, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
@@ -44,7 +44,7 @@ from symdyn.simulation.ensemble_task import (
 from symdyn.simulation.forward import LARGEST
 from symdyn.simulation.initial import by_name
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.integrate.heyoka_expressions import TURNING, UNSEEN, Expressions, library
+from symdyn.simulation.integrate.heyoka_expressions import BRANCHED, UNSEEN, Expressions, library
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
 from symdyn.simulation.measures import Measure, Sums, read_measures, sums_of
@@ -71,7 +71,7 @@ def _no_series(task: Task) -> str:
     if made.watched and not task.ignore_limits:
         return "a joint's limit, or a formula, may end a run"
     nodes = [node for node in reachable(made.program["rates"].function.entries) if node.args]
-    branches = sorted({node.op.name.lower() for node in nodes if node.op in (Op.ABS, Op.SIGN, *UNSEEN, *TURNING)})
+    branches = sorted({node.op.name.lower() for node in nodes if node.op.turns or node.op in (*UNSEEN, *BRANCHED)})
     if branches:
         return f"a series may overlook a turn of {' and '.join(branches)}"
     return f"{len(nodes)} operations would take heyoka long to compile" if len(nodes) > LARGEST else ""

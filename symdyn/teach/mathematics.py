@@ -176,7 +176,7 @@ def _index(part: str) -> str:
 
 BRACKET = 150.0  # pt at 10 pt: what is no longer stays in one line, which a phone has room for
 PART = " <wbr>"  # the space belongs to the line that ends
-NAMES = "sin|cos|tan|tanh|exp|ln|operatorname{[a-z]+}"
+NAMES = "sin|cos|tan|tanh|exp|ln|max|min|operatorname{[a-z]+}"
 _BEFORE = re.compile(rf"(?<=[\w}})]) (?=\\(?:{NAMES})(?![a-z]))")
 _AFTER = re.compile(rf"(\\(?:{NAMES})(?:\^(?:\d|{{\d+}}))?) (?=[\w\\])")
 _ACCENTED = re.compile(r"<mover>((?:(?!</?mover>).)*)<mo>([¨˙])</mo></mover>")

@@ -30,6 +30,8 @@ CATEGORY: dict[Op, str] = {
     Op.ABS: "others",
     Op.SIGN: "others",
     Op.ATAN2: "others",
+    Op.POW: "others",
+    Op.SELECT: "others",
 }
 
 

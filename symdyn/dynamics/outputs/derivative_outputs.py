@@ -145,6 +145,7 @@ def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
     moving = set(varied)
     below = _below(entries, moving)
     jumps = [node.args[0] for node in below if node.op in (Op.SIGN, Op.ABS)]
+    chosen = [node.args[0] for node in below if node.op is Op.SELECT]
     roots = [node.args[0] for node in below if node.op is Op.SQRT]
     angles = [node for node in below if node.op is Op.ATAN2]
     words = []
@@ -153,6 +154,8 @@ def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
             f"one-sided where a sign or an absolute value turns over, of {_names(jumps, moving)}: there a sign is "
             "taken for constant, an absolute value for flat"
         )
+    if chosen:
+        words.append(f"one-sided where a choice turns over, of {_names(chosen, moving)}: there it is that of below")
     if roots:
         words.append(f"no number (NaN) where a root vanishes, of {_names(roots, moving)}")
     if angles:

@@ -158,7 +158,8 @@ def _factors(node: Expr, names: Mapping[Expr, str]) -> Iterator[Expr]:
 SYMPY = _Powers(
     {
         **OPERATORS,
-        **{op: call(name, 2 if op is Op.ATAN2 else 1) for op, name in NAMES.items()},
+        **{op: call(name, op.arity) for op, name in NAMES.items()},
+        Op.SELECT: Spelling("Piecewise(({1}, {0} > 0), ({2}, True))", ATOM, (SUM, ANY, ANY)),
         Op.PI: Spelling("pi"),
         Op.NEG: Spelling("-{}", SIGN, (PRODUCT,)),
     },
@@ -331,7 +332,7 @@ REALS = {
         16,
         2,
         20,
-        dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2), NO_FUNCTION),
+        dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2, Op.POW, Op.SELECT), NO_FUNCTION),
     ),
 }
 

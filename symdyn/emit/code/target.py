@@ -125,6 +125,11 @@ class Page:
     parameters: tuple[tuple[str, str, str], ...]
     first: int
 
+    @property
+    def operations(self) -> frozenset[str]:
+        """Names of all that is written out, at run time."""
+        return frozenset(op.name for function in self.functions for op in function.operations)
+
 
 def compose(
     program: Program, printer: Printer, command: str, first: int, keywords: frozenset[str], loops: bool = False

@@ -22,7 +22,7 @@ INDENT = 20.0
 TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[0-9.]|[A-Za-z]|[_^{}]|.", re.DOTALL)
 
 GLYPHS = {  # widths in pt at 10 pt, Computer Modern
-    **dict.fromkeys((r"\sin", r"\cos", r"\exp", r"\ln", r"\tanh"), 18.0),
+    **dict.fromkeys((r"\sin", r"\cos", r"\exp", r"\ln", r"\tanh", r"\max", r"\min"), 18.0),
     **dict.fromkeys(("+", "-", "="), 12.3),
     **dict.fromkeys((r"\cdot",), 7.3),
     **dict.fromkeys(("(", ")"), 4.0),

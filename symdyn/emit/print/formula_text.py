@@ -100,11 +100,24 @@ def _text(form: Form) -> str:
     if isinstance(form, Power):
         if form.exponent < 0:
             return f"1{_divided(form)}"
-        bare = isinstance(form.base, (Symbol, Pi, Function))
+        bare = isinstance(form.base, (Symbol, Pi)) or (isinstance(form.base, Function) and form.base.op is not Op.POW)
         return f"{_text(form.base)}**{form.exponent}" if bare else f"({_text(form.base)})**{form.exponent}"
     if isinstance(form, Function):
-        return f"{form.op.name.lower()}({', '.join(text_of(arg) for arg in form.args)})"
+        return _text_of_function(form)
     return form.name if isinstance(form, Symbol) else "pi"
+
+
+def _text_of_function(form: Function) -> str:
+    args, word = [text_of(arg) for arg in form.args], form.word
+    if form.op is Op.POW:
+        plain = [
+            isinstance(x, Symbol) or (isinstance(x, Number) and text.isdecimal())
+            for x, text in zip(form.args, args, strict=True)
+        ]
+        return "**".join(text if bare else f"({text})" for text, bare in zip(args, plain, strict=True))
+    if form.op is Op.SELECT:
+        return f"{word}({', '.join(args[1:])})" if word != "select" else f"if({args[0]} > 0, {args[1]}, {args[2]})"
+    return f"{word}({', '.join(args)})"
 
 
 def _divided(inverse: Power) -> str:
@@ -288,6 +301,18 @@ class Latex:
 
     def _function(self, form: Function, power: int) -> str:
         exponent = "" if power == 1 else f"^{power}" if power < 10 else f"^{{{power}}}"
+        if form.op is Op.POW:
+            base, to = form.args
+            bare = isinstance(base, Symbol) and LatexSymbol(self(base)).takes_exponent
+            text = self.unbroken(base) if bare or _is_abs(base) else _brackets(self.unbroken(base))
+            return f"{text}^{{{self.unbroken(Form.product((Number(Fraction(power)), to)))}}}"
+        if form.op is Op.SELECT and form.word == "select":
+            guard, a, b = map(self.unbroken, form.args)
+            cases = rf"\begin{{cases}} {a} & {guard} > 0 \\ {b} & {guard} \le 0 \end{{cases}}"
+            return cases if power == 1 else rf"\Bigl({cases}\Bigr){exponent}"
+        if form.op is Op.SELECT:
+            inside = ", ".join(map(self.unbroken, form.args[1:]))
+            return rf"\{form.word}{exponent}{_brackets(inside)}"
         arguments = ", ".join(map(self, form.args))
         if self._fits(arguments):
             arguments = arguments.replace(BREAK, "")
@@ -300,6 +325,10 @@ class Latex:
         if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
             return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
         return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
+
+
+def _is_abs(form: Form) -> bool:
+    return isinstance(form, Function) and form.op is Op.ABS
 
 
 def _brackets(text: str) -> str:

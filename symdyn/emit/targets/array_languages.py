@@ -27,10 +27,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from symdyn.emit.code.spelling import OPERATORS, PRODUCT, REALS, SIGN, Printer, Spelling, call, digits
+from symdyn.emit.code.spelling import ATOM, OPERATORS, PRODUCT, REALS, SIGN, Printer, Spelling, call, digits
 from symdyn.emit.code.target import BATCH, Contents, Draft, FunctionText, Line, Target, alone
 from symdyn.emit.render import in_comment, in_julia_docstring, in_percent_comment, render
-from symdyn.emit.targets.c.c_and_cpp import C
+from symdyn.emit.targets.c.c_and_cpp import SELECT_HELPER, C
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, assemble, shared
@@ -48,12 +48,14 @@ MATLAB_SPELLINGS: Mapping[Op, Spelling] = {
     Op.ABS: call("abs"),
     Op.SIGN: call("sign"),
     Op.ATAN2: call("atan2", 2),
+    Op.POW: call("pow_of", 2),
+    Op.SELECT: call("select_of", 3),
 }
 
 OWN: Mapping[Op, str] = {Op.SQRT: "sqrt", Op.LOG: "log"}
 """What MATLAB makes complex where a real result is none; the functions of ours are NaN there."""
 
-REAL_ALONE = frozenset((Op.ABS, Op.SIGN, Op.ATAN2))
+REAL_ALONE = frozenset((Op.ABS, Op.SIGN, Op.ATAN2, Op.POW, Op.SELECT))
 """What is something else of complex numbers, or nothing; all other functions may be differentiated by complex steps."""
 
 LONGEST = 63
@@ -66,8 +68,8 @@ endfunction endif endmethods endparfor endproperties endspmd endswitch endwhile 
 unwind_protect unwind_protect_cleanup until"""
 """Words of MATLAB, then those of Octave and of classes."""
 
-USED = """Contents abs atan2 class columns_of cos error exp isfloat isreal log log_of nargin ndims out real reshape sign
-sin single size sqrt sqrt_of states sum tanh zeros"""
+USED = """Contents abs atan2 class columns_of cos error exp imag isfloat isreal log log_of nargin ndims out pow_of real
+reshape select_of sign sin single size sqrt sqrt_of states sum tanh zeros"""
 """What a file calls by its name, and that of the file of all."""
 
 DEVICES = [f"{port}{number}" for port in ("com", "lpt") for number in range(10)]
@@ -187,13 +189,15 @@ JULIA_SPELLINGS = {
     Op.ABS: call("abs"),
     Op.SIGN: call("sign"),
     Op.ATAN2: call("atan", 2),
+    Op.POW: Spelling("{}^{}", ATOM, (ATOM, ATOM)),
+    Op.SELECT: call(SELECT_HELPER, 3),
 }
 
 JULIA_WORDS = """abstract baremodule begin break catch const continue do else elseif end export false finally for
 function global if import in isa let local macro module mutable outer primitive public quote return struct true try type
 using where while
-Array Base DimensionMismatch T abs atan cos eltype eval exp float include length log out promote_type sign sin sincos
-size sqrt tanh throw typeof undef"""
+Array Base DimensionMismatch T abs atan cos eltype eval exp float include length log out promote_type select_of sign sin
+sincos size sqrt tanh throw typeof undef"""
 """Reserved words, and what the module itself calls by its name."""
 
 

@@ -238,17 +238,19 @@ FUNCTIONS: Mapping[Op, str] = {
     Op.TANH: "tanh",
     Op.ABS: "fabs",
     Op.ATAN2: "atan2",
+    Op.POW: "pow",
 }
 """As OpenCL calls them for every type, and CUDA for doubles."""
 
-SIGN_HELPER = "symdyn_sign_of_{}"
-"""A function of our own, one a type: OpenCL's sign makes 0 of what is not a number, and CUDA has none."""
+SIGN_HELPER, SELECT_HELPER = "symdyn_sign_of_{}", "symdyn_select_of_{}"
+"""Functions of our own, one a type: OpenCL's sign makes 0 of what is not a number, and CUDA has none."""
 
 
 def _spellings(suffix: str, real: Real) -> Mapping[Op, Spelling]:
     """Return the table of one language and type: sin or sinf."""
     calls = {op: call(f"{name}{suffix}", op.arity) for op, name in FUNCTIONS.items()}
-    return {**OPERATORS, **calls, Op.SIGN: call(SIGN_HELPER.format(real.name))}
+    own = {Op.SIGN: call(SIGN_HELPER.format(real.name)), Op.SELECT: call(SELECT_HELPER.format(real.name), 3)}
+    return {**OPERATORS, **calls, **own}
 
 
 def _literal(real: Real, value: Fraction) -> str:
@@ -277,6 +279,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "common": Program.PREPARED if program.is_prepared else Program.PARAMS,
         "prepared": program.is_prepared,
         "uses_sign": any(Op.SIGN in function.operations for function in draft.page.functions),
+        "uses_select": any(Op.SELECT in function.operations for function in draft.page.functions),
     }
     files, runs = {}, budgets(program, real)
     for ending, printer in ((".cu", draft.printer), (".cl", _opencl(real))):

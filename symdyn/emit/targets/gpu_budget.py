@@ -266,7 +266,7 @@ REGISTERS = {"double": 92, "float": 130}
 MANY = 100
 """Results from which on a compiler would hold the addresses of columns, in chains from one to the next."""
 
-SPARE = {Op.DIV: 80, Op.SQRT: 80, Op.SIN: 40, Op.COS: 40, Op.EXP: 40, Op.LOG: 40, Op.TANH: 40, Op.ATAN2: 40}
+SPARE = {Op.DIV: 80, Op.SQRT: 80, Op.SIN: 40, Op.COS: 40, Op.EXP: 40, Op.LOG: 40, Op.TANH: 40, Op.ATAN2: 40, Op.POW: 80}
 """Registers that must be left to an operation that is a call for some numbers."""
 
 SIZES = {"double": 8, "float": 4}

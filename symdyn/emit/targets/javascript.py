@@ -27,6 +27,8 @@ SPELLINGS: Mapping[Op, Spelling] = {
     Op.ABS: call("Math.abs"),
     Op.SIGN: call("Math.sign"),
     Op.ATAN2: call("Math.atan2", 2),
+    Op.POW: call("Math.pow", 2),
+    Op.SELECT: call("_select", 3),
 }
 
 KEYWORDS = """arguments await break case catch class const continue debugger default delete do else enum eval export

@@ -50,6 +50,8 @@ FUNCTIONS: Mapping[Op, tuple[str, str, str]] = {
     Op.TANH: ("tanh", "math.tanh", "numpy.tanh"),
     Op.SIGN: ("sign", "_sign", "numpy.sign"),
     Op.ATAN2: ("atan2", "math.atan2", "numpy.arctan2"),
+    Op.POW: ("pow", "math.pow", "numpy.power"),
+    Op.SELECT: ("select", "_select", "_select_rows"),
 }
 """Names, and what each stands for among plain floats and among arrays; `abs` is Python's for both."""
 
@@ -128,12 +130,13 @@ NUMPY = Target(
 HEYOKA_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     **{op: call(f"heyoka.{op.name.lower()}") for op in (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG, Op.TANH)},
-    Op.ATAN2: call("heyoka.atan2", 2),
+    **{op: call(f"heyoka.{op.name.lower()}", 2) for op in (Op.ATAN2, Op.POW)},
 }
 
 HEYOKA_LACKS: Mapping[Op, str] = {
     Op.SIGN: "a Taylor series does not step over a jump; give dry friction a smoothing, or take another target",
     Op.ABS: "a Taylor series does not step over a corner; write sqrt(x**2 + e**2), e small, or take another target",
+    Op.SELECT: "a Taylor series does not step over a corner; write a smooth formula, or take another target",
 }
 
 HEYOKA_HELPERS = ("array_of", "expressions_of", "pars_of")
@@ -364,15 +367,17 @@ CASADI_SPELLINGS: Mapping[Op, Spelling] = {
     **{op: call(f"casadi.{op.name.lower()}") for op in (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG, Op.TANH, Op.SIGN)},
     Op.ABS: call("casadi.fabs"),
     Op.ATAN2: call("casadi.atan2", 2),
+    Op.POW: call("casadi.power", 2),
+    Op.SELECT: call("_select_of", 3),
 }
 
-CASADI_HELPERS = ("matrix_of", "jacobian_of", "function_of")
+CASADI_HELPERS = ("matrix_of", "jacobian_of", "function_of", "select_of")
 """What the module has for itself, with a stroke before it, as what writes out a function."""
 
 OF_C = """auto char const default do double enum extern float goto inline int long main register restrict short signed
 sizeof static struct switch typedef union unsigned void volatile acos acosh asin asinh atan atan2 atanh cbrt ceil cos
 cosh erf exp exp2 expm1 fabs fdim floor fma fmax fmin fmod hypot isgreater isless log log2 log10 memcpy
-sign_of exp_of remainder rint round sin sinh sqrt tan tanh trunc symdyn_turned symdyn_zeros"""
+sign_of exp_of select_of remainder rint round sin sinh sqrt tan tanh trunc symdyn_turned symdyn_zeros"""
 """Reserved words of C, and what <math.h> and the file for `casadi.external` have."""
 
 CASADI_WORDS = frozenset((*PYTHON, *CASADI_HELPERS, *OF_C.split(), "casadi", "functions", "os", "save", "sys"))

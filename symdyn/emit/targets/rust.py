@@ -164,6 +164,7 @@ OWN = {
     Op.ABS: "abs_of",
     Op.SIGN: "sign_of",
     Op.ATAN2: "atan2_of",
+    Op.SELECT: "select_of",
 }
 """Functions of our own, written there when they are called."""
 
@@ -174,8 +175,7 @@ SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     Op.SIN: call(ALONE[0]),
     Op.COS: call(ALONE[1]),
-    **{op: call(name) for op, name in OWN.items()},
-    Op.ATAN2: call(OWN[Op.ATAN2], 2),
+    **{op: call(name, op.arity) for op, name in OWN.items()},
 }
 
 PARTS = {
@@ -192,7 +192,7 @@ KEYWORDS = """Self abstract as async await become box break const continue crate
 for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct super trait true
 try type typeof unsafe unsized use virtual where while yield
 abs_of atan2_of atan2_of_double cosine_of exp_of exp_of_double far fma fma_double is_large log_of log_of_double near
-product sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
+product select_of sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
 """Reserved words, and what the module itself calls by its name."""
 
 
@@ -253,7 +253,7 @@ RUST = Target(
     files={"{stem}.rs": str},
     first=0,
     keywords=frozenset(KEYWORDS.split()),
-    lacks={},
+    lacks={Op.POW: "core has no powers; write x*sqrt(x) for x**1.5, or take another target"},
     functions=None,
     tunes=False,
     printer=lambda real: FusedPrinter(SPELLINGS, partial(digits, real=real)),

@@ -27,7 +27,8 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
-from symdyn.scene.values.formula import map_quantities, quantity, substituted
+from symdyn.scene.values.folding import map_quantities, substituted
+from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
 from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, raw_of, word
 from symdyn.scene.values.model import Scene

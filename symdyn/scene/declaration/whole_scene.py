@@ -21,7 +21,8 @@ from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
-from symdyn.scene.values.formula import DEEPEST, MOST_NODES, substituted
+from symdyn.scene.values.folding import substituted
+from symdyn.scene.values.formula import DEEPEST, MOST_NODES
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand

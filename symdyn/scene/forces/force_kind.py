@@ -19,8 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.values.folding import neg
-from symdyn.scene.values.formula import substituted
+from symdyn.scene.values.folding import neg, substituted
 from symdyn.scene.values.joint import Contact, Element, Row
 from symdyn.scene.values.key import Part, Stand
 from symdyn.scene.values.model import Parameter, Point

@@ -21,7 +21,8 @@ from symdyn.errors import SceneError
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Body, Step, cosine_and_sine
 from symdyn.scene.values.entry import Faults, shorten, show
-from symdyn.scene.values.formula import UNARY_FUNCTIONS, split_commas
+from symdyn.scene.values.folding import UNARY_FUNCTIONS
+from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 ROW_KEYS = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")

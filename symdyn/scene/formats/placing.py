@@ -33,7 +33,8 @@ from fractions import Fraction
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose, Step, circular, turns
-from symdyn.scene.values.formula import DEGREE, quantity
+from symdyn.scene.values.folding import DEGREE
+from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_name
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector, exact_decimal

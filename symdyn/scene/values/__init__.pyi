@@ -6,7 +6,8 @@ from .dimension import (
 )
 from .dimensional_analysis import ask_for_units as ask_for_units, fits as fits, question as question
 from .entry import Faults as Faults, shorten as shorten, show as show
-from .formula import formula_text as formula_text, split_commas as split_commas, substituted as substituted
+from .folding import substituted as substituted
+from .formula import formula_text as formula_text, split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
     LETTERS as LETTERS,

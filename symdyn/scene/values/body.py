@@ -333,7 +333,7 @@ def towards(axis: Vector) -> tuple[Step, ...]:
         return (("Ry", folding.neg(RIGHT) if _negative(x) else RIGHT),)
     if x == Quantity.ZERO and z == Quantity.ZERO:
         return (("Rx", RIGHT if _negative(y) else folding.neg(RIGHT)),)
-    across = folding.power(folding.add(folding.mul(x, x), folding.mul(y, y)), Fraction(1, 2))
+    across = folding.power(folding.add(folding.mul(x, x), folding.mul(y, y)), Quantity.number(Fraction(1, 2)))
     return (("Rz", folding.function(Op.ATAN2, y, x)), ("Ry", folding.function(Op.ATAN2, across, z)))
 
 

@@ -272,9 +272,25 @@ class Analysis:
         if op is Op.SIGN:
             self._measure(q.args[0], place)
             return Measure()
+        if op is Op.POW:
+            return self._power(q.args[0], q.args[1], place)
+        if op is Op.SELECT:
+            self._measure(q.args[0], place)
+            return self._alike([part for part in q.args[1:] if part != Quantity.ZERO], place)
         parts = q.args if op is Op.ATAN2 else terms(q)
         found = self._alike([part for part in parts if part != Quantity.ZERO], place)
         return Measure() if op is Op.ATAN2 else found
+
+    def _power(self, base: Quantity, exponent: Quantity, place: TermPlace | None) -> Measure:
+        """Return what a power measures: of a letter as exponent, a plain number to a plain number."""
+        inner, number = self._measure(base, place), fraction(exponent)
+        if number is not None:
+            return Measure().times(inner, number)
+        if place is not None:
+            front = f"the power **{spell(exponent)}"
+            self.pairs.append(Pair(place, base, None, inner, Measure(), front))
+            self.pairs.append(Pair(place, exponent, None, self._measure(exponent, place), Measure(), "an exponent"))
+        return Measure()
 
     def _alike(self, parts: Sequence[Quantity], place: TermPlace | None) -> Measure:
         """Return what all terms of a sum measure: as one of letters alone does, where there is one."""

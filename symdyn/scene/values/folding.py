@@ -1,23 +1,27 @@
 """Building quantities in one canonical form: constants folded, and a product's constant in front.
 
 So `pi/2`, `0.5*pi` and `90 deg` are one quantity, and two scenes that say the same compare equal in the simple cases.
+A change of quantities goes through every formula that a thing of the scene holds, and is folded again.
+
 Folded constants stay within what a double can hold, so no formula of a few characters can keep the machine busy.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
 from fractions import Fraction
 from math import isqrt
+from typing import Any, NamedTuple, TypeVar
 
-from symdyn.graph import Op
+from symdyn.graph import Graph, Op
 from symdyn.scene.values.quantity import FormulaError, Quantity
 
 LARGEST = Fraction(sys.float_info.max)
 SMALLEST = Fraction(1, 2**1074)
 HARMLESS_BITS = 1000
 LONGEST_BITS = 8192
-LARGEST_POWER = 64
 
 
 def constant(value: Fraction) -> Quantity:
@@ -81,31 +85,25 @@ def div(a: Quantity, b: Quantity) -> Quantity:
     return _scaled(x / y, rest_a if rest_b == Quantity.ONE else Quantity(Op.DIV, (rest_a, rest_b)))
 
 
-def in_words(exponent: Fraction | None) -> str:
-    """Return what to write for a power that no integer, or nobody, tells: roots, or exponentials of plain numbers."""
-    if exponent is not None and exponent.denominator == 2 and 0 < exponent < LARGEST_POWER:
-        whole = int(exponent)
-        return f"write {'x' if whole == 1 else f'x**{whole}'}*sqrt(x) for x**({exponent})"
-    y = "y" if exponent is None else f"({exponent})"
-    return f"write exp({y}*log(x/x0)) for (x/x0)**{y}, x0 a parameter in the unit of x: log takes a plain number"
-
-
-def power(base: Quantity, exponent: Fraction) -> Quantity:
-    """Return base to an integer power, or its square root for an exponent of one half (1 / sqrt for minus one half).
+def power(base: Quantity, exponent: Quantity) -> Quantity:
+    """Return a power: an integer one multiplied out, a square root for one half (1 / sqrt for minus one half).
 
     Raises:
-        FormulaError: another exponent, zero to a negative power, or a result that no double holds.
+        FormulaError: an integer beyond the bound, zero to a negative power, what is not real, or no double holds.
     """
-    if abs(exponent) == Fraction(1, 2):
+    number = fraction(exponent)
+    if number is None:
+        return function(Op.POW, base, exponent)
+    if abs(number) == Fraction(1, 2):
         root = function(Op.SQRT, base)
-        return root if exponent > 0 else div(Quantity.ONE, root)
-    if exponent.denominator != 1 or abs(exponent) > LARGEST_POWER:
-        raise FormulaError(
-            f"the exponent {exponent} is neither an integer up to {LARGEST_POWER} nor 1/2; {in_words(exponent)}"
-        )
-    n = int(exponent)
+        return root if number > 0 else div(Quantity.ONE, root)
+    if number.denominator != 1:
+        return function(Op.POW, base, exponent)
+    if abs(number) > Graph.LARGEST_POWER:
+        raise FormulaError(f"the exponent {number} is no integer up to {Graph.LARGEST_POWER}; name it as a parameter")
+    n = int(number)
     if n < 0:
-        return div(Quantity.ONE, power(base, Fraction(-n)))
+        return div(Quantity.ONE, power(base, constant(-number)))
     value = fraction(base)
     if value is not None:
         if max(value.numerator.bit_length(), value.denominator.bit_length()) * n > LONGEST_BITS:
@@ -125,11 +123,17 @@ def function(op: Op, *args: Quantity) -> Quantity:
     """Return op(args), folded where the result is rational.
 
     Raises:
-        FormulaError: the square root or logarithm of a number that has none.
+        FormulaError: the square root, logarithm or power of a number that has none.
     """
     x = fraction(args[0])
+    if op is Op.SELECT and args[1] == args[2]:
+        return args[1]
     if x is None or op is Op.ATAN2:
         return Quantity(op, args)
+    if op is Op.SELECT:
+        return args[1] if x > 0 else args[2]
+    if op is Op.POW:
+        return _power_of(x, args[1])
     if op is Op.SQRT:
         if x < 0:
             raise FormulaError(f"sqrt({x}) is not real; take the root of a number that is not negative")
@@ -147,6 +151,33 @@ def function(op: Op, *args: Quantity) -> Quantity:
     if (x == 0 and op in (Op.COS, Op.EXP)) or (x == 1 and op is Op.LOG):
         return Quantity.ONE if op is not Op.LOG else Quantity.ZERO
     return Quantity(op, args)
+
+
+def _power_of(x: Fraction, exponent: Quantity) -> Quantity:
+    """Return a number to an exponent that is no integer, as far as that is known."""
+    y = fraction(exponent)
+    if x < 0 and y is not None:
+        raise FormulaError(f"({x})**({y}) is not real; take the power of a number that is not negative")
+    if x == 0 and y is not None:
+        if y < 0:
+            raise FormulaError("it divides by zero; check the denominator")
+        return Quantity.ZERO
+    return Quantity.ONE if x == 1 else Quantity(Op.POW, (Quantity.number(x), exponent))
+
+
+def select(guard: Quantity, a: Quantity, b: Quantity) -> Quantity:
+    """Return a where the guard is positive, b elsewhere."""
+    return function(Op.SELECT, guard, a, b)
+
+
+def maximum(a: Quantity, b: Quantity) -> Quantity:
+    """Return the larger of two, a zero last."""
+    return select(sub(a, b), a, b) if a != Quantity.ZERO else maximum(b, a) if b != a else a
+
+
+def minimum(a: Quantity, b: Quantity) -> Quantity:
+    """Return the smaller of two, a zero first."""
+    return select(sub(b, a), a, b) if b != Quantity.ZERO else minimum(b, a) if b != a else a
 
 
 def split(a: Quantity) -> tuple[Fraction, Quantity]:
@@ -170,3 +201,106 @@ def _scaled(factor: Fraction, rest: Quantity) -> Quantity:
     if factor == 1:
         return rest
     return Quantity(Op.NEG, (rest,)) if factor == -1 else Quantity(Op.MUL, (constant(factor), rest))
+
+
+DEGREE = mul(Quantity.number(Fraction(1, 180)), Quantity.PI)
+
+CONSTANTS: Mapping[str, Quantity] = {"pi": Quantity.PI, "deg": DEGREE}
+
+UNARY_FUNCTIONS: Mapping[str, Op] = {
+    "sin": Op.SIN,
+    "cos": Op.COS,
+    "sqrt": Op.SQRT,
+    "exp": Op.EXP,
+    "log": Op.LOG,
+    "tanh": Op.TANH,
+    "abs": Op.ABS,
+    "sign": Op.SIGN,
+}
+
+
+def _sine_and_leg(name: str, x: Quantity) -> tuple[Quantity, Quantity]:
+    """Return x and sqrt(1 - x^2), which keeps its digits where x is near 1."""
+    value = fraction(x)
+    if value is not None and abs(value) > 1:
+        raise FormulaError(f"{name}({value}) is not real; take it of a number from -1 to 1")
+    below, above = sub(Quantity.ONE, x), add(Quantity.ONE, x)
+    return x, function(Op.SQRT, mul(below, above))
+
+
+def _cosh(x: Quantity) -> Quantity:
+    both = add(function(Op.EXP, x), function(Op.EXP, neg(x)))
+    return div(both, Quantity.number(2))
+
+
+class Composed(NamedTuple):
+    """A function that is written in others.
+
+    Attributes:
+        arguments: how many it takes.
+        times: how often the first of them stands in it.
+        make: the formula.
+    """
+
+    arguments: int
+    times: int
+    make: Callable[..., Quantity]
+
+
+COMPOSED: Mapping[str, Composed] = {
+    "deg": Composed(1, 1, lambda x: mul(x, DEGREE)),
+    "tan": Composed(1, 2, lambda x: div(function(Op.SIN, x), function(Op.COS, x))),
+    "atan2": Composed(2, 1, lambda y, x: function(Op.ATAN2, y, x)),
+    "atan": Composed(1, 1, lambda x: function(Op.ATAN2, x, Quantity.ONE)),
+    "asin": Composed(1, 3, lambda x: function(Op.ATAN2, *_sine_and_leg("asin", x))),
+    "acos": Composed(1, 3, lambda x: function(Op.ATAN2, *_sine_and_leg("acos", x)[::-1])),
+    "cosh": Composed(1, 2, _cosh),
+    "sinh": Composed(1, 3, lambda x: mul(function(Op.TANH, x), _cosh(x))),
+}
+"""sinh as tanh times cosh, which has all its digits near zero."""
+
+EXTREMES = {"max": maximum, "min": minimum}
+
+
+T = TypeVar("T")
+
+_FOLDED: Mapping[Op, Callable[..., Quantity]] = {
+    Op.ADD: add,
+    Op.SUB: sub,
+    Op.MUL: mul,
+    Op.DIV: div,
+    Op.NEG: neg,
+    Op.POW: power,
+}
+
+
+def map_quantities(thing: T, change: Callable[[Quantity], Quantity]) -> T:
+    """Return `thing`, a noun of the scene or a tuple of them, with `change` applied to every quantity inside."""
+    return _mapped(thing, change)  # type: ignore[no-any-return]
+
+
+def _mapped(thing: Any, change: Callable[[Quantity], Quantity]) -> Any:
+    if isinstance(thing, Quantity):
+        return change(thing)
+    if isinstance(thing, tuple):
+        return tuple(_mapped(part, change) for part in thing)
+    if is_dataclass(thing) and not isinstance(thing, type):
+        return replace(thing, **{field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing)})
+    return thing
+
+
+def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return the formula with quantities in place of symbols, folded again.
+
+    Raises:
+        FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
+    """
+    if quantity.op is Op.SYMBOL:
+        return values.get(str(quantity.value), quantity)
+    if not quantity.args:
+        return quantity
+    args = [substituted(arg, values) for arg in quantity.args]
+    if all(new is old for new, old in zip(args, quantity.args, strict=True)):
+        return quantity
+    operation = _FOLDED.get(quantity.op)
+    return operation(*args) if operation else function(quantity.op, *args)

@@ -2,17 +2,18 @@
 
     numbers     12  0.35  1e-3  1/3          exact: the digits as written
     names       m1  pi                       pi is the constant
-    operators   + - * / ** ( )               powers: integers up to 64, and 1/2
-    functions   sin cos tan sqrt exp log tanh abs sign atan2 deg
+    operators   + - * / ** ( )               an integer power is multiplied out, up to 64
+    functions   sin cos tan sqrt exp log tanh abs sign atan2 deg asin acos atan sinh cosh max min
+    selection   if(x > 0, a, b)              < <= > >= and or not; if(c, a, b) is a where c > 0
     degrees     90 deg   45/2 deg            the same as deg(90): times pi/180
     a value     500 mm   1/3 kN/m   3 rpm    a number and a unit, and nothing else: in SI, exactly (see `unit`)
 
 Behind a number, `deg` is the factor of formulas, so that `30 deg*t` is 30*deg times t and no degree-tonne; it is a unit
 where it stands alone, and in rates: deg/s, deg/ms, deg/min, and deg/s^2 and deg/s^3.
 
-`parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
+Both values of a selection are computed, so that each needs one wherever the formula is taken.
 
-A change of quantities goes through every formula that a thing of the scene holds, and is folded again.
+`parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
 """
 
 from __future__ import annotations
@@ -21,17 +22,18 @@ import ast
 import re
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral
 from operator import index
-from typing import Any, SupportsIndex, TypeVar
+from typing import Any, SupportsIndex
 
 from symdyn.arguments import is_sympy
 from symdyn.errors import nearest, quoted
-from symdyn.graph import Op, arithmetic
+from symdyn.graph import Graph
 from symdyn.scene.values import folding
+from symdyn.scene.values.folding import COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS
 from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
@@ -44,21 +46,6 @@ DEEPEST = 150
 MOST_NODES = 2_000
 LARGEST_EXPONENT = 400
 
-DEGREE = folding.mul(Quantity.number(Fraction(1, 180)), Quantity.PI)
-
-CONSTANTS: Mapping[str, Quantity] = {"pi": Quantity.PI, "deg": DEGREE}
-
-UNARY_FUNCTIONS: Mapping[str, Op] = {
-    "sin": Op.SIN,
-    "cos": Op.COS,
-    "sqrt": Op.SQRT,
-    "exp": Op.EXP,
-    "log": Op.LOG,
-    "tanh": Op.TANH,
-    "abs": Op.ABS,
-    "sign": Op.SIGN,
-}
-
 BINARY: Mapping[type[ast.operator], Callable[[Quantity, Quantity], Quantity]] = {
     ast.Add: folding.add,
     ast.Sub: folding.sub,
@@ -66,14 +53,23 @@ BINARY: Mapping[type[ast.operator], Callable[[Quantity, Quantity], Quantity]] = 
     ast.Div: folding.div,
 }
 
+COMPARISONS: Mapping[type[ast.cmpop], Callable[[Quantity, Quantity, Quantity, Quantity], Quantity]] = {
+    ast.Gt: lambda x, y, a, b: folding.select(folding.sub(x, y), a, b),
+    ast.GtE: lambda x, y, a, b: folding.select(folding.sub(y, x), b, a),
+    ast.Lt: lambda x, y, a, b: folding.select(folding.sub(y, x), a, b),
+    ast.LtE: lambda x, y, a, b: folding.select(folding.sub(x, y), b, a),
+}
+"""a where x > y and so on, b elsewhere."""
+
 HINTS: Mapping[type[ast.AST], str] = {
     ast.BitXor: "^ is not a power; write **",
     ast.FloorDiv: "// is not known; write /",
     ast.Mod: "% is not known",
     ast.MatMult: "@ is not known",
-    ast.Compare: "a comparison is not a number",
+    ast.Compare: "a comparison is not a number; write if(x > y, a, b)",
+    ast.BoolOp: "a condition is not a number; write if(x > 0 and y > 0, a, b)",
     ast.Attribute: "a dot may stand inside a number only",
-    ast.Tuple: "a comma may stand inside atan2(y, x) only; write decimals with a point",
+    ast.Tuple: "a comma may stand between arguments only, as in atan2(y, x); write decimals with a point",
 }
 
 _WITH_UNIT = re.compile(r"\d [^\W\d_]")
@@ -95,7 +91,10 @@ _VALUE = re.compile(
 )
 _FACTOR = re.compile(r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]")
 _SUM = re.compile(r"[^eE^*(][+-]|,")
-_FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., ]")
+_FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
+_IF = re.compile(r"\bif(?= ?\()")
+IF = "if_"
+"""What `if` is called in the text that Python's grammar reads, where it is no name."""
 
 
 def quantity(value: object) -> Quantity:
@@ -172,12 +171,17 @@ def formula_text(value: object) -> str:
         def _print_Float(self, one: Any) -> str:
             return repr(float(one)) if one == float(one) else str(super()._print_Float(one))
 
-        def _print_Pow(self, one: Any, rational: bool = False) -> str:
-            n, half = divmod(abs(one.exp), 1) if one.exp.is_Rational else (0, 0)
-            if n and half * 2 == 1:
-                base = f"({self._print(one.base)})"
-                return f"({'1/' if one.exp < 0 else ''}({base}**{n}*sqrt{base}))"
-            return str(super()._print_Pow(one, rational))
+        def _print_Max(self, one: Any) -> str:
+            return f"{type(one).__name__.lower()}({', '.join(map(self._print, one.args))})"
+
+        _print_Min = _print_Max
+
+        def _print_Piecewise(self, one: Any) -> str:
+            *parts, (last, rest) = one.args
+            if rest != True:  # noqa: E712 of SymPy
+                raise FormulaError(f"{quoted(one)} needs a last value, for True")
+            chosen = [f"if({self._print(test)}, {self._print(value)}, " for value, test in parts]
+            return f"{''.join(chosen)}{self._print(last)}{')' * len(chosen)}"
 
     return str(Printer({"order": "lex"}).doprint(value))
 
@@ -234,7 +238,7 @@ def _formula(text: str) -> Quantity:
         raise _BrokenError(HINTS[ast.BitXor])
     if foreign:
         raise _BrokenError(f"{foreign.group()!r} has no place in a formula")
-    return _Reader(_DEGREES.sub("*deg", text)).read()
+    return _Reader(_IF.sub(IF, _DEGREES.sub("*deg", text))).read()
 
 
 def _value(match: re.Match[str], text: str) -> Quantity:
@@ -340,11 +344,8 @@ class _Reader:
     def binary(self, node: ast.BinOp, depth: int) -> Quantity:
         left, right = self.visit(node.left, depth + 1), self.visit(node.right, depth + 1)
         if isinstance(node.op, ast.Pow):
-            exponent = folding.fraction(right)
-            if exponent is None:
-                raise FormulaError(f"an exponent must be a number; {folding.in_words(None)}")
-            self.spend(left, min(int(abs(exponent)), folding.LARGEST_POWER))
-            return folding.power(left, exponent)
+            self.spend(left, min(int(abs(folding.fraction(right) or Fraction(1))), Graph.LARGEST_POWER))
+            return folding.power(left, right)
         if type(node.op) not in BINARY:
             raise FormulaError(HINTS.get(type(node.op), "the operators are + - * / **"))
         return BINARY[type(node.op)](left, right)
@@ -353,22 +354,60 @@ class _Reader:
         if not isinstance(node.func, ast.Name):
             raise FormulaError("a bracket follows something that is no function; write * for a product")
         name = node.func.id
-        if name not in UNARY_FUNCTIONS and name not in ("tan", "deg", "atan2"):
+        if name == IF:
+            return self.selection(node, depth)
+        if name not in UNARY_FUNCTIONS and name not in COMPOSED and name not in EXTREMES:
             near = nearest(name, FORMULA_NAMES)
             meant = f"did you mean {near}?" if near else "write * for a product"
             raise FormulaError(f"the function {name} is not known; {meant}")
-        wanted = 2 if name == "atan2" else 1
-        if node.keywords or len(node.args) != wanted:
+        if name in EXTREMES and len(node.args) < 2:
+            raise FormulaError(f"{name} takes 2 arguments or more")
+        wanted = COMPOSED[name].arguments if name in COMPOSED else 1
+        if node.keywords or (name not in EXTREMES and len(node.args) != wanted):
             raise FormulaError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}")
         args = [self.visit(arg, depth + 1) for arg in node.args]
-        if name == "deg":
-            return folding.mul(args[0], DEGREE)
-        if name == "atan2":
-            return folding.function(Op.ATAN2, *args)
-        if name == "tan":
-            self.spend(args[0], 2)
-            return folding.div(folding.function(Op.SIN, args[0]), folding.function(Op.COS, args[0]))
+        if name in COMPOSED:
+            self.spend(args[0], COMPOSED[name].times)
+            return COMPOSED[name].make(*args)
+        if name in EXTREMES:
+            found = args[0]
+            for other in args[1:]:
+                self.spend(found, 2)
+                self.spend(other, 2)
+                found = EXTREMES[name](found, other)
+            return found
         return folding.function(UNARY_FUNCTIONS[name], args[0])
+
+    def selection(self, node: ast.Call, depth: int) -> Quantity:
+        """Return if(condition, a, b)."""
+        if node.keywords or len(node.args) != len(("condition", "a", "b")):
+            raise FormulaError("if takes a condition and 2 values, such as if(x > 0, a, b)")
+        a, b = (self.visit(one, depth + 1) for one in node.args[1:])
+        return self.chosen(node.args[0], a, b, depth + 1)
+
+    def chosen(self, test: ast.expr, a: Quantity, b: Quantity, depth: int) -> Quantity:
+        """Return a where a condition holds, b elsewhere; a number holds where it is positive."""
+        if depth > DEEPEST:
+            raise FormulaError(f"it nests deeper than {DEEPEST} levels; use fewer terms or brackets")
+        if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+            return self.chosen(test.operand, b, a, depth + 1)
+        if isinstance(test, ast.BoolOp):
+            for part in reversed(test.values):
+                self.spend(b if isinstance(test.op, ast.And) else a, 1)
+                if isinstance(test.op, ast.And):
+                    a = self.chosen(part, a, b, depth + 1)
+                else:
+                    b = self.chosen(part, a, b, depth + 1)
+            return a if isinstance(test.op, ast.And) else b
+        if not isinstance(test, ast.Compare):
+            return folding.select(self.visit(test, depth), a, b)
+        sides = [self.visit(one, depth + 1) for one in (test.left, *test.comparators)]
+        for x, how, y in reversed([*zip(sides, test.ops, sides[1:], strict=False)]):
+            if type(how) not in COMPARISONS:
+                raise FormulaError("a condition compares by < <= > >= only")
+            self.spend(b, 1)
+            a = COMPARISONS[type(how)](x, y, a, b)
+        return a
 
     def spend(self, part: Quantity, times: int) -> None:
         """Pay for a part that is repeated; without it, a tower of powers would grow without bound."""
@@ -408,40 +447,3 @@ def _exact(digits: str) -> Fraction:
 def _kind(value: object) -> str:
     kinds: dict[type, str] = {bool: "true or false", list: "a list", tuple: "a list", dict: "a table"}
     return "nothing" if value is None else kinds.get(type(value), f"a {type(value).__name__}")
-
-
-T = TypeVar("T")
-
-_FOLDED = arithmetic(folding)
-
-
-def map_quantities(thing: T, change: Callable[[Quantity], Quantity]) -> T:
-    """Return `thing`, a noun of the scene or a tuple of them, with `change` applied to every quantity inside."""
-    return _mapped(thing, change)  # type: ignore[no-any-return]
-
-
-def _mapped(thing: Any, change: Callable[[Quantity], Quantity]) -> Any:
-    if isinstance(thing, Quantity):
-        return change(thing)
-    if isinstance(thing, tuple):
-        return tuple(_mapped(part, change) for part in thing)
-    if is_dataclass(thing) and not isinstance(thing, type):
-        return replace(thing, **{field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing)})
-    return thing
-
-
-def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
-    """Return the formula with quantities in place of symbols, folded again.
-
-    Raises:
-        FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
-    """
-    if quantity.op is Op.SYMBOL:
-        return values.get(str(quantity.value), quantity)
-    if not quantity.args:
-        return quantity
-    args = [substituted(arg, values) for arg in quantity.args]
-    if all(new is old for new, old in zip(args, quantity.args, strict=True)):
-        return quantity
-    operation = _FOLDED.get(quantity.op)
-    return operation(*args) if operation else folding.function(quantity.op, *args)

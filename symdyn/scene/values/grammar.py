@@ -280,6 +280,7 @@ class _Reader:
 
 FORMULA_NAMES = (
     "pi", "deg", "sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign", "atan2",
+    "asin", "acos", "atan", "sinh", "cosh", "max", "min",
 )  # fmt: skip
 
 CLOCK = "t"

@@ -20,7 +20,7 @@ from symdyn.arguments import check_arguments, native, walked
 from symdyn.errors import SceneError, listed
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
-from symdyn.scene.values.formula import map_quantities, substituted
+from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.quantity import Quantity, Vector, spell

@@ -40,6 +40,7 @@ _FUNCTIONS: Mapping[Op, Callable[..., float]] = {
     Op.LOG: math.log,
     Op.TANH: math.tanh,
     Op.ATAN2: math.atan2,
+    Op.POW: math.pow,
 }
 
 
@@ -173,8 +174,14 @@ def _apply(op: Op, args: list[Value]) -> Value:
         return _ARITHMETIC[op](a, b)
     if op is Op.SIGN:
         return Fraction((a > 0) - (a < 0))
+    if op is Op.SELECT:
+        return args[1] if a > 0 else b
     if op is Op.SQRT:
         return _root(a)
+    if op is Op.POW and a < 0 and float(b) % 1:
+        raise FormulaError(f"takes {float(a):.6g} to the power {float(b):.6g}; the base must not be negative")
+    if op is Op.POW and a == 0 and b < 0:
+        raise ZeroDivisionError
     if op is Op.LOG and float(a) <= 0:  # a product of small numbers may be zero as a double only
         raise FormulaError(f"takes the logarithm of {float(a):.6g}; it must be positive")
     return _FUNCTIONS[op](*(float(arg) for arg in args))
@@ -242,7 +249,20 @@ def _spell(q: Quantity) -> tuple[str, int]:
         return _product(q.args[0], q.args[1])
     if q.op is Op.DIV:
         return f"{_at_least(q.args[0], _PRODUCT)}/{_at_least(q.args[1], _POWER)}", _PRODUCT
+    if q.op is Op.POW:
+        return f"{_at_least(q.args[0], _ATOM)}**{_at_least(q.args[1], _ATOM)}", _POWER
+    if q.op is Op.SELECT:
+        return _selection(*q.args), _ATOM
     return f"{q.op.name.lower()}({', '.join(spell(arg) for arg in q.args)})", _ATOM
+
+
+def _selection(guard: Quantity, a: Quantity, b: Quantity) -> str:
+    """Return max(a, b) or min(a, b) where a selection is one, else if(condition, a, b)."""
+    for word, larger, smaller in (("max", a, b), ("min", b, a)):
+        if guard == (larger if smaller == Quantity.ZERO else Quantity(Op.SUB, (larger, smaller))):
+            return f"{word}({spell(a)}, {spell(b)})"
+    sides = guard.args if guard.op is Op.SUB else (guard, Quantity.ZERO)
+    return f"if({' > '.join(map(spell, sides))}, {spell(a)}, {spell(b)})"
 
 
 def _product(a: Quantity, b: Quantity) -> tuple[str, int]:

@@ -116,7 +116,9 @@ class Unit:
     @property
     def factor(self) -> Quantity:
         """How many of the coherent unit it is, exactly."""
-        return folding.mul(folding.constant(self.scale), folding.power(Quantity.PI, Fraction(self.turns)))
+        return folding.mul(
+            folding.constant(self.scale), folding.power(Quantity.PI, folding.constant(Fraction(self.turns)))
+        )
 
     @property
     def size(self) -> float:

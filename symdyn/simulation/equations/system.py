@@ -83,7 +83,8 @@ class StateEquations:
         dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
-        ends: what is said where the equations end; such places are entries of "events" behind those asked for.
+        ends: what is said where the equations end; such places are entries of "events" behind those asked for. Nothing
+            is said where they bend: integrators begin anew there.
         limits: of joints, whose passages are the last entries of "events".
         notes: what a user should know: that numbers have decided otherwise than for values before.
         loop: the controller and the functions that are at work, None where there are none.

@@ -25,7 +25,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SimulateError
-from symdyn.graph import Expr, Graph, Op, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
 from symdyn.simulation.equations.linear_feedback import state_names
@@ -215,10 +215,12 @@ def smooth_flow(system: StateEquations, parameters: Sequence[str] | None, sweep:
 
 def check_smooth(system: StateEquations) -> None:
     """Raise SimulateError where forces jump: the time of a jump depends on the start, which no tangent sees."""
-    if any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries)):
+    found = next((one for one in reachable(system.program["rates"].function.entries) if one.jumps), None)
+    if found is not None:
+        word = "if" if len(found.args) > 1 else "sign"
         raise SimulateError(
-            f"{system.scene.name}: a force with sign jumps, and a run has no derivative by what moves the jump; write "
-            "a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+            f"{system.scene.name}: a force with {word} jumps, and a run has no derivative by what moves the jump; "
+            "write a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
         )
 
 

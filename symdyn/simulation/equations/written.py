@@ -28,14 +28,15 @@ from __future__ import annotations
 
 import copyreg
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
+from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
 from symdyn.simulation.equations.monitors import candidates, limits_of
@@ -171,7 +172,8 @@ def _written(
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
-    last, limits = w.loops.ends, limits_of(scene, w.graph, drives)
+    bends = _bends([*rates, *accelerations], {*w.state.q, *w.state.qd, w.graph.symbol(TIME)})
+    last, limits = (*w.loops.ends, *((guard, "") for guard in bends)), limits_of(scene, w.graph, drives)
     if events or last or limits:
         looked_for = list(substitute(moving.expressed(events), place))
         looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
@@ -194,6 +196,16 @@ def _written(
         scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
         rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, place, power),
     )  # fmt: skip
+
+
+def _bends(entries: Sequence[Expr], moving: Collection[Expr]) -> list[Expr]:
+    """Return what equations choose by that moves, in order: where one passes zero, they bend or jump."""
+    order, varies = reachable(entries), set(moving)
+    for node in order:
+        if not varies.isdisjoint(node.args):
+            varies.add(node)
+    guards = (node.args[0] for node in order if node.op is Op.SELECT and node.args[0] in varies)
+    return list(dict.fromkeys(one.args[0] if one.op is Op.NEG else one for one in guards))
 
 
 def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str) -> StateEquations:

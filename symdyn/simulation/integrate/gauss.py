@@ -129,8 +129,9 @@ def refuses(system: StateEquations) -> str:
     if system.events or system.ends:
         return "it looks for no events"
     found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
-    if Op.ABS.name.lower() in found:
-        return "abs bends where it is zero, which its steps may go past unseen"
+    bent = [op.name.lower() for op in (Op.ABS, Op.SELECT) if op.name.lower() in found]
+    if bent:
+        return f"{bent[0]} bends where it is zero, which its steps may go past unseen"
     lacking = {Op.SIGN, *DD.lacks}
     named = [name for name in dict.fromkeys(found) if Op[name.upper()] in lacking]
     return f"there is no {', '.join(named)} of 31 digits in it" if named else ""

@@ -1,6 +1,6 @@
 """Equations as heyoka's expressions, whether its series can follow them, and its integrators, kept between processes.
 
-Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
+Every operation of the graph has its row in `WORDS`; those that branch (abs, sign, select) have none, nor have tables.
 
 An integrator is compiled code, which belongs to one processor: in the cache its name is made of heyoka's version, the
 processor, the expressions as heyoka pickles them, and its options.
@@ -44,13 +44,14 @@ WORDS: Mapping[Op, str] = {
     Op.LOG: "log",
     Op.TANH: "tanh",
     Op.ATAN2: "atan2",
+    Op.POW: "pow",
 }
 """heyoka's names of functions; sums, products and quotients are Python's operators."""
 
 UNSEEN = (Op.EXP, Op.TANH)
 """Functions that are flat to the last digit of a double where they do not turn."""
 
-TURNING = (Op.SQRT, Op.ATAN2)
+BRANCHED = (Op.SQRT, Op.ATAN2, Op.POW)
 """Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
@@ -125,7 +126,7 @@ def refuses(system: StateEquations) -> str:
         return "a force is a function, which has no derivatives of high order"
     if system.forces.fed:
         return "a controller is no formula"
-    branches = sorted(op.name.lower() for op in system.once(_operations) if op in (Op.ABS, Op.SIGN))
+    branches = sorted(op.name.lower() for op in system.once(_operations) if op.turns)
     return f"{' and '.join(branches)} in the equations branch" if branches else ""
 
 
@@ -136,7 +137,7 @@ def overlooks(system: StateEquations) -> str:
 
 def guarded(system: StateEquations) -> bool:
     """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
-    return any(op in (*UNSEEN, *TURNING) for op in system.once(_operations))
+    return any(op in (*UNSEEN, *BRANCHED) for op in system.once(_operations))
 
 
 def size(system: StateEquations) -> int:

@@ -78,6 +78,13 @@ class InitialValueProblem:
         return len(self.stops) - len(self.system.limits)
 
     @property
+    def bends(self) -> range:
+        """Which of the events are places where the equations bend; those where they end are before them."""
+        ends = self.system.ends
+        first = self.outward - sum(not said for said in ends)
+        return range(first, self.outward)
+
+    @property
     def bound(self) -> float:
         """Time beyond which no step may go: where a controller is due, else the end."""
         return self.until if self.system.loop is None else min(self.until, self.system.loop.due)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.graph import Op, reachable
+from symdyn.graph import reachable
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.integration import SHARE, InitialValueProblem, IntegrationError, Method, Piece
@@ -48,7 +48,7 @@ def follow(
         if not np.all(np.isfinite(step.x1)):
             raise IntegrationError(f"the motion leaves what doubles hold after t = {step.t0:g} s")
         pace.check(step)
-        hits = events.within(step)
+        step, hits = events.until_bend(step)  # noqa: PLW2901
         stop = next((hit for hit in hits if problem.stops[hit.event]), None)
         end = step.t1 if stop is None else stop.t
         first, last = np.searchsorted(problem.times, (step.t0, end), side="right")
@@ -69,7 +69,7 @@ def follow(
         after = step.x1 if moved is None else moved
         yield Piece(inside, kept, tuple(hits), (step.t1, after), 1, used)
         due = loop is not None and loop.halt(step.t1, after[:nq], after[nq : nq + nv])
-        if moved is not None or due:
+        if moved is not None or due or events.bent is not None:
             resume(step.t1, after)
             jumps = events.restart(step.t1, after)
             stopped = any(problem.stops[hit.event] for hit in jumps)
@@ -116,7 +116,7 @@ class Pace:
 
 
 def _jumps(system: StateEquations) -> bool:
-    return any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries))
+    return any(node.jumps for node in reachable(system.program["rates"].function.entries))
 
 
 MULTISTEP = ("BDF", "LSODA")
@@ -261,8 +261,11 @@ def _followed(
     size = len(problem.x)
     solver.init_step(problem.begin, *whole(problem.begin, problem.x))
 
+    t = problem.begin
+
     def steps() -> Iterator[IntegrationStep]:
-        t, again = problem.begin, 0
+        nonlocal t
+        again = 0
         while t < problem.until:
             with redirect_stdout(StringIO()):  # where scikit-sundae prints why a step failed, beside returning it
                 found = solver.step(problem.bound, method="onestep", tstop=problem.bound)
@@ -279,7 +282,9 @@ def _followed(
         """Return the states inside the last step."""
         return np.array([solver.step(float(t), method="normal").y[:size] for t in times])
 
-    def resume(t: float, x: Array) -> None:
+    def resume(at: float, x: Array) -> None:
+        nonlocal t
+        t = at
         solver.init_step(t, *whole(t, x))
 
     return follow(problem, steps(), resume, SLACK)

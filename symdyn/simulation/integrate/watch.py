@@ -247,6 +247,7 @@ class Watch:
         armed: the signs that they had last, 0 of those that have been zero since the start, NaN where there was no real
             value.
         entered: since when and where a limit has been passed, but not by its slack, by event.
+        bent: the event at the end of the last step where the equations bend, None of another end.
     """
 
     values: Array
@@ -255,6 +256,7 @@ class Watch:
     def __init__(self, problem: InitialValueProblem) -> None:
         """Stand at the begin."""
         self.problem = problem
+        self.bent: int | None = None
         self.entered: dict[int, tuple[float, Array]] = {}
         if problem.stops:
             self._stand(problem.begin, problem.x)
@@ -278,8 +280,31 @@ class Watch:
         untold = self.values == 0.0
         if not self.armed.all():  # what has been zero since the start is so but for rounding
             untold |= (self.armed == 0.0) & (np.abs(self.values) <= self._noise(t, x))
+        if self.bent is not None:
+            untold[self.bent] = True
         before, self.armed = self.armed, np.where(untold, self.armed, np.sign(self.values))
         return [Hit(int(k), t, x) for k in np.flatnonzero(before * self.armed < 0) if self._counts(int(k))]
+
+    def until_bend(self, step: IntegrationStep) -> tuple[IntegrationStep, list[Hit]]:
+        """Return a step up to the first place where the equations bend, all of it without such, and its events.
+
+        Right behind such a place its formula is zero but for errors of the interpolant: it counts as passed again only
+        where its sign at the end of the step says so.
+        """
+        bends, last, before = self.problem.bends, self.bent, self.copy() if self.problem.bends else self
+        hits, self.bent = self.within(step), None
+        if last is not None:
+            again = [hit for hit in hits if hit.event == last][-1:] if self.armed[last] != before.armed[last] else []
+            hits = [hit for hit in hits if hit.event != last or hit in again]
+        bend = next((hit for hit in hits if hit.event in bends and step.t0 < hit.t < step.t1), None)
+        if bend is None or before.armed[bend.event] not in (-1.0, 1.0):
+            return step, hits
+        self.__dict__.update(before.__dict__)
+        behind = -float(self.armed[bend.event])
+        step = IntegrationStep(step.t0, bend.t, bend.x, step.at, step.evaluations)
+        hits, self.bent = self.within(step), bend.event
+        self.armed[bend.event] = behind  # whatever rounding has made of zero
+        return step, hits
 
     def within(self, step: IntegrationStep) -> list[Hit]:
         """Return the events of a step, in order of time."""

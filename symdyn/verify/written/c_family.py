@@ -26,8 +26,11 @@ MATH = {**FUNCTIONS, "fabs": Op.ABS, "atan2": Op.ATAN2}
 OURS = {
     "exp_of": Op.EXP,
     "sign_of": Op.SIGN,
+    "select_of": Op.SELECT,
     "symdyn_sign_of_double": Op.SIGN,
     "symdyn_sign_of_float": Op.SIGN,
+    "symdyn_select_of_double": Op.SELECT,
+    "symdyn_select_of_float": Op.SELECT,
 }
 """Fixed text of the file."""
 

@@ -43,6 +43,9 @@ SYNTAX = Syntax(arguments="arguments", functions={**FUNCTIONS, "atan2": Op.ATAN2
 CHECKS = ("_check", "_number")
 """Functions of the file that throw or do nothing."""
 
+SELECT = "_select"
+"""A function of the file."""
+
 RESULT = "out"
 
 
@@ -145,10 +148,12 @@ class JavaScriptReader(Reader):
 
     def hides(self, name: str) -> bool:
         """Tell whether a name is one of something else."""
-        return name == MATH
+        return name in (MATH, SELECT)
 
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
+        if text_of(node) == SELECT and node.type == SYNTAX.name:
+            return Op.SELECT
         parts = SYNTAX.meant(node)
         held = kinds(parts) == ["identifier", ".", "property_identifier"] and text_of(parts[0]) == MATH
         return SYNTAX.functions.get(text_of(parts[2])) if held else None

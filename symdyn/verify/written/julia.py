@@ -34,7 +34,7 @@ from symdyn.verify.written.reading import (
     text_of,
     unread,
 )
-from symdyn.verify.written.straight_line import FUNCTIONS, File, Reader, Syntax, Value, takes
+from symdyn.verify.written.straight_line import FUNCTIONS, OPERATIONS, File, Reader, Syntax, Value, takes
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -47,10 +47,14 @@ SYNTAX = Syntax(
     place="integer_literal",
     silent=COMMENTS,
     functions={**FUNCTIONS, "abs": Op.ABS, "sign": Op.SIGN, "atan": Op.ATAN2},
+    operators={**OPERATIONS, "^": lambda x, y: x.graph.function(Op.POW, x, y)},
 )
 
 CALLED = ("Array", "Base", "DimensionMismatch", "T", "eltype", "float", "length", "promote_type", "size", "throw")
 """What the lines before the arithmetic call by its name, and names that stand for types."""
+
+SELECT = "select_of"
+"""A function of the module."""
 
 SINES, INBOUNDS, FLOAT = "sincos", "@inbounds", "float"
 """`float` makes a real number of a whole one, which would overflow, and leaves all others as they are."""
@@ -130,6 +134,11 @@ class JuliaReader(Reader):
     """What only Julia says: places from 1 on without a look at them, numbers made to be of a type, sines in pairs."""
 
     syntax = SYNTAX
+
+    def function(self, node: Node) -> Op | None:
+        """Return which operation is called, None if none that is known."""
+        ours = text_of(node) == SELECT and SELECT in self.file.functions and SELECT not in self.names
+        return Op.SELECT if ours else super().function(node)
 
     def read(self, name: str) -> Read:
         """Return what the function computes."""

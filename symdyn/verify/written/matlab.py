@@ -35,7 +35,7 @@ SYNTAX = Syntax(
 )
 """MATLAB's own functions, and operators that take two rows number by number."""
 
-OURS = {"sqrt_of": Op.SQRT, "log_of": Op.LOG}
+OURS = {"sqrt_of": Op.SQRT, "log_of": Op.LOG, "pow_of": Op.POW, "select_of": Op.SELECT}
 """Fixed text of the file."""
 
 STATES, COUNTED = "states", "columns_of"

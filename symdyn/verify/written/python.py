@@ -60,18 +60,22 @@ class Dialect:
         package: what is imported and holds functions, called through it; "" for none.
         functions: what they are called there.
         builtins: functions of Python itself.
+        own: functions of the module.
     """
 
     handed: str
     package: str
     functions: Mapping[str, Op]
     builtins: Mapping[str, Op]
+    own: Mapping[str, Op] = field(default_factory=dict)
 
 
 SMOOTH = {**FUNCTIONS, "atan2": Op.ATAN2}
 
-OF_NUMPY = Dialect("of", "", {**SMOOTH, "sign": Op.SIGN}, {"abs": Op.ABS})
-OF_CASADI = Dialect("", "casadi", {**SMOOTH, "sign": Op.SIGN, "fabs": Op.ABS}, {})
+OF_NUMPY = Dialect("of", "", {**SMOOTH, "sign": Op.SIGN, "select": Op.SELECT}, {"abs": Op.ABS})
+OF_CASADI = Dialect(
+    "", "casadi", {**SMOOTH, "sign": Op.SIGN, "fabs": Op.ABS, "power": Op.POW}, {}, {"_select_of": Op.SELECT}
+)
 OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {})
 
 
@@ -176,8 +180,8 @@ class PythonReader(Reader):
     def function(self, node: Node) -> Op | None:
         """Return which operation is called, None if none that is known."""
         if node.type == "identifier":
-            hidden = text_of(node) in self.file.functions
-            return self.calls.get(text_of(node)) or (None if hidden else self.dialect.builtins.get(text_of(node)))
+            there = self.dialect.own if text_of(node) in self.file.functions else self.dialect.builtins
+            return self.calls.get(text_of(node)) or there.get(text_of(node))
         words = [text_of(one) for one in node.children] if node.type == "attribute" else []
         held = words[:2] == [self.dialect.package, "."] and len(words) == 3
         return self.dialect.functions.get(words[2]) if held else None

@@ -53,6 +53,7 @@ SYNTAX = Syntax(
         "tanh_of": Op.TANH,
         "abs_of": Op.ABS,
         "sign_of": Op.SIGN,
+        "select_of": Op.SELECT,
         "atan2_of": Op.ATAN2,
     },
 )

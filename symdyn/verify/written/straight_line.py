@@ -40,6 +40,7 @@ FUNCTIONS = {
     "exp": Op.EXP,
     "log": Op.LOG,
     "tanh": Op.TANH,
+    "pow": Op.POW,
 }
 """What all languages call alike."""
 

@@ -62,6 +62,8 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
         Op.ABS: call(f"fabs{real.suffix}"),
         Op.SIGN: call(SIGN_HELPER),
         Op.ATAN2: call(f"atan2{real.suffix}", 2),
+        Op.POW: call(f"pow{real.suffix}", 2),
+        Op.SELECT: call(SELECT_HELPER, 3),
     }
 
 
@@ -70,7 +72,7 @@ HEADER_ONLY = "header-only"
 ROWS = "rows"
 """What other targets ask for in place of "batch": many states in rows alone."""
 
-SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
+SIGN_HELPER, EXP_HELPER, SELECT_HELPER = "sign_of", "exp_of", "select_of"
 """Functions of our own in the source file, written there when they are called."""
 
 FLAT = {"double": -708, "float": -87}
@@ -195,15 +197,16 @@ BY_LOOKUP = {
     Op.TANH: "tanh",
     Op.ABS: "abs",
     Op.ATAN2: "atan2",
+    Op.POW: "pow",
 }
 """Functions of <cmath>, or those beside the type of a number."""
 
 CPP_SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    **{op: call(name) for op, name in BY_LOOKUP.items()},
+    **{op: call(name, op.arity) for op, name in BY_LOOKUP.items()},
     Op.EXP: call("own::exp_of"),
     Op.SIGN: call("own::sign_of"),
-    Op.ATAN2: call("atan2", 2),
+    Op.SELECT: call("own::select_of", 3),
 }
 
 PACK = 32

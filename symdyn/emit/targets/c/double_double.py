@@ -48,7 +48,7 @@ NAMES: Mapping[Op, Spelling] = {
     Op.SQRT: call("dd_sqrt"),
     Op.ABS: call("dd_abs"),
     Op.SIGN: call("dd_sign"),
-    **{op: call(f"dd_{op.name.lower()}", 1 + (op is Op.ATAN2)) for op in REALS["dd"].lacks},
+    **{op: call(f"dd_{op.name.lower()}", op.arity) for op in REALS["dd"].lacks},
 }
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")

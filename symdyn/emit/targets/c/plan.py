@@ -53,7 +53,7 @@ Of 100 to 600, all compiled 64 joints about as fast; 300 ran as fast as any, wit
 """
 
 TRIGONOMETRIC = (Op.SIN, Op.COS)
-CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)
+CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2, Op.POW)
 
 
 def longest_loop(shape: Sequence[int], operations: int, loads: int) -> int:
