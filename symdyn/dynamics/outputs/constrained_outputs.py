@@ -160,7 +160,11 @@ CONSTRAINED_FORWARD = Constrained(
     ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
 )
 CONSTRAINED_INVERSE = Constrained(
-    {"rnea": Formulation(inverse), "lagrange": by_lagrange(lagrange_inverse)},
+    {
+        "rnea": Formulation(inverse),
+        "lagrange": by_lagrange(lagrange_inverse),
+        "kane": by_lagrange(lambda w: lagrange_drives_of(w, w.kane.driving_forces())),
+    },
     "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
 )
 CONSTRAINED_DRIVES = Constrained({"crba": Formulation(drives), "lagrange": by_lagrange(lagrange_drives)})

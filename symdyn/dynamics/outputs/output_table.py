@@ -151,6 +151,7 @@ OUTPUTS: dict[str, Output] = {
         {
             "rnea": Formulation(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: w.energy.driving_forces()),
+            "kane": by_lagrange(lambda w: w.kane.driving_forces()),
             "rnea_loop": by_loop(rnea_loop),
         },
         default_in="overview",

@@ -9,6 +9,7 @@ from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.centroidal import mass
 from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.kane import Kane
 from symdyn.dynamics.mechanism.kinematics import Christoffel, Directions, centre_of_mass, directions
 from symdyn.dynamics.mechanism.lagrange import Energies
 from symdyn.dynamics.mechanism.state import Prescribed, State, generalized_forces, inputs_of, prescribed
@@ -108,6 +109,11 @@ class Workspace:
     def energy(self) -> Energies:
         """K and P from positions."""
         return Energies.of(self.scene, self.graph)
+
+    @cached_property
+    def kane(self) -> Kane:
+        """Kane's equations, from velocities of points."""
+        return Kane.of(self.scene, self.graph)
 
     @cached_property
     def lagrange_mass(self) -> Matrix:

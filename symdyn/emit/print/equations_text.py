@@ -153,8 +153,12 @@ def printed_text(
         return _base_parameters(plain, format, document)
     if what != "equations":
         others = f"{argument('what')} out, or {argument('formulation', 'dalembert')}"
-        raise EmitError(f"D'Alembert's system is no {what}; leave {others}")
-    return _dalembert(plain, format, document)
+        raise EmitError(f"the formulation {formulation} is no {what}; leave {others}")
+    if formulation == "dalembert":
+        return _dalembert(plain, format, document)
+    from symdyn.emit.print.formulations_page import formulation_text
+
+    return formulation_text(plain, formulation, format, document)
 
 
 def _base_parameters(scene: Scene, format: str, document: bool) -> str:
@@ -170,7 +174,9 @@ def _dalembert(scene: Scene, format: str, document: bool) -> str:
     return dalembert_equations(scene, format, document)
 
 
-CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": ("lagrange", "dalembert")}
+FORMULATIONS = ("lagrange", "dalembert", "hamilton", "routh", "kane", "gibbs-appell")
+
+CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORMULATIONS}
 """What can be printed, by argument of `printed_text`."""
 
 

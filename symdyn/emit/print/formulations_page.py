@@ -1,0 +1,380 @@
+r"""Other formulations in print: Hamilton's canonical equations, Kane's, Gibbs' and Appell's, Routh's reduction.
+
+    hamilton        p = ∂L/∂q̇, H(q, p) = p·q̇ - L, q̇ = ∂H/∂p, ṗ = -∂H/∂q + Q
+    routh           R = L - Σ p q̇ over coordinates on which nothing depends: their momenta p are constant
+    kane            F_r + F_r* = 0, body by body, by partial velocities
+    gibbs-appell    S = Σ ½ a·m a + ½ α·I α + α·(ω × I ω), ∂S/∂u̇_r = Q_r
+
+References: Goldstein, Classical Mechanics (1980), 8.1 and 8.3; Kane and Levinson, Dynamics (1985), section 4.11; Gibbs,
+On the fundamental formulae of dynamics (1879).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra import Compactor, Form, Number, Ratios, Sum, Symbol, TrigonometricRing
+from symdyn.arguments import argument
+from symdyn.dynamics import ClosedForm, Workspace, angle_groups, closed_form
+from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
+from symdyn.emit.print.formula_text import Latex, broken_text, rounded
+from symdyn.emit.print.printable import Printable
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.written_page import equation_lines, symbol_table
+from symdyn.emit.render import in_latex
+from symdyn.errors import DerivationError, EmitError
+from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
+from symdyn.rounding import digits_or, requested_digits
+from symdyn.scene import Scene
+from symdyn.spatial import Vec, add, cross, dot
+
+LONGEST = 30
+"""Terms and factors of a solved velocity up to which it is put in; longer ones stay a linear system."""
+
+
+TOO_LONG = (DerivationError, OverflowError, ValueError, ZeroDivisionError)
+"""What says that there is no quotient that is short enough; a list of other length is one that was not solved for."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One equation: its left side as text and in LaTeX, and the formula on the right."""
+
+    name: str
+    latex: str
+    form: Form
+
+
+@dataclass(frozen=True)
+class Group:
+    """Equations under a title.
+
+    Attributes:
+        text: what is said of them, in plain words.
+        latex: the same with formulas in LaTeX; "" where it is the same.
+    """
+
+    title: str
+    text: str
+    rows: tuple[Row, ...]
+    latex: str = ""
+
+
+def _quotient(closed: ClosedForm, node: Expr) -> Form:
+    """Return a node as a quotient in factors, each sum as short as sines can write it."""
+    form = Ratios.form_of(node)
+    return Form.product(_short(closed, one) if isinstance(one, Sum) else one for one in form.factors)
+
+
+def _short(closed: ClosedForm, form: Form) -> Form:
+    state, node = closed.state, form.express(closed.state.q[0].graph)
+    try:
+        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), closed.parallel)
+        return Compactor(ring, closed.parallel)(evaluate([node], ring, ring.values([node]))[0])
+    except DerivationError:
+        return form
+
+
+def _refuse_rows(scene: Scene, what: str) -> None:
+    """Raise DerivationError where rows tie the coordinates, or a motion is prescribed."""
+    if scene.is_constrained:
+        raise DerivationError(
+            f"{scene.name}: {what} are written in independent coordinates, and loops or rows tie these; "
+            "print Lagrange's equations with multipliers, or D'Alembert's system"
+        )
+    if scene.prescribed_velocities:
+        raise DerivationError(
+            f"{scene.name}: {what} are written without prescribed motions; print Lagrange's equations"
+        )
+
+
+def _open(scene: Scene, what: str) -> ClosedForm:
+    """Return the closed form of a scene that no row ties."""
+    _refuse_rows(scene, what)
+    return closed_form(scene)
+
+
+def _fresh(letter: str, scene: Scene, index: Sequence[int]) -> list[str]:
+    """Return a name for each index that the scene does not have."""
+    taken = {one.name for one in scene.parameters} | {
+        *scene.coordinates,
+        *scene.velocities,
+        *filter(None, scene.drives),
+    }
+    found = []
+    for i in index:
+        name = f"{letter}{i + 1}" if len(scene.velocities) > 1 else letter
+        while name in taken:
+            name += "_"
+        found.append(name)
+    return found
+
+
+# Hamilton and Routh
+
+
+@dataclass(frozen=True)
+class _Momenta:
+    """Momenta of some velocities, and these velocities solved for, None where that is too long to read."""
+
+    names: list[str]
+    nodes: list[Expr]
+    forms: list[Form]
+    rates: list[Form] | None
+
+
+def _momenta(closed: ClosedForm, own: Sequence[int]) -> _Momenta:
+    """Return p_i = Σ_j M_ij q̇_j of some velocities; those solve p - M_other q̇_other = M_own q̇_own."""
+    scene, graph = closed.scene, closed.state.q[0].graph
+    names = _fresh("p", scene, own)
+    M = [[closed.form("k_z", i, j) for j in range(closed.n)] for i in own]
+    forms = [Form.sum(Form.product((m, Symbol(u))) for m, u in zip(row, scene.velocities, strict=True)) for row in M]
+    p = [graph.symbol(name) for name in names]
+    rest = [
+        p[k] - graph.total(row[j].express(graph) * closed.state.qd[j] for j in range(closed.n) if j not in own)
+        for k, row in enumerate(M)
+    ]
+    A = [[row[j].express(graph) for j in own] for row in M]
+    try:
+        field = Ratios([*rest, *(x for row in A for x in row)])
+        values = field.values()
+        solved = field.solved([evaluate(row, field, values) for row in A], [[x] for x in evaluate(rest, field, values)])
+        rates = [_quotient(closed, field.form(x).express(graph)) for (x,) in solved]
+    except TOO_LONG:
+        return _Momenta(names, p, forms, None)
+    longest = max(sum(1 for _ in rate.walk()) for rate in rates)
+    return _Momenta(names, p, forms, rates if longest <= 4 * LONGEST else None)
+
+
+def hamilton(scene: Scene) -> Iterator[Group]:
+    """Yield momenta, H, and the canonical equations.
+
+    Raises:
+        DerivationError: rows tie the coordinates, a motion is prescribed, or there is no closed form.
+    """
+    closed = _open(scene, "Hamilton's equations")
+    page, graph, every = Printable.of(closed, lengths=None), closed.state.q[0].graph, range(closed.n)
+    found = _momenta(closed, every)
+    rows = [Row(name, _p(name), form) for name, form in zip(found.names, found.forms, strict=True)]
+    yield Group("Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:")
+    try:
+        rates = [form.express(graph) for form in found.rates or ()]
+        work = graph.total(p * rate for p, rate in zip(found.nodes, rates, strict=True)) / 2
+        kinetic = _quotient(closed, work)
+        slopes = [_quotient(closed, x).negative for x in gradient(kinetic.express(graph), closed.state.q)]
+        text = r"$\dot q_i = \partial H/\partial p_i$, $\dot p_i = -\partial H/\partial q_i + Q_i$:"
+        rows = [Row(u, u, rate) for u, rate in zip(scene.velocities, found.rates or (), strict=True)]
+    except TOO_LONG:
+        slopes = [closed.compactor(closed.ring.derivative(closed.K, q)) for q in closed.state.q]
+        kinetic, rows = closed.form("K"), []
+        text = r"$\dot q$ follows from the momenta above, $M \dot q = p$; $\dot p_i = \partial L/\partial q_i + Q_i$:"
+    H = Form.sum((kinetic, page.P))
+    yield Group("Hamiltonian", "H = p.qd - L", (Row("H", "H", H),), r"$H = \sum p_i \dot q_i - L$:")
+    for i, (name, slope) in enumerate(zip(found.names, slopes, strict=True)):
+        form = Form.sum((slope, page.gravity(i).negative, page.right[i]))
+        rows.append(Row(f"{name}_dot", rf"\dot {_p(name)}", form))
+    yield Group("Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
+
+
+def routh(scene: Scene) -> Iterator[Group]:
+    """Yield the constant momenta, Routh's function, and the equations that are left.
+
+    Raises:
+        DerivationError: no coordinate is cyclic, all are, or as of `hamilton`.
+    """
+    closed = _open(scene, "Routh's equations")
+    page, graph = Printable.of(closed, lengths=None), closed.state.q[0].graph
+    L = closed.K - closed.P
+    cyclic = [
+        i
+        for i, q in enumerate(closed.state.q)
+        if not closed.ring.derivative(L, q) and not page.right[i].terms and not page.gravity(i).terms
+    ]
+    if not cyclic or len(cyclic) == closed.n:
+        which = "every coordinate is" if cyclic else "no coordinate is"
+        why = (
+            "their momenta are constant, which solves it"
+            if cyclic
+            else "each has a force, or the energies depend on it"
+        )
+        raise DerivationError(f"{scene.name}: Routh's equations do not exist: {which} cyclic; {why}")
+    found = _momenta(closed, cyclic)
+    if found.rates is None:
+        raise DerivationError(
+            f"{scene.name}: the cyclic velocities are too long to be put in; print Lagrange's equations"
+        )
+    rows = [Row(name, _p(name), form) for name, form in zip(found.names, found.forms, strict=True)]
+    names = ", ".join(scene.coordinates[i] for i in cyclic)
+    yield Group(
+        "Constant momenta", f"nothing depends on {names}", tuple(rows), f"Nothing depends on {in_latex(names)}:"
+    )
+    rates = [Row(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)]
+    yield Group("Cyclic velocities", "from these", tuple(rates))
+    known = {closed.state.qd[i]: rate.express(graph) for i, rate in zip(cyclic, found.rates, strict=True)}
+    (kinetic,) = substitute([closed.form("K").express(graph)], known)
+    given = graph.total(p * known[closed.state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
+    R = _quotient(closed, kinetic - given)
+    yield Group("Routh's function", "R = L - sum of p qd", (Row("R", "R", Form.sum((R, page.P.negative))),),
+                r"$R = L - \sum p_i \dot q_i$:")  # fmt: skip
+    node, left, order = R.express(graph), [], closed.state
+    for i in (i for i in range(closed.n) if i not in cyclic):
+        (momentum,) = gradient(node, [order.qd[i]])
+        (inertial,) = tangents([momentum], order.acceleration)
+        (slope,) = gradient(node, [order.q[i]])
+        form = Form.sum((_quotient(closed, inertial), _quotient(closed, slope).negative, page.gravity(i)))
+        left.append(Row("0", "0", Form.sum((form, page.right[i].negative))))
+    latex = r"$\frac{d}{dt} \partial R/\partial \dot q_i - \partial R/\partial q_i - Q_i = 0$:"
+    yield Group("Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)
+
+
+def _p(name: str) -> str:
+    """Return the name of a momentum in LaTeX: p, p_{1}."""
+    return name[0] + (f"_{{{name[1:].rstrip('_')}}}" if name[1:] else "") + "'" * name.count("_")
+
+
+# Kane, Gibbs and Appell
+
+
+class _Vectors:
+    """Nodes of velocities and accelerations as short as a ring of sines can write them."""
+
+    def __init__(self, w: Workspace, nodes: Sequence[Expr]) -> None:
+        state, parallel = w.state, angle_groups(w.scene, w.graph)
+        every = list(dict.fromkeys(nodes))
+        try:
+            ring = TrigonometricRing(every, (*state.q, *state.qd, *state.qdd), parallel)
+            write = Compactor(ring, parallel)
+            self._write = dict(zip(every, map(write, evaluate(every, ring, ring.values(every))), strict=True))
+        except DerivationError:
+            self._write = {node: Form.of(node) for node in every}
+
+    def __call__(self, node: Expr) -> Form:
+        return self._write[node]
+
+
+AXES = "xyz"
+
+
+def _workspace(scene: Scene, what: str) -> Workspace:
+    """Return a workspace whose symbols are born in the order in which formulas name them."""
+    _refuse_rows(scene, what)
+    w = Workspace(scene)
+    for name in (*(one.name for one in scene.parameters), *scene.coordinates):
+        w.graph.symbol(name)
+    return w
+
+
+def kane(scene: Scene) -> Iterator[Group]:
+    """Yield for every rigid part its partial velocities and F_r*, then F_r + F_r* = 0 for every velocity.
+
+    Raises:
+        EmitError: more than anyone reads.
+    """
+    w = _workspace(scene, "Kane's equations")
+    system, n = w.kane, range(w.state.n)
+    shares = [part.along(part.inertia_force) for part in system.bodies]
+    active, inertia = system.active_forces(), system.inertia_forces()
+    nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
+    nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
+    write = _Vectors(w, [*nodes, *(x for share in shares for x in share), *active, *inertia])
+    named = _drives(scene)
+    for part, share in zip(system.bodies, shares, strict=True):
+        rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
+        for r, twist in zip(n, part.partial, strict=True):
+            rows += [*_vector(f"v{r + 1}", twist[0], write), *_vector(f"w{r + 1}", twist[1], write)]
+        rows += [Row(f"F{r + 1}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
+        text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
+        yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
+    rows = [Row(f"F{r + 1}", f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
+    yield Group("Active forces", "weights, drives, and what else does work", tuple(rows))
+    sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]
+    yield Group("Kane's equations", "0 = F + F*", tuple(Row("0", "0", x) for x in sums), "$F_r + F_r^* = 0$:")
+
+
+def appell(scene: Scene) -> Iterator[Group]:
+    """Yield S, without what holds no acceleration, and ∂S/∂u̇ = Q for every velocity."""
+    w = _workspace(scene, "Appell's equations")
+    system, graph = w.kane, w.graph
+    S = [graph.zero]
+    for part in system.bodies:
+        a, dw, omega = part.a, part.dw, part.w
+        S.append(part.m * dot(a, a) / 2 + dot(part.dw, part.I @ dw) / 2 + dot(dw, cross(omega, part.I @ omega)))
+        S.append(dot(a, _carried(part.h, omega, dw)))
+    whole = graph.total(S)
+    total = whole - substitute([whole], dict.fromkeys(w.state.qdd, graph.zero))[0]
+    slopes = gradient(total, w.state.qdd)
+    active = system.active_forces()
+    write = _Vectors(w, [total, *slopes, *active])
+    named = _drives(scene)
+    text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
+    yield Group("Function of Gibbs and Appell", text, (Row("S", "S", write(total)),))
+    rows = [Row(f"dS/d{u}_dot", "", write(x)) for u, x in zip(scene.velocities, slopes, strict=True)]
+    sums = [Form.sum((row.form, named[r].negative, write(active[r]).negative)) for r, row in enumerate(rows)]
+    yield Group("Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums),
+                r"$\partial S/\partial \dot u_r - Q_r = 0$:")  # fmt: skip
+
+
+def _carried(h: Vec, w: Vec, dw: Vec) -> Vec:
+    return add(cross(dw, h), cross(w, cross(w, h)))
+
+
+def _vector(name: str, v: Vec, write: _Vectors) -> list[Row]:
+    letter, index = name[0], name[1:]
+    shown = r"\omega" if letter == "w" else "v"
+    return [
+        Row(f"{name}_{axis}", f"{shown}_{{{index + ',' if index else ''}{axis}}}", write(x))
+        for axis, x in zip(AXES, v, strict=True)
+    ]
+
+
+def _drives(scene: Scene) -> list[Form]:
+    return [Symbol(drive) if drive else Number.ZERO for drive in scene.drives]
+
+
+PAGES: dict[str, Callable[[Scene], Iterator[Group]]] = {
+    "hamilton": hamilton,
+    "routh": routh,
+    "kane": kane,
+    "gibbs-appell": appell,
+}
+"""Formulations beside Lagrange's and D'Alembert's, each by what writes its page."""
+
+
+def formulation_text(scene: Scene, formulation: str, format: str = "latex", document: bool = False) -> str:
+    """Return a formulation in LaTeX, a whole document of it where that is asked for, or as plain text.
+
+    Raises:
+        EmitError: another format, a document of text, or more than anybody reads.
+        DerivationError: the scene has no such formulation, and why.
+    """
+    if format not in ("latex", "text") or (format == "text" and document):
+        told = f"without {argument('document')}"
+        raise EmitError(f"{formulation}: it is written in LaTeX and, {told}, as text, not as {format}")
+    groups = list(PAGES[formulation](scene))
+    forms = [row.form for group in groups for row in group.rows]
+    refuse_too_long(scene.name, f"{formulation}:", forms, "symdyn generate writes code, which has no such limit")
+    if format == "text":
+        return "\n\n".join(_text(group) for group in groups)
+    write = Latex(latex_symbols(scene, [row.name for group in groups for row in group.rows]), digits_or(DIGITS))
+    sections = [_section(group, write) for group in groups]
+    if not document:
+        return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
+    from symdyn.emit.render import render
+
+    symbols = symbol_table(scene, write, any("t" in form.symbols for form in forms))
+    values = any(row["value"] for row in symbols)
+    title = in_latex(scene.name)
+    inside = {"title": title, "comment": scene.name, "sections": sections, "symbols": symbols, "values": values}
+    return render("latex/equations.tex.jinja", inside)
+
+
+def _text(group: Group) -> str:
+    rows = (equation_lines(row.name, broken_text(rounded(row.form, requested_digits() or 15))) for row in group.rows)
+    return "\n".join((f"# {group.title}: {group.text}", *rows))
+
+
+def _section(group: Group, write: Latex) -> dict[str, str]:
+    pairs = [(write.symbols.get(row.latex, row.latex), write(row.form)) for row in group.rows]
+    text = group.latex or f"{group.text[0].upper()}{in_latex(group.text[1:])}:"
+    return {"title": in_latex(group.title), "text": text, "body": "\n".join(definitions(pairs))}

@@ -1,0 +1,202 @@
+"""Hamilton's, Routh's, Kane's and Appell's equations: against Lagrange's in numbers, and against books."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy
+
+import symdyn
+from symdyn.algebra import Form
+from symdyn.emit.print.formulations_page import PAGES, Group
+from symdyn.errors import DerivationError, EmitError
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.toml import read_text
+
+SPHERICAL = """
+name = "spherical"
+gravity = [0, 0, "-g"]
+[parameters]
+m = { value = 0.7, unit = "kg", positive = true }
+l = { value = 1.1, unit = "m", positive = true }
+g = { value = 9.81, unit = "m/s^2", positive = true }
+[bodies.ring]
+[bodies.bob]
+particles = [{ mass = "m", at = [0, 0, "-l"] }]
+[joints.post]
+type = "revolute"
+parent = "ground"
+child = "ring"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = false
+[joints.hinge]
+type = "revolute"
+parent = "ring"
+child = "bob"
+axis = [0, 1, 0]
+coordinate = "theta"
+drive = false
+"""
+
+TOP = """
+name = "top"
+gravity = [0, 0, "-g"]
+[parameters]
+A = { value = 0.05, unit = "kg m^2", positive = true }
+C = { value = 0.03, unit = "kg m^2", positive = true }
+m = { value = 0.7, unit = "kg", positive = true }
+l = { value = 0.2, unit = "m", positive = true }
+g = { value = 9.81, unit = "m/s^2", positive = true }
+[bodies.top]
+mass = "m"
+com = [0, 0, "l"]
+inertia = ["A", "A", "C"]
+inertia_about = "frame"
+[joints.point]
+type = "spherical"
+parent = "ground"
+child = "top"
+orientation = "zxz"
+coordinates = ["psi", "theta", "phi"]
+drive = false
+"""
+
+
+def values_of(scene: Scene, q: list[float], u: list[float], more: dict[str, float]) -> dict[str, float]:
+    known = {one.name: float(one.value.at({})) for one in scene.parameters if one.value is not None}
+    return known | dict(zip(scene.coordinates, q, strict=True)) | dict(zip(scene.velocities, u, strict=True)) | more
+
+
+def number(form: Form, values: dict[str, float]) -> float:
+    expression = form.to_sympy()
+    return float(expression.subs({symbol: values[str(symbol)] for symbol in expression.free_symbols}))
+
+
+def plain(form: Form) -> sympy.Expr:
+    """Return a formula in symbols of which nothing is assumed."""
+    found = form.to_sympy()
+    return found.subs({symbol: sympy.Symbol(str(symbol)) for symbol in found.free_symbols})
+
+
+def group(groups: list[Group], title: str) -> Group:
+    return next(one for one in groups if one.title == title)
+
+
+@pytest.fixture(params=["two_link", "cart_pole", "gallery/furuta", "TOP", "SPHERICAL"])
+def scene(request: pytest.FixtureRequest) -> Scene:
+    if request.param.isupper():
+        return read_text(globals()[request.param])
+    scene = symdyn.example(request.param.split("/")[-1])
+    sized = (one if one.value is not None else replace(one, value=Quantity.number(Fraction(k + 3, 5)))
+             for k, one in enumerate(scene.parameters))  # fmt: skip
+    return replace(scene, parameters=tuple(sized))
+
+
+def motion(scene: Scene) -> tuple[list[float], list[float], list[float], list[float]]:
+    drawn = np.random.default_rng(4)
+    q, u = drawn.uniform(0.3, 1.2, len(scene.coordinates)), drawn.uniform(-1, 1, len(scene.velocities))
+    tau = [drawn.uniform(-1, 1) if drive else 0.0 for drive in scene.drives]
+    a = symdyn.lambdify(scene, "forward_dynamics")(q, u, tau)
+    return q.tolist(), u.tolist(), np.asarray(a).tolist(), tau
+
+
+def all_values(scene: Scene) -> tuple[dict[str, float], list[float]]:
+    q, u, a, tau = motion(scene)
+    more = {drive: x for drive, x in zip(scene.drives, tau, strict=True) if drive}
+    more |= {f"{name}_ddot": x for name, x in zip(scene.coordinates, a, strict=True)}
+    return values_of(scene, q, u, more), a
+
+
+def test_canonical_equations_are_the_rates_of_momenta(scene: Scene) -> None:
+    """ṗ by them is the difference of `momentum` along the motion; q̇ by them is q̇."""
+    groups, (values, a) = list(PAGES["hamilton"](scene)), all_values(scene)
+    q, u, _, _ = motion(scene)
+    momentum, h = symdyn.lambdify(scene, "momentum"), 1e-6
+    ahead, behind = (
+        momentum(np.add(q, np.multiply(s, u)) + s * s / 2 * np.array(a), np.add(u, np.multiply(s, a))) for s in (h, -h)
+    )
+    slopes = (ahead - behind) / (2 * h)
+    momenta = {row.name: number(row.form, values) for row in group(groups, "Momenta").rows}
+
+    assert np.allclose(list(momenta.values()), momentum(q, u), rtol=1e-12)
+    for row in group(groups, "Canonical equations").rows:
+        found = number(row.form, values | momenta)
+        if row.name in scene.velocities:
+            assert found == pytest.approx(values[row.name], rel=1e-10, abs=1e-12)
+        else:
+            assert found == pytest.approx(slopes[[*momenta].index(row.name.removesuffix("_dot"))], rel=1e-7, abs=1e-8)
+
+
+@pytest.mark.parametrize("formulation", ["kane", "gibbs-appell"])
+def test_the_equations_vanish_along_a_motion(scene: Scene, formulation: str) -> None:
+    groups, (values, _) = list(PAGES[formulation](scene)), all_values(scene)
+
+    for row in groups[-1].rows:
+        assert number(row.form, values) == pytest.approx(0, abs=1e-10)
+
+
+def test_shares_of_bodies_add_up_to_the_inertia_forces(scene: Scene) -> None:
+    groups, (values, _) = list(PAGES["kane"](scene)), all_values(scene)
+
+    active = [number(row.form, values) for row in group(groups, "Active forces").rows]
+    inertia = np.zeros(len(active))
+    for row in (row for one in groups for row in one.rows if row.name.endswith("*")):
+        inertia[int(row.name[1:-1]) - 1] += number(row.form, values)
+    assert np.allclose(np.add(active, inertia), 0, atol=1e-10)
+
+
+def test_the_spherical_pendulum_is_that_of_goldstein() -> None:
+    """H = (p_θ² + p_φ² / sin² θ) / (2 m l²) - m g l cos θ; R holds the amended potential."""
+    m, length, g, theta, p1, p2, rate = sympy.symbols("m l g theta p1 p2 theta_dot")
+    groups = list(PAGES["hamilton"](read_text(SPHERICAL)))
+
+    H = plain(group(groups, "Hamiltonian").rows[0].form)
+    by_book = (p2**2 + p1**2 / sympy.sin(theta) ** 2) / (2 * m * length**2) - m * g * length * sympy.cos(theta)
+    assert sympy.simplify(H - by_book) == 0
+
+    R = plain(group(list(PAGES["routh"](read_text(SPHERICAL))), "Routh's function").rows[0].form)
+    amended = p1**2 / (2 * m * length**2 * sympy.sin(theta) ** 2) - m * g * length * sympy.cos(theta)
+    assert sympy.simplify(R - (m * length**2 * rate**2 / 2 - amended)) == 0
+
+
+@pytest.mark.parametrize("text", [SPHERICAL, TOP])
+def test_what_is_left_after_routh_holds_along_a_motion(text: str) -> None:
+    scene = read_text(text)
+    groups, (values, _) = list(PAGES["routh"](scene)), all_values(scene)
+    momenta = {row.name: number(row.form, values) for row in group(groups, "Constant momenta").rows}
+
+    for row in group(groups, "Equations that are left").rows:
+        assert number(row.form, values | momenta) == pytest.approx(0, abs=1e-10)
+    for row in group(groups, "Cyclic velocities").rows:
+        assert number(row.form, values | momenta) == pytest.approx(values[row.name], rel=1e-10)
+
+
+def test_the_top_has_two_constant_momenta() -> None:
+    assert [row.name for row in group(list(PAGES["routh"](read_text(TOP))), "Constant momenta").rows] == ["p1", "p3"]
+
+
+@pytest.mark.parametrize(
+    ("name", "formulation", "message"),
+    [
+        ("four_bar", "hamilton", "four_bar: Hamilton's equations are written in independent coordinates"),
+        ("four_bar", "kane", "four_bar: Kane's equations are written in independent coordinates"),
+        ("cart_pole", "routh", "cart_pole: Routh's equations do not exist: no coordinate is cyclic"),
+        ("heavy_top", "hamilton", "joint point turns by a quaternion"),
+    ],
+)
+def test_a_scene_without_a_formulation_says_why(name: str, formulation: str, message: str) -> None:
+    with pytest.raises(DerivationError, match=message):
+        symdyn.emit.print.printed_text(symdyn.example(name), formulation=formulation)
+
+
+@pytest.mark.parametrize("formulation", list(PAGES))
+def test_pages_are_text_latex_and_a_document(formulation: str) -> None:
+    scene, printed = read_text(SPHERICAL), symdyn.emit.print.printed_text
+
+    assert printed(scene, "text", formulation=formulation).startswith("# ")
+    assert r"\paragraph{" in printed(scene, formulation=formulation)
+    assert r"\begin{document}" in printed(scene, document=True, formulation=formulation)
+    with pytest.raises(EmitError, match="it is written in LaTeX and, without document, as text, not as sympy"):
+        printed(scene, "sympy", formulation=formulation)
