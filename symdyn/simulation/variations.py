@@ -123,7 +123,7 @@ class Variations:
         probe = parts @ starts, parts @ changes
         tape = taped(flow, x[: flow.size], probe, times, relative, absolute, stiff, look)
         if len(tape.x) != len(times):
-            same = f"some of the times up to {until:.6g} s are the same double"
+            same = f"until = {until:.6g} s leaves times that are the same double"
             raise SimulateError(f"{system.scene.name}: {same}; give fewer times or a later end")
         return cls(flow, tape, times, names, starts, changes, tuple(said))
 

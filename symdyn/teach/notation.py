@@ -72,7 +72,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if any(x != Quantity.ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
-        ends = " – ".join(lesson.text("ground") if end.body == Scene.GROUND else end.body for end in one.ends)
+        ends = " – ".join(lesson.text("ground") if end.body == Scene.GROUND else str(lesson.told("body", end.body)) for end in one.ends)
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
     if not rows:

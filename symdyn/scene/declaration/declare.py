@@ -75,6 +75,7 @@ class Declaration:
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
         units: raw value; "none" for a scene that is without dimensions on purpose.
+        text: raw value; what it is.
     """
 
     name: str
@@ -89,6 +90,7 @@ class Declaration:
     inputs: tuple[Entry, ...] = ()
     outputs: tuple[Entry, ...] = ()
     units: object = None
+    text: object = None
 
 
 def reading_of(declaration: Declaration, faults: Faults, options: ReadOptions) -> Reading:
@@ -147,6 +149,8 @@ def assemble(
         derived=derived,
         dimensionless=head["dimensionless"] or dimensionless,
         source=source,
+        text=head["text"],
+        texts=head["texts"],
     )
     scene = _written_out(scene, faults)
     scope = Scope({point.name: point for point in scene.points}, scene.gravity, parameters)

@@ -86,8 +86,8 @@ def named_steps(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> list[Step]
         (w, one.w, "rad/s"),
         (dw, one.dw, "rad/s²"),
     )
-    heads = ("symbol", *(names.of(axis) for axis in "xyz"), "unit")
-    shown = [(symbol, *_numbers(lesson, chosen.of(*vector)), unit) for symbol, vector, unit in rows]
+    heads: list[str | Symbol] = ["symbol", *(names.of(axis) for axis in "xyz"), "unit"]
+    shown: list[list[str | Form | Words]] = [[symbol, *_numbers(lesson, chosen.of(*vector)), unit] for symbol, vector, unit in rows]
     centred = all(x.is_zero for x in one.arm)
     claim, reason = lesson.say("letters", body=body), lesson.say("letters.reason") if j == 0 else Words(())
     motion = Step(f"letters:{body}", claim, (lesson.table(heads, shown),), reason)
@@ -122,7 +122,9 @@ def balance_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
         columns.append((star, _exerted(lesson, j, h, x, chosen)))
     kinds = [(names.of(letter, axis), "N" if letter == "F" else "N m") for letter in "FM" for axis in "xyz"]
     values = [_numbers(lesson, entries) for _, entries in columns]
-    rows = [(symbol, *(one[k] for one in values), unit) for k, (symbol, unit) in enumerate(kinds)]
+    rows: list[list[str | Form | Words]] = [
+        [symbol, *(one[k] for one in values), unit] for k, (symbol, unit) in enumerate(kinds)
+    ]
     equation = Formula("", Form.sum(symbol for symbol, _ in columns), "5.18", Number.ZERO)
     blocks = (*others, equation, lesson.table(("symbol", *(symbol for symbol, _ in columns), "unit"), rows))
     P, R = (names.of(letter, "je", accent="bar") for letter in "PR")
@@ -195,11 +197,11 @@ def loop_picture(lesson: Balance, chosen: Chosen) -> Step:
             at = tuple(round(value, 9) + 0.0 for value in chosen.of(*place))
             named.setdefault(at, []).append(f"{letter}_{{{Letters.body_number(j)}}}")
     frame, x = hanging.frames[cut], solved_at(lesson, chosen)[0]
-    at, known = chosen.of(*frame.p), lesson.system.bodies[cut].action
+    start, known = chosen.of(*frame.p), lesson.system.bodies[cut].action
     here = "".join(numbered(number, cut))
     names = f"{F}_{{{here}}}^A", f"{M}_{{{here}}}^A"
     couple = chosen.of(*frame.R @ known[1])
-    wrenches = [Wrench(names[0], at, chosen.of(*frame.R @ known[0]), couple, names[1])]
+    wrenches = [Wrench(names[0], start, chosen.of(*frame.R @ known[0]), couple, names[1])]
     turned = np.array(chosen.of(*(entry for row in frame.R for entry in row))).reshape(3, 3)
     for h, hinge, _ in other_joints(lesson, cut):
         own = hinge.place_on_child if hinge.child == cut else hinge.place_on_parent
