@@ -270,7 +270,9 @@ def drawing(
     )
     names += _names(found, seen, labels)
     segments = lines(items, 1)
-    return with_corner(Drawing(scene.name, items, put(with_descriptions(scene, names), segments)), scene, found, seen, segments)
+    return with_corner(
+        Drawing(scene.name, items, put(with_descriptions(scene, names), segments)), scene, found, seen, segments
+    )
 
 
 def mechanism(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:

@@ -72,7 +72,10 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if any(x != Quantity.ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
-        ends = " – ".join(lesson.text("ground") if end.body == Scene.GROUND else str(lesson.told("body", end.body)) for end in one.ends)
+        ends = " – ".join(
+            lesson.text("ground") if end.body == Scene.GROUND else str(lesson.told("body", end.body))
+            for end in one.ends
+        )
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
     if not rows:
@@ -111,7 +114,7 @@ def notation_step(lesson: Prose) -> Step:
     for (joint, q, measure), rate in zip(SceneUnits(scene).each_coordinate(), scene.velocities, strict=True):
         kind = lesson.say("notation.angle" if measure == "rad" else "notation.way", joint=joint.name)
         rows.append((Symbol(q), kind, measure, ""))
-        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{measure}/s", ""))
+        rows.append((Symbol(rate), lesson.say("notation.rate"), f"{measure}/s", ""))
     for joint, drive, measure in SceneUnits(scene).each_drive():
         key = "notation.force" if measure == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), measure, ""))

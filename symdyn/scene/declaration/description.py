@@ -1,7 +1,7 @@
 """What a scene, its bodies, joints, parameters, inputs and outputs are in words, in one language or in several.
 
-    text = "crank"
-    text = { en = "crank", sk = "kľuka" }
+text = "crank"
+text = { en = "crank", sk = "kľuka" }
 """
 
 from __future__ import annotations

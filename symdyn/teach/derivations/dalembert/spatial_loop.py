@@ -87,7 +87,9 @@ def named_steps(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> list[Step]
         (dw, one.dw, "rad/s²"),
     )
     heads: list[str | Symbol] = ["symbol", *(names.of(axis) for axis in "xyz"), "unit"]
-    shown: list[list[str | Form | Words]] = [[symbol, *_numbers(lesson, chosen.of(*vector)), unit] for symbol, vector, unit in rows]
+    shown: list[list[str | Form | Words]] = [
+        [symbol, *_numbers(lesson, chosen.of(*vector)), unit] for symbol, vector, unit in rows
+    ]
     centred = all(x.is_zero for x in one.arm)
     claim, reason = lesson.say("letters", body=body), lesson.say("letters.reason") if j == 0 else Words(())
     motion = Step(f"letters:{body}", claim, (lesson.table(heads, shown),), reason)
