@@ -167,11 +167,11 @@ class Prose:
     # Words
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
-        """Return the prose of a key in the language, with its places filled; bodies and joints by their descriptions."""
+        """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
         return Words(fill(self.tongue.lesson[key], {place: self.told(place, value) for place, value in places.items()}))
 
     def told(self, place: str, value: str | Form | Words) -> str | Form | Words:
-        """Return what stands in a place of a text: names of bodies and joints, commas between, by their descriptions."""
+        """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""
         known = self._described.get(place)
         if not known or not isinstance(value, str):
             return value
@@ -211,9 +211,10 @@ class Prose:
 
     @cached_property
     def titles(self) -> Mapping[str, str]:
-        """What parts of pictures are called, from English; nothing in English, where types are called as they are."""
+        """What parts of pictures are called, from English, where types are called as they are; and descriptions."""
+        told = {f"{part} {name}": text for part in ("body", "joint") for name, text in self._described[part].items()}
         kinds = {type: self.kind(type, row.words) for type, row in JOINTS.items()}
-        return {} if self.language == "en" else {**kinds, **self.tongue.picture}
+        return told if self.language == "en" else {**kinds, **self.tongue.picture, **told}
 
     def joint_kind(self, joint: Joint) -> Words:
         """Return what the type of a joint is called."""

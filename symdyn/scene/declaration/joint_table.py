@@ -17,7 +17,6 @@ from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
-from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul

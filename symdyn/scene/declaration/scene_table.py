@@ -29,7 +29,7 @@ from symdyn.scene.values.key import (
     shape_of,
     word,
 )
-from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Signal
+from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.shape import (
     NUMBER,
