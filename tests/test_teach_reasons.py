@@ -194,4 +194,4 @@ def test_a_body_has_one_number_in_both_lessons() -> None:
     energies, forces = (walkthrough(scene, formulation=formulation) for formulation in ("lagrange", "dalembert"))
     assert "link 1" in said(energies, "kinetic:1")
     assert said(forces, "free:link1").startswith("Body 1, link 1")
-    assert said(forces, "free:link2").startswith("Body 2, link2")
+    assert said(forces, "free:link2").startswith("Body 2, link 2")
