@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import EXAMPLES, two_link
-from gltf_viewers import packages, shown, validated, viewer
+from gltf_viewers import shown, validated, viewer
 from hostile import PAYLOADS
 from mechanisms import jointed, random_tree
+from npm_packages import packages
 from scipy.spatial.transform import Rotation
 from test_draw_files import pixels
 

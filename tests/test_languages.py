@@ -251,3 +251,18 @@ def test_slovak_lessons_have_decimal_commas(scene: str, formulation: str) -> Non
 
     assert "9,81" in page
     assert re.findall(r"(?<![\d.(])\d+\.\d+", re.sub(r"\\tag\{[^}]*\}|\(5\.[\d.,() -]*\)", "", page)) == []
+
+
+def test_a_lesson_calls_the_scene_its_bodies_and_joints_as_they_are_described() -> None:
+    scene = read(EXAMPLES / "two_link.toml")
+    english, slovak = (walkthrough(scene, language, until="energies") for language in ("en", "sk"))
+    told = str(rendered(slovak, "md")["two_link.md"])
+
+    assert english.title == "Two-link mechanism: the equations of motion, step by step"
+    assert slovak.title == "Dvojčlenný otvorený mechanizmus: pohybové rovnice krok za krokom"
+    assert "spojení S1" in told
+    assert "člena 2" in told
+    assert "shoulder" not in told
+    back = read_text(write_text(scene).text)
+    assert back == scene
+    assert [one.text for one in (*back.bodies, *back.joints)] == ["link 1", "link 2", "shoulder", "elbow"]

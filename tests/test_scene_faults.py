@@ -94,7 +94,7 @@ EDITS = [
      'joints.elbow: force = "-3*m1*q2_dot" has no meaning for a fixed joint; leave it out'),
     ("com = [0", "centre = [0",
      'bodies.link1: unknown key "centre"; known are mass, com, first_moment, inertia, inertia_about, particles, '
-     "allow_invalid_inertia, shape"),
+     "allow_invalid_inertia, shape, text"),
     ("com = [0", "Com = [0", 'bodies.link1: unknown key "Com"; did you mean com?'),
     ("gravity", "gravty", 'unknown key "gravty"; did you mean gravity?'),
     ("mass = 1\n", "mass = -1\n", "bodies.link2: mass = -1 is negative; give a mass of zero or more"),

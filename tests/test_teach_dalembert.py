@@ -19,9 +19,10 @@ from symdyn.scene.toml import read_text
 from symdyn.table import Table
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.derivations.dalembert.balance import Balance
-from symdyn.teach.derivations.dalembert.shown_motion import choose_motion
+from symdyn.teach.derivations.dalembert.shown_motion import choose_motion, solved_at
 from symdyn.teach.derivations.dalembert.side_by_side import terms_of_both
 from symdyn.teach.derivations.dalembert.solved_loops import less
+from symdyn.teach.derivations.dalembert.spatial_loop import other_joints
 from symdyn.teach.derivations.rotations import expanded_squares
 from symdyn.teach.document import Formula, Matrix
 
@@ -333,3 +334,88 @@ def test_where_nothing_is_driven_no_drives_are_compared() -> None:
     shown = "".join(map(str, rendered(document, "md").values()))
     assert "Drives compared" not in shown
     assert "The reactions obey the laws of mechanics" in shown
+
+
+LOOPS = ("rsup", "spatial_slider_crank")
+
+
+def numbers_of(document: Document, key: str) -> tuple[list[str], np.ndarray]:
+    """Return the last table of a step: keys of its heads and its numbers, without the first and the last column."""
+    step = next(one for part in document.sections for one in part.steps if one.key == key)
+    (table,) = (block for block in step.blocks if isinstance(block, Table))
+    heads = [next(iter(head.parts[0].symbols)) for head in table.columns[1:-1]]
+    cells = [
+        [float(str(cell.parts[0]).replace("−", "-").replace(" · 10^", "e")) for cell in row[1:-1]] for row in table.rows
+    ]
+    return heads, np.array(cells)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_loop_in_space_stays_in_letters_and_their_values_give_its_inertia_forces(name: str) -> None:
+    """(5.13)-(5.17) of the table of accelerations are the column of the table whose rows add up to zero."""
+    document, balance = lesson(name), Balance(read(EXAMPLES / f"{name}.toml"), "en")
+    chosen = choose_motion(balance)
+    for j, body in enumerate(document.scene.bodies):
+        one = balance.cuts[j]
+        assert one is not None
+        _, (a_T, a_O, w, dw) = numbers_of(document, f"letters:{body.name}")
+        heads, rows = numbers_of(document, f"balance:{body.name}")
+        P, tensor = (np.reshape(chosen.of(*(x for row in M for x in row)), (3, 3)) for M in (one.P, one.I))
+        (m,), arm = chosen.of(one.m), chosen.of(*one.arm)
+        force = -m * P.T @ a_T
+        moment = -(tensor @ dw + skew(w) @ tensor @ w) + np.cross(arm, -m * P.T @ a_O)
+        column = next((k for k, head in enumerate(heads) if head.startswith("FDbar:")), None)
+        shown = np.zeros(6) if column is None else rows[:, column]
+        scale = max(1.0, float(np.abs(rows).max()))
+
+        assert [*force, *moment] == pytest.approx(shown, abs=1e-3 * scale)
+        assert rows.sum(axis=1) == pytest.approx(np.zeros(6), abs=1e-3 * scale)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_blocks_of_a_loop_are_what_its_joints_exert(name: str) -> None:
+    """1, and minus or plus the shift and the turn, at the bivector that a joint transmits; ground first as frame 0."""
+    balance = Balance(read(EXAMPLES / f"{name}.toml"), "en")
+    chosen, system = choose_motion(balance), balance.system
+    x = solved_at(balance, chosen)[0]
+    frames = [
+        (np.reshape(chosen.of(*(e for row in T.R for e in row)), (3, 3)), np.array(chosen.of(*T.p)))
+        for T in system.hanging.frames
+    ]
+
+    def exerted(j: int, h: int) -> np.ndarray:
+        mine = [u for u, one in enumerate(system.unknowns) if one.acts[0][0] == h and (j, u) in system.blocks]
+        return sum(
+            (x[u] * np.array(chosen.of(*(e for v in system.blocks[j, u] for e in v))) for u in mine), np.zeros(6)
+        )
+
+    for j, (P_j, r_j) in enumerate(frames):
+        for h, hinge, as_written in other_joints(balance, j):
+            if h < len(frames):
+                (P_e, r_e), bivector = frames[h], exerted(h, h)
+            else:
+                turned = np.reshape(chosen.of(*(e for row in hinge.origin.R for e in row)), (3, 3))
+                P_p, (r_p, O_p) = np.eye(3), (np.zeros(3), np.zeros(3))
+                if hinge.parent >= 0:
+                    P_p, r_p = frames[hinge.parent]
+                    O_p = np.array(chosen.of(*system.hanging.joints[hinge.parent].place_on_child))
+                P_e, r_e = P_p @ turned, r_p + P_p @ (np.array(chosen.of(*hinge.place_on_parent)) - O_p)
+                own = [u for u, one in enumerate(system.unknowns) if one.acts[0][0] == h]
+                units = (system.unknowns[u].acts[0][1] for u in own)
+                bivector = sum(
+                    x[u] * np.array(chosen.of(*(e for v in W for e in v))) for u, W in zip(own, units, strict=True)
+                )
+            P, r = P_j.T @ P_e, P_j.T @ (r_e - r_j)
+            force = P @ bivector[:3]
+            shifted = np.array([*force, *(np.cross(r, force) + P @ bivector[3:])])
+
+            assert exerted(j, h) == pytest.approx(shifted if as_written else -shifted, abs=1e-7)
+
+
+def test_contacts_stand_in_the_table_of_classes() -> None:
+    document = lesson("cart_with_wheel")
+    step = next(one for part in document.sections for one in part.steps if one.key == "count")
+    (table,) = (block for block in step.blocks if isinstance(block, Table))
+
+    assert [str(row[0].parts[0]) for row in table.rows] == ["track", "axle", "slip"]
+    assert [int(str(row[2].parts[0])) for row in table.rows] == [2, 2, 1]

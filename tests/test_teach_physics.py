@@ -163,7 +163,7 @@ def test_two_links_rest_where_the_potential_energy_is_level() -> None:
         least = all(sp.factor(minor).is_positive for minor in (H[1, 1], H.det()))
         assert chosen("two_link", "stable")[text] == (right and least)
     assert [text for text, right in chosen("two_link", "sense").items() if right] == ["positive"]
-    assert chosen("two_link", "limit")["The mechanism without link2 is left."]
+    assert chosen("two_link", "limit")["The mechanism without link 2 is left."]
 
 
 def test_a_bead_on_a_turning_hoop_stays_aside_and_keeps_jacobis_integral() -> None:

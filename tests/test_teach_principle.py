@@ -108,7 +108,7 @@ def test_the_product_rule_is_carried_out_term_by_term(name: str) -> None:
 
 
 ZEROS = {
-    "two_link": (["link1 points down", "link2 continues link1 in a straight line"], ["along z", "along z"]),
+    "two_link": (["link 1 points down", "link 2 continues link 1 in a straight line"], ["along z", "along z"]),
     "cart_pole": (["the frame of cart lies", "pole points up"], ["along x", "along z"]),
     "pendulum": (["points down"], ["along z"]),
     "elastic_pendulum": (["points down", "the frame of bob lies"], ["along z", "down"]),

@@ -193,5 +193,5 @@ def test_a_body_has_one_number_in_both_lessons() -> None:
 
     energies, forces = (walkthrough(scene, formulation=formulation) for formulation in ("lagrange", "dalembert"))
     assert "point mass $m_1$" in said(energies, "kinetic:1")  # that of link1
-    assert said(forces, "free:link1").startswith("Body 1, link1")
-    assert said(forces, "free:link2").startswith("Body 2, link2")
+    assert said(forces, "free:link1").startswith("Body 1, link 1")
+    assert said(forces, "free:link2").startswith("Body 2, link 2")

@@ -11,7 +11,7 @@ from symdyn.algebra import Floats
 from symdyn.draw.force_arrows import Wrench, with_corner, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.paint import File, check_picture
-from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench
+from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, with_descriptions
 from symdyn.draw.places import Array, Frame, JointAxis, Label, Places, put, unit
 from symdyn.draw.shapes import COLOURS, ENGLISH, Item, Title, dot, link, spots
 from symdyn.draw.stage import Stage, View, pose, values_of
@@ -82,7 +82,7 @@ def free_body(
         forced += named
     segments = lines(drawn, 1)
     named_bodies = [label for label in body_names(found, seen) if label.id == f"label-body-{body}"]
-    puts = put([*forced, *labels, *named_bodies], segments, np.inf)
+    puts = put([*forced, *with_descriptions(scene, [*labels, *named_bodies])], segments, np.inf)
     drawing = Drawing(f"{scene.name}: {body}", tuple(drawn), puts)
     cornered = with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments)
     return delivered(cornered, prefix, scheme, file, titles)

@@ -270,7 +270,9 @@ def drawing(
     )
     names += _names(found, seen, labels)
     segments = lines(items, 1)
-    return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)
+    return with_corner(
+        Drawing(scene.name, items, put(with_descriptions(scene, names), segments)), scene, found, seen, segments
+    )
 
 
 def mechanism(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
@@ -362,6 +364,13 @@ def body_names(places: Places, view: View) -> list[Label]:
         place = carrier(places, body.name).moved.p if at is None else at
         names.append(Label(f"label-body-{body.name}", Text.of_part(body.name), view.flat(place), view.size * 1.1))
     return names
+
+
+def with_descriptions(scene: Scene, labels: Sequence[Label]) -> list[Label]:
+    """Return labels of bodies and joints that have a description by that, in place of the name."""
+    words = {f"label-body-{one.name}": one.text for one in scene.bodies}
+    words |= {f"label-joint-{one.name}": one.text for one in (*scene.joints, *scene.loops)}
+    return [replace(one, text=Text.as_written(words[one.id])) if words.get(one.id) else one for one in labels]
 
 
 def known_body(scene: Scene, name: str) -> None:

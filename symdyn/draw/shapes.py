@@ -41,8 +41,11 @@ class Title(str):
         return made
 
     def sentence(self, words: Mapping[str, str]) -> str:
-        """Return the sentence by a table from English: sentences, and words such as types of joints in their places."""
+        """Return the sentence by a table from English: sentences, types of joints, "body NAME" and "joint NAME"."""
         filled = {key: words.get(value, value) if key in TRANSLATED else value for key, value in self.places.items()}
+        if "name" in filled:
+            part = "joint" if "joint" in self.template else "body"
+            filled["name"] = words.get(f"{part} {filled['name']}", filled["name"])
         return words.get(self.template, self.template).format(**filled)
 
 

@@ -75,6 +75,7 @@ def body(
     particles: Sequence[Particle | Mapping[str, object]] | None = None,
     allow_invalid_inertia: bool = False,
     shape: str | Mapping[str, object] | None = None,
+    text: str = "",
 ) -> Entry:
     """Declare a rigid body.
 
@@ -89,6 +90,7 @@ def body(
         allow_invalid_inertia: accept an inertia that is not physically consistent.
         shape: what it looks like in pictures: "rod", "disc", "ring", "ball", "plate", "point", or a table with
             sizes such as {"type": "disc", "radius": 0.3, "axis": [0, 0, 1]}.
+        text: a description, which lessons and pictures call it by.
     """
     said = locals()
     said["inertia_about"] = said.pop("about")
@@ -175,6 +177,7 @@ def scene(
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
     units: Literal["none"] | None = None,
+    text: str = "",
     **elements: Unpack[Elements],
 ) -> Scene:
     """Return the checked scene.
@@ -195,6 +198,7 @@ def scene(
         allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
+        text: a description, which lessons are titled with.
         elements: `springs`, `dampers`, `loads` and `constraints`, each declared by the functions of its name.
 
     Raises:
@@ -226,6 +230,7 @@ def scene(
         outputs=_entries("outputs", "output", outputs, faults),
         tables=_entries("tables", "table", tables, faults),
         units=units,
+        text=text or None,
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)
 
@@ -310,6 +315,7 @@ class JointKeys(TypedDict, total=False):
     orientation: str | None
     steps: Placement
     units: Sequence[str]
+    text: str
 
 
 class Maker(Protocol):
@@ -361,6 +367,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
         steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
         units: of a custom joint, "rad" or "m" for every coordinate.
+        text: a description, which lessons and pictures call it by.
     """
     plain = {"drive": True, "locked": False}  # what is so without saying it
     said = {key: value for key, value in keys.items() if value is not plain.get(key)}

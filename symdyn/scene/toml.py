@@ -150,7 +150,7 @@ def _reworded(message: str) -> str:
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
-    keys = ("name", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
+    keys = ("name", "text", "gravity", "units", *SECTIONS, *sections(), "loop", "dh")
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
@@ -166,6 +166,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
         name=name,
         gravity=root.get("gravity"),
         units=root.get("units"),
+        text=root.get("text"),
         **{kind: _entries(root, kind, faults) for kind in SECTIONS},
         elements={section: _entries(root, section, faults) for section in sections()},
         loops=_loops(root, faults),

@@ -102,7 +102,7 @@ class Variations:
 
         Raises:
             IntegrationError: the run does not come to its end.
-            SimulateError: forces jump; or a name that follows others through the loops.
+            SimulateError: forces jump; a name that follows others through the loops; or times that are one double.
         """
         check_start(system, x)
         flow = smooth_flow(system, parameters, sweep)
@@ -122,6 +122,9 @@ class Variations:
         parts = np.cos(1.0 + np.arange(len(rows))) * [_size(system, name) for name in names]
         probe = parts @ starts, parts @ changes
         tape = taped(flow, x[: flow.size], probe, times, relative, absolute, stiff, look)
+        if len(tape.x) != len(times):
+            same = f"until = {until:.6g} s leaves times that are the same double"
+            raise SimulateError(f"{system.scene.name}: {same}; give fewer times or a later end")
         return cls(flow, tape, times, names, starts, changes, tuple(said))
 
     def forward(self, reported: Told = UNHEARD) -> Array:

@@ -33,8 +33,16 @@ AXES = "xyz"
 
 
 def called(scene: Scene) -> str:
-    """Return the name of a scene in words: no text shows how identifiers are put together."""
-    return scene.name.replace("_", " ")
+    """Return what a scene is called: its description, else its name without what puts identifiers together."""
+    return scene.text or scene.name.replace("_", " ")
+
+
+def described(scene: Scene) -> dict[str, dict[str, str]]:
+    """Return descriptions of bodies and joints by their names, by the places of a text or table where they stand."""
+    bodies = {one.name: one.text for one in scene.bodies if one.text}
+    joints = {one.name: one.text for one in (*scene.joints, *scene.loops) if one.text}
+    places = dict.fromkeys(("body", "bodies", "parent", "child", "on", "carries"), bodies)
+    return {**places, **dict.fromkeys(("joint", "joints", "leader"), joints)}
 
 
 @dataclass(frozen=True)
@@ -175,8 +183,19 @@ class Prose:
     # Words
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
-        """Return the prose of a key in the language, with its places filled."""
-        return Words(fill(self.tongue.lesson[key], places))
+        """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
+        return Words(fill(self.tongue.lesson[key], {place: self.shown(place, value) for place, value in places.items()}))
+
+    def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
+        """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""
+        known = self._described.get(place)
+        if not known or not isinstance(value, str):
+            return value
+        return ", ".join(known.get(name, name) for name in value.split(", "))
+
+    @cached_property
+    def _described(self) -> dict[str, dict[str, str]]:
+        return described(self.scene)
 
     @cached_property
     def tongue(self) -> Language:
@@ -208,9 +227,10 @@ class Prose:
 
     @cached_property
     def titles(self) -> Mapping[str, str]:
-        """What parts of pictures are called, from English; nothing in English, where types are called as they are."""
+        """What parts of pictures are called, from English, where types are called as they are; and descriptions."""
+        told = {f"{part} {name}": text for part in ("body", "joint") for name, text in self._described[part].items()}
         kinds = {type: self.kind(type, row.words) for type, row in JOINTS.items()}
-        return {} if self.language == "en" else {**kinds, **self.tongue.picture}
+        return told if self.language == "en" else {**kinds, **self.tongue.picture, **told}
 
     def joint_kind(self, joint: Joint) -> Words:
         """Return what the type of a joint is called."""
@@ -235,7 +255,10 @@ class Prose:
         ]
         column = heads.index("unit") if "unit" in heads else -1
         plain = (
-            [self.scene.shown_unit(x) if k == column and isinstance(x, str) else x for k, x in enumerate(row)]
+            [
+                self.scene.shown_unit(x) if k == column and isinstance(x, str) else self.shown(str(heads[k]), x)
+                for k, x in enumerate(row)
+            ]
             for row in rows
         )
         cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in plain)

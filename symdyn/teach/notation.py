@@ -76,7 +76,10 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if any(x != Quantity.ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
-        ends = " – ".join(lesson.text("ground") if end.body == Scene.GROUND else end.body for end in one.ends)
+        ends = " – ".join(
+            lesson.text("ground") if end.body == Scene.GROUND else str(lesson.shown("body", end.body))
+            for end in one.ends
+        )
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
     if not rows:
@@ -89,7 +92,9 @@ def _willis(scene: Scene, joint: Joint) -> list[Words]:
     """Return the equation of rates relative to a carrier: of a joint that turns as two others do, ratios of sum 1."""
     assert joint.coupling is not None, "the joint follows others"
     leaders = [one for one in scene.joints if {*joint.coupling.coordinates}.intersection(one.coordinates)]
-    if len(leaders) != 2 or any(one.type != "revolute" for one in (joint, *leaders)):
+    if len(leaders) != 2 or any(
+        JOINTS[one.type].axis(one) is None or JOINTS[one.type].slides(one) for one in (joint, *leaders)
+    ):
         return []
     graph = Graph()
     a, b = (dict(joint.coupling.ratios)[one.coordinate].express(graph) for one in leaders)

@@ -54,11 +54,11 @@ const headed = (tip, [x, y], [a, b], on) => {
 
 // Names of bodies, at the middle of what is drawn of each
 
-const called = data.bodies.map(body => {
+const called = data.bodies.map((body, k) => {
   const marks = data.marks.filter(([, , of]) => data.bodies[of] === body);
   const mark = ["ring", "disc", "link", "particle", "com", "slide"].map(kind => marks.find(one => one[0] === kind)).find(Boolean);
   const name = label(""), text = picture.lastChild;
-  text.textContent = body.replaceAll("_", " ");
+  text.textContent = data.called[k].replaceAll("_", " ");
   text.setAttribute("class", "live-name");
   return rows => {
     const places = mark && wanted("names") ? mark[1].slice(...{ ring: [1, 2], disc: [1, 2], link: [0, 2] }[mark[0]] ?? [0, 1]).map(k => flat(row(rows, k))) : [];

@@ -73,13 +73,13 @@ figure.addEventListener("symdyn:state", due);
 // Formulas that are wider than the page scroll by keys too
 
 const reachable = () => {
-  for (const flow of every(".flow")) {
-    if (flow.querySelector("[tabindex]")) continue;
+  for (const flow of every(".flow, .text p")) {
+    if (flow.querySelector('[tabindex="0"]')) continue;
     if (flow.scrollWidth > flow.clientWidth) flow.tabIndex = 0;
     else flow.removeAttribute("tabindex");
   }
 };
-addEventListener("resize", reachable);
+for (const event of ["resize", "toggle", "submit"]) addEventListener(event, () => setTimeout(reachable), true);
 
 // Contents: folded where the window is narrow; the section that is read is marked
 

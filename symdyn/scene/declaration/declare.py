@@ -77,6 +77,7 @@ class Declaration:
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
         units: raw value; "none" for a scene that is without dimensions on purpose.
+        text: raw value; what it is.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Declaration:
     outputs: tuple[Entry, ...] = ()
     tables: tuple[Entry, ...] = ()
     units: object = None
+    text: object = None
 
 
 def reading_of(declaration: Declaration, faults: Faults, options: ReadOptions) -> Reading:
@@ -150,6 +152,8 @@ def assemble(
         derived=derived,
         dimensionless=head["dimensionless"] or dimensionless,
         source=source,
+        text=head["text"],
+        texts=head["texts"],
     )
     curves = curves_of(declaration.tables, faults)
     scene = _written_out(tabled(scene, curves, faults), faults)

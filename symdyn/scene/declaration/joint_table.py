@@ -13,10 +13,10 @@ from typing import Any, TypeGuard
 
 from symdyn.errors import choice
 from symdyn.scene.declaration.coupling import LOCKED, MIMIC, RATIOS, Mimic, couple, read_mimic, said_mimic
+from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_rubbing, table_of
 from symdyn.scene.joints.joint_table import ARMATURE, DAMPING, DRY, JOINTS, LIMITED, ORIGIN, TIP, own_keys
-from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits_place
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, as_list, plain, quantities, show
 from symdyn.scene.values.folding import mul
@@ -30,10 +30,10 @@ PARENT = word("parent", 'name of the body that carries it, or "ground"', 'the bo
 CHILD = word("child", "name of the body it carries", "the body that it carries")
 
 
-def place_keys() -> tuple[Key[str] | Key[Pose], ...]:
-    """Return the keys of type, bodies and frames of all joints, the types being those that are known by now."""
+def place_keys() -> tuple[Part, ...]:
+    """Return what all joints say of type, bodies and frames, the types being those that are known by now."""
     type_ = word("type", "what kind of joint", f"one of {', '.join(JOINTS)}", shape=choice_of(*JOINTS))
-    return (type_, PARENT, CHILD, ORIGIN, TIP)
+    return (type_, DESCRIBED, PARENT, CHILD, ORIGIN, TIP)
 
 
 @dataclass(frozen=True)
@@ -328,7 +328,8 @@ SINGLE: tuple[Part, ...] = (FOLLOWED, ROTORS, LIMITED, MOTION)
 def said_place(joint: Joint) -> dict[str, object]:
     """Return what the table of a joint says of type, bodies and frames."""
     shape = {key.name: key.of(joint) for key in JOINTS[joint.type].keys}
-    return {"type": joint.type, **raw_of((PARENT, CHILD), joint), **shape, **raw_of((ORIGIN, TIP), joint)}
+    parts = raw_of((DESCRIBED, PARENT, CHILD), joint), raw_of((ORIGIN, TIP), joint)
+    return {"type": joint.type, **parts[0], **shape, **parts[1]}
 
 
 def said_joint(joint: Joint, at: Standing) -> dict[str, object]:
@@ -393,8 +394,7 @@ def _shape(table: EntryReader, kind: str) -> tuple[tuple[str, Any], ...]:
 
 def _type(table: EntryReader) -> str:
     """Return a key of `JOINTS`; `STAND_IN` for what is none."""
-    type_, *_ = place_keys()
-    kind = str(type_.declared(table))
+    kind = str(place_keys()[0].fields(table, None)["type"])
     if kind in JOINTS:
         own = {key.name for key in JOINTS[kind].keys}
         strange = [key for key in own_keys() if key not in own]
@@ -408,7 +408,7 @@ def _type(table: EntryReader) -> str:
 
 def _placed(table: EntryReader, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
     """Return a joint of its type and frames, without coordinates."""
-    return Joint(table.entry.name, kind, shape=shape, **fields_of((PARENT, CHILD, ORIGIN, TIP), table))
+    return Joint(table.entry.name, kind, shape=shape, **fields_of((DESCRIBED, PARENT, CHILD, ORIGIN, TIP), table))
 
 
 def _joint(table: EntryReader, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:

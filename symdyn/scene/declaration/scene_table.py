@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import suggestion
+from symdyn.scene.declaration.description import DESCRIBED
 from symdyn.scene.declaration.reading import read_coherent, read_valued, said_value
 from symdyn.scene.values.body import OUTLINES, Body, Outline, Particle
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, vector
@@ -29,7 +29,7 @@ from symdyn.scene.values.key import (
     shape_of,
     word,
 )
-from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Signal
+from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.shape import (
     NUMBER,
@@ -77,7 +77,7 @@ GRAVITY: Key[Vector] = Key(
     shape={"anyOf": [VECTOR, {"enum": [False, "none"]}]},
 )
 
-HEAD: tuple[Key[str] | Key[bool] | Key[Vector], ...] = (
+HEAD: tuple[Part, ...] = (
     word("name", "its name, of files and functions too", 'name = "two_link"', shape=scene_name_shape()),
     Key(
         "units",
@@ -88,6 +88,7 @@ HEAD: tuple[Key[str] | Key[bool] | Key[Vector], ...] = (
         said=lambda _: "none",
         shape={"const": "none"},
     ),
+    DESCRIBED,
     GRAVITY,
 )
 """What stands above all tables, in the order in which it is written."""
@@ -261,7 +262,7 @@ INERTIA = Key(
     shape={"anyOf": [VECTOR, several(VECTOR, 3), table_shape(dict.fromkeys(INERTIA_KEYS, NUMBER))]},
 )
 
-BODY: tuple[Key[Any], ...] = (
+_BODY: tuple[Key[Any], ...] = (
     MASS,
     Key("com", _com, NULL, unit="m", text="centre of mass in the body frame", shape=VECTOR),
     Key(
@@ -301,6 +302,8 @@ BODY: tuple[Key[Any], ...] = (
         shape={"anyOf": [choice_of(*OUTLINES), *_outline_shapes()]},
     ),
 )
+
+BODY: tuple[Part, ...] = (*_BODY, DESCRIBED)
 """What tables of bodies say, in the order in which they are written."""
 
 
@@ -338,49 +341,6 @@ TOLERANCE: Shape = {
 }
 
 LATEX = Key("latex", optional(EntryReader.text), None, holds="its symbol in printed equations", shape=TEXT)
-
-LANGUAGE = re.compile("[a-z]{2}")
-
-
-def _text(table: EntryReader, scope: object) -> dict[str, Any]:
-    """Return `text` and `texts` of what a row says it is, in one language or in several."""
-    raw = table.raw.get("text", "")
-    if not isinstance(raw, dict):
-        return {"text": table.text("text"), "texts": ()}
-    if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
-        table.fault(f'text = {show(raw)} needs language codes, such as {{ en = "mass", sk = "hmotnosť" }}')
-        return {"text": "", "texts": ()}
-    each = EntryReader(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
-    said = {code: each.text(code) for code in raw}
-    first = "en" if "en" in said else next(iter(said))
-    return {"text": said[first], "texts": tuple((code, text) for code, text in said.items() if code != "en")}
-
-
-def _said_text(one: Parameter | Input | Signal, scope: object) -> dict[str, object]:
-    """Return what it is, in one language or in several."""
-    if not one.texts:
-        return {"text": one.text} if one.text else {}
-    english = {} if one.text in dict(one.texts).values() else {"en": one.text}
-    return {"text": english | dict(one.texts)}
-
-
-LANGUAGES: Shape = {
-    "type": "object",
-    "patternProperties": {"^[a-z]{2}$": TEXT},
-    "additionalProperties": False,
-    "minProperties": 1,
-}
-
-DESCRIBED = KeyGroup(
-    {
-        "text": described(
-            "what it is, for tables and comments; or a table of languages: { en = ..., sk = ... }",
-            {"anyOf": [TEXT, LANGUAGES]},
-        )
-    },
-    _text,
-    _said_text,
-)
 
 PARAMETER: tuple[Part, ...] = (
     _value_and_unit("its value; without one it is an argument of generated functions", None),

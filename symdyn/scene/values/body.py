@@ -118,6 +118,8 @@ class Body:
         particles: point masses fixed to the body.
         allow_invalid_inertia: the user knows that no real body has this inertia and wants it all the same.
         shape: what it looks like; None: as its inertia tells.
+        text: a description, which lessons and pictures call it by.
+        texts: the same in other languages: ("sk", description).
     """
 
     name: str
@@ -129,6 +131,8 @@ class Body:
     particles: tuple[Particle, ...] = ()
     allow_invalid_inertia: bool = False
     shape: Outline | None = None
+    text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
     def mass_moment(self, graph: Graph) -> Vec:
         """Return m r of the extended mass, kg m, body frame."""

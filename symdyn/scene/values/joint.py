@@ -215,6 +215,8 @@ class Joint:
         start_rates: velocities at the start; one a velocity, () for zeros.
         motion: prescribed motion of a driven joint, a formula in t; None where a force drives it.
         locked: that it was declared to move and then locked: now a fixed joint; for reports, not compared.
+        text: a description, which lessons and pictures call it by.
+        texts: the same in other languages: ("sk", description).
     """
 
     name: str
@@ -238,6 +240,8 @@ class Joint:
     start_rates: tuple[Quantity, ...] = ()
     motion: Quantity | None = None
     locked: bool = field(default=False, compare=False)
+    text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
     def shaped(self, **values: Any) -> Joint:
         """Return the joint with other values of keys of its type."""

@@ -116,7 +116,7 @@ class Signal:
     texts: tuple[tuple[str, str], ...] = ()
 
 
-_Described = TypeVar("_Described", Parameter, Input, Signal)
+_Described = TypeVar("_Described", Parameter, Input, Signal, Body, Joint, "Scene")
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,8 @@ class Scene(Shown):
         outputs: formulas with names.
         dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
+        text: a description, which lessons are titled with.
+        texts: the same in other languages: ("sk", description).
 
     Raises:
         SceneError: a field is not what it holds, such as text among the bodies.
@@ -159,12 +161,14 @@ class Scene(Shown):
     derived: tuple[Parameter, ...] = ()
     dimensionless: bool = False
     source: str = field(default="", compare=False)
+    text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
     GROUND: ClassVar[str] = "ground"
     """The name of body 0, which does not move."""
 
     def __post_init__(self) -> None:
-        lists = [one.name for one in fields(self) if one.type not in ("str", "bool")]
+        lists = [one.name for one in fields(self) if one.type not in ("str", "bool") and one.name != "texts"]
         vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
 
     def __repr__(self) -> str:
@@ -297,7 +301,10 @@ class Scene(Shown):
             return replace(one, text=dict(one.texts).get(code, one.text))
 
         return replace(
-            self,
+            described(self),
+            bodies=tuple(map(described, self.bodies)),
+            joints=tuple(map(described, self.joints)),
+            loops=tuple(map(described, self.loops)),
             parameters=tuple(map(described, self.parameters)),
             derived=tuple(map(described, self.derived)),
             inputs=tuple(map(described, self.inputs)),

@@ -254,9 +254,8 @@ def principle_steps(lesson: Lesson, page: Printable) -> list[Step]:
         Formula("", _less(lesson.rate(momentum.name, None), slope), "", QA),
         lesson.say("stated.way"),
     ]
-    count = str(lesson.state.n)
     every = together([named(x) for x in lesson.state.q])
-    claim = lesson.say("stated" if lesson.state.n > 1 else "stated.one", q=q, count=count, coordinates=every)
+    claim = lesson.say("stated" if lesson.state.n > 1 else "stated.one", q=q, coordinates=every)
     return [
         Step("principle", claim, tuple(stated), lesson.say("stated.reason", q=q), "(5.21), (5.22)"),
         Step("principle:L", lesson.say("stated.L"), tuple(both), lesson.say("stated.L.reason"), "(5.23)"),

@@ -324,11 +324,11 @@ def _positions(
             shown = scene.shown_unit(UNITS[unit][0])
             rows.append(_row("q", first + k, name, symbols[name], shown, span, at, led=prescribed))
         if ball is not None and (tied is None or first + ball in tied.moved):
-            rows.append({"heading": in_html(joint.name)})
+            rows.append({"heading": in_html(joint.text or joint.name)})
             angles = roll_pitch_yaw(begun.q[first + ball : first + ball + 4])
             for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
                 one = _row("turn", turned + k, word, "", scene.shown_unit("rad"), (-size, size), angle)
-                rows.append({**one, "word": word, "joint": in_html(joint.name)})
+                rows.append({**one, "word": word, "joint": in_html(joint.text or joint.name)})
             turned += 3
         first += len(joint.coordinates)
     return rows

@@ -397,7 +397,8 @@ class _Page:
             yield self._bars(block)
         elif isinstance(block, Box):
             inside = "\n".join(text for part in block.blocks for text in self.block(part))
-            yield f'<aside class="box {block.kind}"><p class="name">{self.words(block.title)}</p>\n{inside}</aside>'
+            name = f'<p class="name">{self.words(block.title)}</p>'
+            yield f'<div role="note" class="box {block.kind}">{name}\n{inside}</div>'
         elif isinstance(block, Fold):
             inside = "\n".join(text for part in block.blocks for text in self.block(part))
             yield f"<details><summary>{self.words(block.summary)}</summary>\n{inside}</details>"

@@ -311,6 +311,7 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
             for m in computed.sheet.marks
         ],
         "bodies": [body.name for body in scene.bodies],
+        "called": [body.text or body.name for body in scene.bodies],
         "rows": list(computed.rows),
         "arrows": {
             "masses": computed.arrows.masses,

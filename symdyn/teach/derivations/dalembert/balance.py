@@ -149,6 +149,12 @@ class Balance(Prose):
         self.lengths = [(name, form) for name, form in pairs if self.graph.symbol(name) in used]
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
 
+    @property
+    def in_letters(self) -> bool:
+        """Whether accelerations stay letters: of one loop in space, whose formulas nobody reads; figure 5.39."""
+        coupled = any(one.is_coupling for one in self.system.unknowns)
+        return len(self.scene.loops) == 1 and len(self.system.kept) == 6 and not coupled and not self.scene.constraints
+
     @cached_property
     def empty(self) -> str:
         """The rows of a bivector that a plane leaves empty, "3, 4, 5"; "" where forces have parts across it."""

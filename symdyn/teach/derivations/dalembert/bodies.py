@@ -14,6 +14,7 @@ from symdyn.emit.print import Letters, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import cross, sub, zero_vector
 from symdyn.teach.derivations.dalembert.balance import Balance, Cut
+from symdyn.teach.derivations.dalembert.spatial_loop import balance_steps, named_steps, numbered
 from symdyn.teach.derivations.velocities import MOST, folded, length
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import letter
@@ -32,18 +33,15 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
     steps = [_free(lesson, j, chosen)]
     if one is not None:
         steps.append(_frame(lesson, j, one))
-        steps += [_acceleration(lesson, j, one), _motion(lesson, j, one)]
+        if lesson.in_letters:
+            steps += named_steps(lesson, j, one, chosen)
+        else:
+            steps += [_acceleration(lesson, j, one), _motion(lesson, j, one)]
         if j == _misread(lesson, chosen):
             steps.append(_misprint(lesson, j, one, chosen))
-        if not all(x.is_zero for x in one.arm):
+        if not lesson.in_letters and not all(x.is_zero for x in one.arm):
             steps.append(_about(lesson, j, one))
-    return [*steps, *_bivectors(lesson, j)]
-
-
-def numbered(first: int, j: int) -> tuple[str, ...]:
-    """Return the index of frame `first` and body j: "01", "11"."""
-    number = Letters.body_number(j)
-    return (f"{first}{number}",) if number < 10 else (str(first), str(number))
+    return [*steps, *(balance_steps(lesson, j, chosen) if lesson.in_letters else _bivectors(lesson, j))]
 
 
 def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
@@ -244,7 +242,8 @@ def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
         ),
     ]
     if wrong != right:
-        moment = Symbol(f"{head}D:{here}:{axis}")
+        index = (*numbered(Letters.body_number(j), j), axis)
+        moment = lesson.called(f"{head}D:{here}:{axis}", Letter(head, index, above="D"))
         blocks.append(lesson.say("erratum.5.16.check", left=moment, wrong=wrong, right=right))
     title = lesson.say("erratum", number="5.16")
     return Step(f"{ERRATA}moved:{body}", Words(()), (Box("erratum", title, tuple(blocks)),))

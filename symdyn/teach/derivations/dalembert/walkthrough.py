@@ -34,6 +34,7 @@ from symdyn.teach.derivations.dalembert.laws import LAW, law_errata, law_steps
 from symdyn.teach.derivations.dalembert.shown_motion import choose_motion, formulations_step, numbers_step, solved_steps
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.dalembert.solved_loops import solved_loops
+from symdyn.teach.derivations.dalembert.spatial_loop import block_matrices, loop_picture
 from symdyn.teach.derivations.lagrange import scene_picture, state_step
 from symdyn.teach.derivations.velocities import PAGE, defined_lengths, folded, length
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
@@ -165,7 +166,8 @@ def system_step(lesson: Balance) -> Step:
     title = lesson.text("system.alt", scene=lesson.scene.name, **places)
     picture = Picture(_drawn(lesson, title), lesson.say("system.caption"), title, "system")
     equation = Formula("", Form.sum((Form.product((s["A"], s["x"])), s["b"])), right=Number.ZERO)
-    blocks: tuple[Block, ...] = (equation, picture, lesson.say("system.count", **places))
+    whole = block_matrices(lesson, *s.values()) if lesson.in_letters else ()
+    blocks: tuple[Block, ...] = (equation, *whole, picture, lesson.say("system.count", **places))
     alone = ", ".join(lesson.scene.bodies[j].name for j in _alone(lesson)) if lesson.closed else ""
     key = "system.tree" if not lesson.closed else "system.some" if alone else "system.loops"
     reason = lesson.say(key, bodies=alone)
@@ -250,7 +252,8 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "form
     last = UNTIL.index(until)
     if last >= 1:
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
-        sections.append(lesson.section("bodies", steps))
+        figure = [loop_picture(lesson, chosen)] if lesson.in_letters else []
+        sections.append(lesson.section("bodies", [*figure, *steps]))
     if last >= 2:
         steps = [system_step(lesson), *solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
         sections.append(lesson.section("reactions", steps))
@@ -305,6 +308,10 @@ def _count(lesson: Balance) -> Step:
     system, joints = lesson.system, (*lesson.scene.joints, *lesson.scene.loops)
     counts = [one.joint for one in system.unknowns if not one.is_drive]
     rows = [(joint.name, lesson.joint_kind(joint), str(counts.count(joint.name))) for joint in joints]
+    for row in lesson.scene.constraints:
+        if row.name in counts:
+            kind = Words((lesson.kind(row.kind, FORCES[row.kind].words),))
+            rows.append((row.name, kind, str(counts.count(row.name))))
     classes = [counts.count(name) for name in dict.fromkeys(counts)]
     places: dict[str, str | Form] = {
         "equations": str(system.equations),
