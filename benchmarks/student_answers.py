@@ -331,6 +331,9 @@ def key_of_sealed(asked: Mapping[str, Any], scene: Scene) -> str | None:
         drive, name = asked.get("drive"), asked.get("coordinate")
         i = scene.drives.index(drive) if drive else scene.coordinates.index(name)
         filled |= {"number": i + 1, "rate": scene.velocities[i]}
+    for place in ("row", "column"):
+        if asked.get(place) in scene.coordinates:
+            filled[place] = scene.coordinates.index(asked[place]) + 1
     return KINDS[asked["kind"]].format(**filled)
 
 

@@ -1,7 +1,7 @@
 "use strict";
 // Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
-  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions} = QUESTIONS;
+  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
   const {Fault, has, members, label, parsed: formula} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
@@ -14,12 +14,15 @@ const Answers = (() => {
   }
 
   const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
+  // Whether a word calls what is asked, whatever the scene's symbols are
+  const calls = (key, word) => has(called, key) && (called[key].includes(word) || (called[key].includes("p") && word.startsWith("p")));
   function judge(key, source) {
     try {
       if (source.length > 5000) throw new Fault("fault.deep");
       const parts = members(source), named = parts.map(label);
       const last = parts.length - 1, formulas = [];
       parts.forEach((part, k) => {
+        if (k === 0 && last && part.length === 1 && part[0].kind === "word" && calls(key, part[0].text)) return;
         if (named[k] && parts.length > 1) return;
         if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {

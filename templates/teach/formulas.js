@@ -148,7 +148,7 @@ const Formulas = (() => {
       const here = [];
       for (let start = Math.max(0, end - longest); start < end; start++) {
         const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
-        const part = (cut !== "t" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
+        const part = (word.slice(start, end + 1) !== "tg" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
         if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
       }
       ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
@@ -273,15 +273,17 @@ const Formulas = (() => {
     }
     function word(token, dots) {
       const pieces = read(token.text), last = pieces.pop();
-      const before = pieces.length ? [product(token, pieces, dots)] : [];
-      return times([...before, last.function ? call(last.function) : raised(product(token, [last], pieces.length ? 0 : dots))]);
+      const before = pieces.length ? [product(token, pieces, token.dots && !last.function ? 0 : dots)] : [];
+      const behind = token.dots || !pieces.length;  // m_1r' has its prime at the end, an accent stands on the first
+      return times([...before, last.function ? call(last.function) : raised(product(token, [last], behind ? dots : 0))]);
     }
     function product(token, pieces, dots) {
+      const carrier = token.dots ? pieces.length - 1 : 0;
       return times(pieces.map((part, i) => {
         if (part.function) throw new Fault("fault.argument");
         const chain = part.name ? [part.name, ...(has(dotted, part.name) ? dotted[part.name] : [])] : [null];
-        if (dots && !i && dots >= chain.length) throw new Fault("fault.dots", token.text);
-        if (part.name) return p => p[chain[i ? 0 : dots]];
+        if (dots && i === carrier && dots >= chain.length) throw new Fault("fault.dots", token.text);
+        if (part.name) return p => p[chain[i === carrier ? dots : 0]];
         const [name, angles] = part.short;
         return p => Math[name](angles.reduce((total, q) => total + p[q], 0));
       }));

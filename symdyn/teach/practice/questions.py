@@ -22,7 +22,7 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.grammar import PAGE, Names
+from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, Mistake
 from symdyn.teach.student.motions import rows_of
 from symdyn.teach.student.parts import LOST, MOST as MOST_TERMS, SUITS, TURNED, accelerations, terms_of
@@ -85,6 +85,12 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,
+        "called": {
+            key: letters
+            for key, (left, _) in requested.items()
+            for begin, letters in CALLED.items()
+            if left.startswith(begin)
+        },
         "points": [dict(point) for point in points.at],
         "values": values,
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},

@@ -220,18 +220,21 @@ class _Parser(Cursor):
         if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
             before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
             return Form.product((*before, self.function(replace(token, text=last.op.name.lower()))))
-        *first, end = [self.product(token, [piece], dots if i == 0 else 0) for i, piece in enumerate(pieces)]
-        return Form.product((*first, self.raised(end)))
+        before, end = pieces[:-1], pieces[-1:]
+        behind = token.dots > 0 or not before  # m_1r' has its prime at the end, an accent stands on the first
+        first = [self.product(token, before, 0 if behind else dots)] if before else []
+        return Form.product((*first, self.raised(self.product(token, end, dots if behind else 0))))
 
     def product(self, token: Token, pieces: Sequence[str | Form], dots: int) -> Form:
         factors: list[Form] = []
+        dotted = len(pieces) - 1 if token.dots else 0
         for i, piece in enumerate(pieces):
             if isinstance(piece, str):
-                name = self.names.differentiated(piece, dots if i == 0 else 0)
+                name = self.names.differentiated(piece, dots if i == dotted else 0)
                 if name is None:
                     raise self.fault(token, f"{piece} has no such derivative; only coordinates carry dots")
                 factors.append(Symbol(name))
-            elif dots and i == 0:
+            elif dots and i == dotted:
                 raise self.fault(token, f"{shorten(token.text)} carries no dots; only coordinates do")
             elif isinstance(piece, Function) and not piece.args:
                 scene = self.names.scene.name
