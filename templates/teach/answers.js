@@ -2,7 +2,7 @@
 // Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
   const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
-  const {Fault, has, members, label, parsed: formula} = Formulas;
+  const {Fault, has, members, label, parsed: formula, formula: formula_of} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
   // Whether a potential energy that changes with position differs from the answer by what does not
@@ -48,10 +48,9 @@ const Answers = (() => {
 
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
-    if (!has(terms, key) || (formulas.length === 1 && has(balances, key) && balances[key].beside)) return told;
-    const asked = motions.asked[key], [first, second] = formulas;
-    const side = p => second ? first.of(p) - second.of(p) : has(asked, "front") ? first.of(p) - (asked.drive ? p[asked.drive] : 0) : first.of(p);
-    const found = Terms.apart(key, side, points.slice(0, scaled), told.rule);
+    if (!has(terms, key)) return told;
+    const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
+    const found = Terms.told(key, p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), told.rule);
     if (!found) return told;
     if (found.rules.length === 1 && found.rules[0] === told.rule) return {...told, ...found};  // with its mass
     const text = found.rules.map(rule => words.mistakes[rule]).join(words.mistakes.and);
