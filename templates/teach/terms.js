@@ -1,7 +1,7 @@
 "use strict";
 // Which terms of a wrong answer differ, by value: see symdyn.teach.student.parts.
 const Terms = (() => {
-  const {apart} = QUESTIONS, CLOSE = 1e-7;
+  const {apart} = QUESTIONS, CLOSE = 1e-7, FACTOR = 1.5;
   const sum = list => list.reduce((a, b) => a + b, 0), dot = (a, b) => sum(a.map((x, k) => x * b[k])), largest = list => Math.max(...list.map(Math.abs));
   const moved = (point, by, times) => ({...point, ...Object.fromEntries(Object.entries(by).map(([name, x]) => [name, point[name] + times * x]))});
 
@@ -21,9 +21,9 @@ const Terms = (() => {
       if (slopes) scaled.push(mine.map((x, k) => x * slope[k] / slopes[k]));
     }
     const found = scaled.map(values => search(rows, right, free, values)).filter(Boolean).reduce((a, b) => a && a.cost <= b.cost ? a : b, null);
-    if (!found) return null;
+    if (!found || (rule && !found.sure)) return null;
     const of_ = found.columns.map(k => rows[k]), rules = [...new Set(found.rules)];
-    if (rule && !rules.includes(rule) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.push(rule);
+    if (rule && rules.every(one => apart.vague.includes(one)) && of_.some(([kind]) => (apart.suits[kind] || []).includes(rule))) rules.push(rule);
     return {rules, kinds: [...new Set(of_.map(([kind]) => kind))], terms: of_.map(row => row[1])};
   }
 
@@ -35,11 +35,17 @@ const Terms = (() => {
     const singles = rows.flatMap((row, k) => { const c = share(left, row, size); return c === null ? [] : [[price(c), c, k]]; });
     if (singles.length) return single(columns, singles);
     const others = fine.flatMap(k => replaced(columns[k][2], e).map(([cost, rules]) => ({cost: 2 + cost, rules, columns: [k]})));
+    if (!others.length) for (const j of fine) for (const k of fine) if (j < k) {  // the same in both
+      const both = columns[j][2].map((x, n) => x + columns[k][2][n]);
+      others.push(...replaced(both, e).map(([cost, rules]) => ({cost: 2.5 + cost, rules, columns: [j, k]})));
+    }
     if (others.length) return cheapest(others);
     const pairs = [];
-    for (let k = 1; k < columns.length; k++) for (let j = 0; j < k; j++) {
-      const both = shares(left, rows[j], rows[k], size), whole = !columns[j][1] + !columns[k][1];
-      if (both) pairs.push({cost: 3 + price(both[0]) + price(both[1]) + 0.1 * whole, rules: [...states(columns[j][0], both[0]), ...states(columns[k][0], both[1])], columns: [j, k].filter(n => columns[n][1])});
+    for (let j = 0; j < columns.length; j++) for (let k = j + 1; k < columns.length; k++) {
+      const both = shares(left, rows[j], rows[k], size);
+      if (!both) continue;
+      const at = [j, k], prices = at.map((n, i) => price(both[i]) + 0.1 * !columns[n][1]);
+      pairs.push({cost: 3 + sum(prices), rules: at.flatMap((n, i) => states(columns[n][0], both[i])), columns: at.filter(n => columns[n][1]), sure: Math.max(...prices) < FACTOR});
     }
     if (!pairs.length) for (const j of fine) for (const c of [-1, -2]) {
       const rest = e.map((x, k) => x - c * columns[j][2][k]);
@@ -51,15 +57,17 @@ const Terms = (() => {
   // What one column tells that accounts for a difference: a term, and what one rule makes
   function single(columns, singles) {
     const sorted = whole => singles.filter(one => !columns[one[2]][1] === whole).sort((a, b) => a[0] - b[0]);
-    const fine = sorted(false).slice(0, 1), used = [...fine, ...sorted(true).slice(0, 1)];
-    const rules = used.flatMap(([, c, k]) => states(columns[k][0], c)), special = rules.filter(rule => !["term", "termfactor"].includes(rule));
-    return {cost: used[0][0], rules: special.length ? special : rules, columns: fine.map(one => one[2])};
+    const terms = sorted(false), whole = sorted(true), cost = [...terms, ...whole][0][0];
+    const fine = terms.length > 1 && terms[0][0] === terms[1][0] ? [] : terms.slice(0, 1);  // of terms that rows tie together none is known to be the one
+    const told = [...fine, ...whole.slice(0, 1)].flatMap(([, c, k]) => states(columns[k][0], c)), rules = told.length ? told : ["termfactor"];
+    const special = rules.filter(rule => !["term", "termfactor"].includes(rule));
+    return {cost, rules: special.length ? special : rules, columns: fine.map(one => one[2]), sure: true};
   }
   function states(kind, c) {
-    const [lost, turned, other] = apart.states[kind];
-    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? [turned] : c < -1 ? ["termsign", other] : [other]).filter(Boolean);
+    const [lost, turned, scaled] = apart.states[kind];
+    return (Math.abs(c + 1) < CLOSE ? [lost] : Math.abs(c + 2) < CLOSE ? [turned] : c < -1 ? [turned, scaled] : [scaled]).filter(Boolean);
   }
-  const price = c => Math.min(Math.abs(c + 1), Math.abs(c + 2)) < CLOSE ? 1 : 1.5;
+  const price = c => Math.abs(c + 1) < CLOSE ? 1 : Math.abs(c + 2) < CLOSE ? 1.1 : FACTOR;
   function share(e, row, size) {
     const square = dot(row, row), c = dot(e, row) / square;
     return square > (CLOSE * size) ** 2 && e.every((x, k) => Math.abs(x - c * row[k]) <= CLOSE * size) ? c : null;

@@ -22,10 +22,10 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
+from symdyn.teach.student.evidence import STATES, SUITS
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
-from symdyn.teach.student.mistakes import FREE, Mistake
+from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
-from symdyn.teach.student.parts import STATES, SUITS
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -162,8 +162,8 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.motions is None:
         return None
     points = [{name: _digits(x) for name, x in point.items()} for point in diagnosis.motions.along]
-    atoms = [[one.function, one.of, one.unit, [_digits(x) for x in one.values]] for one in diagnosis.atoms]
-    return {"points": points, "atoms": atoms, "states": STATES, "suits": SUITS}
+    atoms = [[one.function, one.of, one.unit, [_digits(x) for x in one.values]] for one in diagnosis.atoms.every]
+    return {"points": points, "atoms": atoms, "states": STATES, "suits": SUITS, "vague": VAGUE}
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:

@@ -23,10 +23,11 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.evidence import SUITS, Atoms, Evidence, atoms_of, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
+from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of, numbers
-from symdyn.teach.student.parts import SUITS, Atom, Evidence, atoms_of, evidence_of, explained
+from symdyn.teach.student.parts import explained
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -263,7 +264,7 @@ class Diagnosis:
         return self.apart[key]
 
     @cached_property
-    def atoms(self) -> list[Atom]:
+    def atoms(self) -> Atoms:
         """Return what factors of a term may be."""
         assert self.course is not None, "terms are those of a course"
         assert self.motions is not None, "terms are told apart on motions"
@@ -276,10 +277,10 @@ class Diagnosis:
             return found
         node = form.express(self._graph)
         told = explained(evidence, self.atoms, lambda point: numbers([node], point)[0])
-        if told is None:
+        if told is None or (found and not told.sure):
             return found
-        rules = list(told.rules)
-        if found and found.rule not in rules and any(found.rule in SUITS.get(one.kind, ()) for one in told.columns):
+        rules, kinds = list(told.rules), [evidence.columns[k].kind for k in told.terms]
+        if found and set(rules) <= set(VAGUE) and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
             rules.append(found.rule)
         if found and rules == [found.rule]:  # with its mass
             return found

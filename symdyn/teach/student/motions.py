@@ -62,7 +62,7 @@ class Motions:
 
     Attributes:
         groups: see `Group`.
-        along: points of one more, where terms are told apart.
+        along: points of one more, with all equations broken, where terms are told apart.
         ways: for each of these and each joint the motion of all that moves it, others as little as rows allow.
     """
 
@@ -166,20 +166,23 @@ class _Drawing:
         for k in range(PLACES):
             rng = random.Random(f"{self.scene.name}:{k}:{declared}")
             here, there = self._positions(k, declared, rng)
-            point, *broken = self._solved(*here, rng, range(len(self.balance)))
+            point, *broken = self._solved(*here, rng, [(i,) for i in range(len(self.balance))])
             on.append(point)
             off.append(broken)
             away.append(self._solved(*there, rng, ())[0])
         return Group((*on, *away), tuple(zip(*off, strict=True)), declared)
 
     def along(self) -> tuple[list[Point], list[Floating]]:
-        """Return points with drawn parameters, those elsewhere last, and the motions of each joint there."""
+        """Return points with drawn parameters, those elsewhere last, and the motions of each joint there.
+
+        All equations are broken there: so an equation that is wrong by a factor is no other one.
+        """
         here, there = list[Point](), list[Point]()
         ways: tuple[list[Floating], list[Floating]] = ([], [])
         for k in range(PLACES, PLACES + ALONG):
             rng = random.Random(f"{self.scene.name}:{k}")
             for (place, found), points, way in zip(self._positions(k, False, rng), (here, there), ways, strict=True):
-                points.append(self._solved(place, found, rng, ())[0])
+                points.append(self._solved(place, found, rng, [range(len(self.balance))])[1])
                 way.append(self._way(place, found))
         return here + there, ways[0] + ways[1]
 
@@ -252,9 +255,9 @@ class _Drawing:
         return 0.3 * self._allowed(found, q, np.array([rng.uniform(-1, 1) for _ in self.balance]))
 
     def _solved(
-        self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[int]
+        self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[Sequence[int]]
     ) -> list[Point]:
-        """Return a point with rates, drives, accelerations and multipliers, then those with one equation broken."""
+        """Return a point with rates, drives, accelerations and multipliers, then those with some equations broken."""
         scene, n, given = self.scene, len(self.balance), self.given
         q = np.array([place[name] for name in scene.coordinates])
         A = self._fixed(found, q)
@@ -280,10 +283,9 @@ class _Drawing:
         below = [*(-x for x in bias), *numbers(given.acceleration, place)]
         force = 1 + float(np.abs(M).max()) + float(np.abs(h).max())
         points = list[Point]()
-        for equation in (None, *broken):
+        for equations in ((), *broken):
             extra = np.zeros(n)
-            if equation is not None:
-                extra[equation] = force * rng.uniform(0.5, 1.5)
+            extra[list(equations)] = [force * rng.uniform(0.5, 1.5) for _ in equations]
             x = np.linalg.lstsq(lhs, np.array([*(tau - h + extra), *below]), rcond=None)[0]
             solved = point | dict(zip(accelerations, x[:n].tolist(), strict=True))
             held = dict(zip(given.place, x[len(x) - len(given.place) :], strict=True))

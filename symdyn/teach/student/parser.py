@@ -220,10 +220,9 @@ class _Parser(Cursor):
         if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
             before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
             return Form.product((*before, self.function(replace(token, text=last.op.name.lower()))))
-        before, end = pieces[:-1], pieces[-1:]
-        behind = token.dots > 0 or not before  # m_1r' has its prime at the end, an accent stands on the first
-        first = [self.product(token, before, 0 if behind else dots)] if before else []
-        return Form.product((*first, self.raised(self.product(token, end, dots if behind else 0))))
+        behind = token.dots > 0 or len(pieces) == 1  # m_1r' has its prime at the end, an accent stands on the first
+        first = self.product(token, pieces[:-1], 0 if behind else dots)
+        return Form.product((first, self.raised(self.product(token, pieces[-1:], dots if behind else 0))))
 
     def product(self, token: Token, pieces: Sequence[str | Form], dots: int) -> Form:
         factors: list[Form] = []
