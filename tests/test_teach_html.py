@@ -245,7 +245,7 @@ RULES = language_of("en").mistakes
         (r"\frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)", "Right."),
         ("m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))", "Right."),
         ("m2 h2^2 + m2 h1 h2 c q_2", "Right."),
-        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2)."),
+        ("m2 h2^2 - m2 h1 h2 cos q2", f"Not yet: {RULES['cross']} (mass 2); and a term has the opposite sign."),
         ("-m2 h2^2 - m2 h1 h2 cos q2", "Not yet: all of it has the opposite sign."),
         ("0.5 m2 h2 (h2 + h1 cos q2)", f"Not yet: {RULES['factor']}."),
         ("0.7 m2 h2 (h2 + h1 cos q2)", "Not yet: yours is 0.7 times the result."),

@@ -22,7 +22,7 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.evidence import STATES, SUITS
+from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS
 from symdyn.teach.student.grammar import CALLED, PAGE, Names
 from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
@@ -81,7 +81,11 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "twins": TWINS,
         "bound": BOUND,
         "scaled": SCALED,
-        "united": [key for key, row in values.items() if points.united([row[0], row[SCALED]])],
+        "united": [
+            key
+            for key, row in values.items()
+            if points.united([row[0], row[SCALED]]) and (key in balances or not requested[key][0].startswith(BALANCED))
+        ],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,
@@ -154,7 +158,13 @@ def _terms(diagnosis: Diagnosis, left: str) -> dict[str, Any] | None:
         for one in evidence.columns
     ]
     handles = [[list(map(dict, one.steps)), [_digits(x) for x in one.right]] for one in evidence.handles]
-    return {"rows": rows, "right": [_digits(x) for x in evidence.right], "handles": handles, "free": evidence.free}
+    return {
+        "rows": rows,
+        "right": [_digits(x) for x in evidence.right],
+        "handles": handles,
+        "free": evidence.free,
+        "tied": evidence.tied,
+    }
 
 
 def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -163,7 +173,15 @@ def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
         return None
     points = [{name: _digits(x) for name, x in point.items()} for point in diagnosis.motions.along]
     atoms = [[one.function, one.of, one.unit, [_digits(x) for x in one.values]] for one in diagnosis.atoms.every]
-    return {"points": points, "atoms": atoms, "states": STATES, "suits": SUITS, "vague": VAGUE}
+    return {
+        "points": points,
+        "atoms": atoms,
+        "states": STATES,
+        "suits": SUITS,
+        "vague": [*VAGUE, "coupling"],
+        "plain": PLAIN,
+        "whole": ALL_OF_IT,
+    }
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from types import MappingProxyType
 
@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.evidence import SUITS, Atoms, Evidence, atoms_of, evidence_of
+from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Atoms, Evidence, atoms_of, evidence_of
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of, numbers
@@ -273,17 +273,17 @@ class Diagnosis:
     def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
         """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
         evidence = self.evidence(key)
-        if evidence is None:
+        if evidence is None or (found and found.rule in ALL_OF_IT):
             return found
         node = form.express(self._graph)
         told = explained(evidence, self.atoms, lambda point: numbers([node], point)[0])
-        if told is None or (found and not told.sure):
+        if told is None or (found and not told.sure and found.rule not in told.rules):
             return found
-        rules, kinds = list(told.rules), [evidence.columns[k].kind for k in told.terms]
-        if found and set(rules) <= set(VAGUE) and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
-            rules.append(found.rule)
-        if found and rules == [found.rule]:  # with its mass
-            return found
+        rules, kinds = list(dict.fromkeys(told.rules)), [evidence.columns[k].kind for k in told.terms]
+        if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
+            rules.insert(0, found.rule)
+        if found and found.rule == rules[0]:  # with its mass
+            return replace(found, more=tuple(rules[1:]))
         return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:

@@ -17,6 +17,7 @@ from symdyn.algebra import Array, Form
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient
 from symdyn.scene import SceneUnits
+from symdyn.teach.lesson import masses
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.motions import Motions, Point, numbers
@@ -36,23 +37,30 @@ STATES: Mapping[str, tuple[str, str, str]] = {
     "slope": ("slope", "slope", ""),
     "product": ("product", "", ""),
     "static": ("", "energies", ""),
-    "spin": ("inertia", "termsign", "inertia"),
-    "steiner": ("steiner", "termsign", "termfactor"),
-    "body": ("body", "termsign", "termfactor"),
+    "spin": ("inertia", "", "inertia"),
+    "steiner": ("steiner", "", ""),
+    "body": ("body", "", ""),
+    "carried": ("carried", "", ""),
     "coupling": ("coupling", "termsign", "termfactor"),
     "cross": ("cross", "cross", "termfactor"),
     "inertia": ("term", "termsign", "termfactor"),
     "drive": ("term", "termsign", "termfactor"),
 }
 """Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
-OF_BODIES = ("body", "spin", "steiner", "weight")
-"""Kinds that say more of a term than its own."""
+PLAIN = ("term", "termsign", "termfactor")
+"""What a term tells whose kind has no rule for it."""
+OF_BODIES = ("body", "spin", "steiner", "weight", "carried")
+"""Kinds that say more of a term than its own, if that is one of `OWN`."""
+OWN = ("inertia", "gravity")
 SUITS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("height", "direction", "weightless"),
     "rates": ("product", "slope", "chain", "cross", "relative"),
-    "inertia": ("coupling", "steiner", "half", "carried", "relative", "cross", "arm"),
+    **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
+    "coupling": ("carried", "relative", "cross"),
 }
 """Rules found otherwise that explain what differs in a term of a kind."""
+ALL_OF_IT = ("turned", "factor", "half")
+"""Rules found otherwise that say more than terms do."""
 
 
 @dataclass(frozen=True)
@@ -106,26 +114,38 @@ class Handle:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What tells the terms of one result apart; `free` says whether a constant is."""
+    """What tells the terms of one result apart.
+
+    Attributes:
+        points: see `Motions`.
+        columns: terms, and what belongs together.
+        right: what the result is worth there; of an equation what is left of it.
+        handles: of an equation.
+        free: whether a constant is.
+        tied: whether rows tie motions together, so that what is one term may be another one there.
+    """
 
     points: tuple[Point, ...]
     columns: tuple[Column, ...]
     right: tuple[float, ...]
     handles: tuple[Handle, ...]
     free: bool
+    tied: bool
 
 
 # What a result is made of
 
-Piece = tuple[str, Union[Form, None], Sequence[tuple[Expr, Union[int, None]]]]
-"""Kind, formula, and nodes, each times the share of a joint's equation, None for no equation."""
+Shares = Sequence[tuple[Expr, Union[int, None]]]
+"""Nodes, each times the share of a joint's equation, None for no equation."""
+Piece = tuple[str, Union[Form, None], Shares]
+"""Kind, formula and nodes."""
 
 
 def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
     """Return what tells the terms of a quantity apart; None where they are too many, or not known."""
     points, i = motions.along, int(key[4:]) - 1 if key.startswith("tau:") else None
     try:
-        pieces = list(islice(_pieces(course, motions, key, i), 5 * MOST))
+        pieces = list(islice(_pieces(course, motions, key, i), 8 * MOST))
     except DerivationError:
         return None
     fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
@@ -142,16 +162,20 @@ def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
     ]
     right = tuple(sum(values[k][p] for k in fine) for p in range(len(points)))
     columns: list[Column] = []
+    tied = course.scene.is_constrained
+    alone = i is not None and any(way[i][j] for way in motions.ways for j in range(course.state.n) if j != i)
     for (kind, form, _), row in zip(pieces, values, strict=True):
         size = max(map(abs, row))
+        if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
+            continue
         same = [k for k, one in enumerate(columns) if one.is_worth(row)]
         for k in same:
-            if form is None and kind in OF_BODIES and columns[k].form is not None:
+            if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
                 columns[k] = replace(columns[k], kind=kind)
-        if size > 0 and (form is not None or not same):
+        if form is not None or not same:
             columns.append(Column(kind, form, row))
     handles = tuple(_handles(course, motions, i)) if i is not None else ()
-    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"))
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied)
 
 
 def _pieces(course: Course, motions: Motions, key: str, i: int | None) -> Iterator[Piece]:
@@ -174,16 +198,18 @@ def _pieces(course: Course, motions: Motions, key: str, i: int | None) -> Iterat
         yield from _bodies(course, lambda K: [(K, None)])
     elif name in course.scene.coordinates:
         q = graph.symbol(name)
-        parts = (("rates", kinetic), ("gravity", -gravity), ("spring", -elastic))
+        parts = (("slope", kinetic), ("gravity", -gravity), ("spring", -elastic))
         yield from _terms(course, [(kind, course.slope(x, q), None) for kind, x in parts])
     elif key.startswith(("k_z", "dL:")) and (node := course.value(key, e)) is not None:
         yield from _terms(course, [("inertia", node, None)])
-        of = {tag: replace(e, K={tag: K}, P={"E": graph.zero}) for tag, K in e.K.items()}
-        shares = {tag: course.value(key, one) for tag, one in of.items()}
-        yield from (("body", None, [(share, None)]) for share in shares.values() if share is not None)
-        for part in course.parts:
-            spin = course.value(key, replace(e, K={"": part.spin}, P={"E": graph.zero}))
-            yield ("spin", None, [(spin, None)] if spin is not None else [])
+        if key.startswith("k_z") and len(set(key[4:].split(","))) > 1:
+            yield ("coupling", None, [(node, None)])
+
+        def share(K: Expr) -> Shares:
+            found = course.value(key, replace(e, K={"": K}, P={"E": graph.zero}))
+            return [(found, None)] if found is not None else []
+
+        yield from _bodies(course, share)
 
 
 def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -> Iterator[Piece]:
@@ -201,31 +227,36 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         }  # fmt: skip
         terms += [(kind, node, j) for kind, node in of.items()]
         for kind, node in (*of.items(), ("product", product), ("slope", -slope)):
-            if kind != "inertia":
-                shares.setdefault(kind, []).append((node, j))
+            shares.setdefault(kind, []).append((node, j))
     yield from _terms(course, terms)
     yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
-    for node in weights:
-        yield ("weight", None, [(course.slope(node, state.q[j]), j) for j in joints])
     yield ("static", None, [*shares["gravity"], *shares["spring"]])
+    for part, weight in zip(course.parts, weights, strict=True):
+        for kind, node in (("weight", weight), ("carried", course.weight(part, arm=0))):
+            yield (kind, None, [(course.slope(node, state.q[j]), j) for j in joints])
 
-    def inertial_share(K: Expr) -> list[tuple[Expr, int | None]]:
-        return [(course.steps(j, K, zero)[0], j) for j in joints]
-
-    yield from _bodies(course, inertial_share)
-    for part in course.parts:
+    children = {name: joint.child for joint in course.scene.joints for name in joint.coordinates}
+    units = SceneUnits(course.scene).coordinates
+    for part, mass in zip(course.parts, masses(course.scene, graph, course.placed), strict=True):
         K = course.kinetic(part, spin=0)
-        own = [(gradient(course.steps(j, K, zero)[0], [state.qdd[j]])[0] * state.qdd[j], j) for j in joints]
-        turns = SceneUnits(course.scene).coordinates[joints[0]] == "rad" and len(joints) == 1
-        yield ("steiner" if turns and part.rigid else "body", None, own)
+        own: Shares = [(gradient(course.steps(j, K, zero)[0], [state.qdd[j]])[0] * state.qdd[j], j) for j in joints]
+        j = joints[0]
+        turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
+        yield ("steiner" if turned and part.rigid else "body", None, own)
+    still = [zero] * state.n
+    yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
+    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints])
 
 
-def _bodies(course: Course, of: Callable[[Expr], list[tuple[Expr, int | None]]]) -> Iterator[Piece]:
+def _bodies(course: Course, of: Callable[[Expr], Shares]) -> Iterator[Piece]:
     """Yield what masses and moments of inertia of single bodies have in a result."""
     for part in course.parts:
         yield ("body", None, of(course.kinetic(part, spin=0)))
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
+        yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
+        yield ("carried", None, of(course.kinetic(part, own=0, spin=0)))
+        yield ("cross", None, of(course.kinetic(part, base=0, own=0, spin=0)))
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
 
 
@@ -289,7 +320,10 @@ def linear(rows: Sequence[Sequence[float]]) -> tuple[float, ...]:
 
 
 def atoms_of(course: Course, motions: Motions) -> Atoms:
-    """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines."""
+    """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines.
+
+    Where rows tie motions together a rate may be a multiple of another one, and a coordinate of a sine: none is known.
+    """
     scene, units = course.scene, SceneUnits(course.scene)
     named = [(p.name, p.unit or "") for p in scene.parameters]
     moving = [
@@ -300,7 +334,7 @@ def atoms_of(course: Course, motions: Motions) -> Atoms:
     sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
     sums += [{a: 1, b: sign} for a, b in combinations(angles, 2) for sign in (1, -1)]
     found = [Atom("", "", "1", (1.0,) * len(motions.along))]
-    for name, unit in (*named, *moving):
+    for name, unit in named if scene.is_constrained else (*named, *moving):
         row = tuple(point[name] for point in motions.along)
         found += [Atom("", name, unit, row), Atom("", name, f"{unit}^2", tuple(x * x for x in row))]
     for function, of in (("sin", sin), ("cos", cos)):

@@ -11,13 +11,13 @@ scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import isfinite
 
 import numpy as np
 
-from symdyn.teach.student.evidence import CLOSE, STATES, Atom, Atoms, Column, Evidence, linear, moved
+from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
 from symdyn.teach.student.motions import Point
 
 FACTOR = 1.5
@@ -62,51 +62,63 @@ def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float]) -> Found | 
 
     values = [one.values for one in columns]
     rows, left = list(map(change, values)), change(e)
-    singles = [(_price(c), k, c) for k, row in enumerate(rows) if (c := _share(left, row, size)) is not None]
+    singles = [
+        (_price(c), k, told)
+        for k, row in enumerate(rows)
+        if (c := _share(left, row, size)) is not None and (told := _states(columns[k], c))
+    ]
     if singles:
-        return _of_one(columns, singles)
+        return _of_one(columns, singles, evidence.tied)
     fine = [k for k, one in enumerate(columns) if one.form is not None]
-    others = [Found(2 + price, (k,), rules) for k in fine for price, rules in _replaced(values[k], e, atoms)]
-    for j, k in () if others else combinations(fine, 2):  # the same in both
-        both = [a + b for a, b in zip(values[j], values[k], strict=True)]
-        others += [Found(2.5 + price, (j, k), rules) for price, rules in _replaced(both, e, atoms)]
-    if others:
-        return min(others)
+    some = fine or range(len(columns))
+    found = [Found(2 + p, (k,), rules) for k in some for p, rules in _replaced(columns[k], e, atoms)]
+    for j, k in combinations(fine, 2):  # the same in both
+        both = replace(columns[k], values=tuple(a + b for a, b in zip(values[j], values[k], strict=True)))
+        found += [Found(2.5 + p, (j, k), rules) for p, rules in _replaced(both, e, atoms)]
     for j, k in combinations(range(len(columns)), 2):
         if (shares := _shares(left, rows[j], rows[k], size)) is not None:
-            prices = [_price(c) + 0.1 * (columns[n].form is None) for n, c in zip((j, k), shares, strict=True)]
-            rules = [rule for n, c in zip((j, k), shares, strict=True) for rule in _states(columns[n].kind, c)]
-            terms = tuple(n for n in (j, k) if columns[n].form is not None)
-            others.append(Found(3 + sum(prices), terms, tuple(dict.fromkeys(rules)), max(prices) < FACTOR))
-    for j in () if others else fine:
+            at = list(zip((j, k), shares, strict=True))
+            first, second = (_states(columns[n], c) for n, c in at)
+            price = sum(_price(c) + 0.1 * (columns[n].form is None) for n, c in at)
+            if first and second:
+                found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
+    for j in () if found or evidence.tied else fine:
         for c in (-1.0, -2.0):
             rest = [x - c * t for x, t in zip(e, values[j], strict=True)]
+            rules = _states(columns[j], c)
             for k in fine:
-                for price, rules in _replaced(values[k], rest, atoms) if k != j else ():
-                    others.append(
-                        Found(6 + price, (j, k), tuple(dict.fromkeys((*_states(columns[j].kind, c), *rules))))
-                    )
-    return min(others) if others else None
+                by = _replaced(columns[k], rest, atoms) if k != j else ()
+                found += [Found(3.5 + price, (j, k), (*rules, *told)) for price, told in by]
+    return min(found) if found else None
 
 
-def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, float]]) -> Found:
+def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple[str, ...]]], tied: bool) -> Found:
     """Return what one column tells that accounts for a difference: a term, and what one rule makes."""
     fine, whole = (sorted(x for x in singles if (columns[x[1]].form is None) == is_whole) for is_whole in (False, True))
-    price = (fine or whole)[0][0]
-    if len(fine) > 1 and fine[0][0] == fine[1][0]:  # of terms that rows tie together none is known to be the one
+    price = min(singles)[0]
+    if tied:
+        fine, whole = ([one for one in some if one[0] == price] for some in (fine, whole))
+    if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
         fine = []
-    rules = [rule for _, k, c in (*fine[:1], *whole[:1]) for rule in _states(columns[k].kind, c)] or ["termfactor"]
-    special = [rule for rule in rules if rule not in ("term", "termfactor")]
-    return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(dict.fromkeys(special or rules)), True)
+    rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
+    special = [rule for rule in rules if rule != "term"]
+    return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
 
 
-def _states(kind: str, c: float) -> tuple[str, ...]:
+def _states(column: Column, c: float) -> tuple[str, ...]:
     """Return the rules that a column tells with a coefficient 1 + c."""
-    lost, turned, scaled = STATES[kind]
-    if abs(c + 1) < CLOSE:
-        return (lost,) if lost else ()
-    told = (turned,) if abs(c + 2) < CLOSE else (turned, scaled) if c < -1 else (scaled,)
-    return tuple(filter(None, told))
+    plain = PLAIN if column.form is not None else ("", "", "")
+    lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
+    told = (
+        (lost,)
+        if abs(c + 1) < CLOSE
+        else (turned,)
+        if abs(c + 2) < CLOSE
+        else (turned, scaled)
+        if c < -1
+        else (scaled,)
+    )
+    return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
 
 
 def _price(c: float) -> float:
@@ -134,16 +146,18 @@ def _shares(e: Sequence[float], one: Sequence[float], two: Sequence[float], size
     return (c, d) if all(abs(x - c * p - d * q) <= CLOSE * size for x, p, q in zip(e, one, two, strict=True)) else None
 
 
-def _replaced(t: Sequence[float], e: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
+def _replaced(column: Column, e: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
     """Return what stands for something else in a term, t n a/b in place of t, with a price."""
+    t = column.values
     if any(x == 0 or abs(x + d) <= 1e-9 * abs(x) for x, d in zip(t, e, strict=True)):
         return []
     n = atoms.quotients * np.array([1 + d / x for x, d in zip(t, e, strict=True)])
+    turned = STATES[column.kind][1] or "termsign"
     found = []
     for k in np.flatnonzero((np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1)):
         a, b = atoms.pairs[k]
         by = float(n[k, 0])
-        beside = [rule for rule, told in (("termsign", by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
+        beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
         found.append((0.1 * bool(a.of and b.of) + 0.2 * len(beside), (_exchanged(a, b), *beside)))
     return found
 
