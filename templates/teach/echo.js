@@ -56,6 +56,7 @@ const Echo = (() => {
       if (token.kind === "open") return bracket(token);
       if (token.kind === "function") return call(token.text);
       if (token.text === "frac") { const above = group(); return fraction(above, group()); }
+      if (token.text === "rate") return row([fraction("<mi>d</mi>", row(["<mi>d</mi>", shown.t || "<mi>t</mi>"])), bracket(take())]);
       if (/dot$/.test(token.text)) return accented(token.text === "dot" ? 1 : 2);
       return group();
     }

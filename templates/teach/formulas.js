@@ -105,6 +105,12 @@ const Formulas = (() => {
     for (let at = 0; at < list.length;) {
       const rule = TIMES.find(([pattern]) => (found = sticks(pattern, row, at)));
       if (!rule) { kept.push(list[at++]); continue; }
+      const after = list[at + found[0].length];
+      if (found[1] === undefined && rule[1] === 1 && after && after.kind === "open" && row[at] !== "C") {
+        kept.push({...list[at], kind: "command", text: "rate", dots: 0});  // of a bracket
+        at += found[0].length;
+        continue;
+      }
       if (found[1] === undefined) throw new Fault("fault.time");
       const token = list[found.indices[1][0] + found[1].search(/[qeDE]/)], dots = [...found[1]].reduce((n, c) => n + (c === ".") + 2 * (c === ":"), rule[1]);
       kept.push({...token, text: token.text.slice(rule[2]), dots: token.dots + dots});
@@ -169,6 +175,13 @@ const Formulas = (() => {
     return Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined});
   };
   const inverse = part => lift(x => 1 / x, part), minus = part => lift(x => -x, part);
+
+  // The derivative with respect to time, by differences of fourth order along the motion
+  function rate(of) {
+    const STEP = 1e-3, chains = Object.entries(dotted);
+    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * p[u] + (a ? h * h / 2 * p[a] : 0)]))});
+    return p => [-2, -1, 1, 2].reduce((sum, n) => sum + [0, 8, -1][Math.abs(n)] * Math.sign(n) * at(of, later(p, n * STEP)), 0) / (12 * STEP);
+  }
 
   function formula(given) {
     const list = [...given];
@@ -235,6 +248,7 @@ const Formulas = (() => {
         const above = group();
         return raised(times([above, inverse(group())]));
       }
+      if (token.text === "rate") return raised(rate(bracket(take())));
       if (token.text.endsWith("dot")) return word(...accented(token));
       const inner = group();
       if ((sees("sub") || sees("op", "^")) && take().kind === "op") group();

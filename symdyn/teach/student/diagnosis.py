@@ -17,7 +17,7 @@ from math import isfinite
 from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
-from symdyn.dynamics.mechanism import prescribed
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
@@ -153,6 +153,7 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         found[coordinate] = _scale(powers_of(unit))
     for _, drive, unit in SceneUnits(scene).each_drive():
         found[drive] = _scale(powers_of(unit))
+    found[TIME] = second
     return found | {name: _scale(powers_of(unit)) if unit else float("nan") for name, unit in others.items()}
 
 

@@ -16,7 +16,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Pi, Symbol
-from symdyn.graph import Op
+from symdyn.dynamics.mechanism import TIME
+from symdyn.graph import Graph, Op, tangents
 from symdyn.scene.values import shorten
 from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS, Names
 from symdyn.teach.student.tokens import Cursor, Source, Token
@@ -143,10 +144,23 @@ class _Parser(Cursor):
             return self.raised(Form.product((above, self.inverse(token, below))))
         if token.text in ("dot", "ddot"):
             return self.word(*self.dotted(token))
+        if token.text == "rate":
+            return self.raised(self.rate(token))
         inner = self.group(token)  # what is under a brace, or over it
         if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
             self.group(token)
         return inner
+
+    def rate(self, of: Token) -> Form:
+        """Return the derivative of a bracket with respect to time."""
+        inner = self.bracket(self.take())
+        graph, own = Graph(), self.names
+        found = [name for name in inner.symbols if name in own.dotted or name in own.rates or name == TIME]
+        rates = {name: "" if name == TIME else own.differentiated(name, 1) for name in found}
+        if lost := [name for name, rate in rates.items() if rate is None]:
+            raise self.fault(of, f"d/dt of {lost[0]} is not read here; write accelerations with two dots")
+        seeds = {graph.symbol(name): graph.symbol(rate) if rate else graph.one for name, rate in rates.items()}
+        return Form.of(tangents([inner.express(graph)], seeds)[0])
 
     def function(self, token: Token) -> Form:
         """Return a function of a bracket, or of a number times one name."""
