@@ -49,7 +49,7 @@ STATES: Mapping[str, tuple[str, str, str]] = {
 """Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
 PLAIN = ("term", "termsign", "termfactor")
 """What a term tells whose kind has no rule for it."""
-OF_BODIES = ("body", "spin", "steiner", "weight", "carried")
+OF_BODIES = ("body", "spin", "steiner", "weight", "carried", "cross")
 """Kinds that say more of a term than its own, if that is one of `OWN`."""
 OWN = ("inertia", "gravity")
 SUITS: Mapping[str, tuple[str, ...]] = {
@@ -255,8 +255,8 @@ def _bodies(course: Course, of: Callable[[Expr], Shares]) -> Iterator[Piece]:
         yield ("spin", None, of(part.spin))
         yield ("body", None, of(course.right.K[part.tag]))
         yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
-        yield ("carried", None, of(course.kinetic(part, own=0, spin=0)))
         yield ("cross", None, of(course.kinetic(part, base=0, own=0, spin=0)))
+        yield ("carried", None, of(course.kinetic(part, own=0, spin=0)))
     yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
 
 
