@@ -115,10 +115,16 @@ def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.Monk
     benchmark = _benchmark(monkeypatch)
     data = benchmark.opened(SEALED)
     some = [one for one in data["answers"] if one["scene"] == "cart_pole"][:6]
+    of_cart = {"scene": "cart_pole", "asked": {"kind": "equation", "coordinate": "x"}, "causes": []}
+    momentum = "(mc+mp) x˙ {} ½mp l cosθ θ˙"  # dots behind letters, names side by side
+    some += [
+        {**of_cart, "answer": f"d/dt ({momentum.format('-')}) + b x' = F", "verdict": "right"},
+        {**of_cart, "answer": f"d/dt ({momentum.format('+')}) + b x' = F", "verdict": "wrong"},
+    ]
 
     rows = list(benchmark.sealed({**data, "answers": some, "scenes": {"cart_pole": data["scenes"]["cart_pole"]}}))
 
-    assert len(rows) == 6
+    assert len(rows) == 8
     assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page in rows)
 
 

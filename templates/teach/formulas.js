@@ -179,7 +179,8 @@ const Formulas = (() => {
   // The derivative with respect to time, by differences of fourth order along the motion
   function rate(of) {
     const STEP = 1e-3, chains = Object.entries(dotted);
-    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * p[u] + (a ? h * h / 2 * p[a] : 0)]))});
+    const unset = Object.fromEntries(chains.flatMap(([, [, a]]) => a ? [[a, NaN]] : []));  // what accelerations become is not known
+    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * p[u] + (a ? h * h / 2 * p[a] : 0)])), ...unset});
     return p => [-2, -1, 1, 2].reduce((sum, n) => sum + [0, 8, -1][Math.abs(n)] * Math.sign(n) * at(of, later(p, n * STEP)), 0) / (12 * STEP);
   }
 
