@@ -19,7 +19,7 @@ import re
 import subprocess
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -260,7 +260,7 @@ NAMES: Mapping[str, str] = {
     "inertia": "wrong-inertia inertia-of-body-missing",
     "arm": "wrong-parameter wrong-inertia",
     "cross": "cross-term-missing sign factor wrong-function",
-    "carried": "moved-mass-missing cross-term-missing",
+    "carried": "moved-mass-missing cross-term-missing missing-term",
     "relative": "wrong-angle cross-term-missing",
     "absolute": "wrong-angle",
     "height": "wrong-function",
@@ -274,8 +274,8 @@ NAMES: Mapping[str, str] = {
     "chain": "sign rate-product-missing",
     "convention": "sign",
     "friction": "damping-missing damping-sign drive-missing",
-    "coupling": "cross-term-missing",
-    "body": "moved-mass-missing inertia-of-body-missing",
+    "coupling": "cross-term-missing missing-term",
+    "body": "moved-mass-missing inertia-of-body-missing missing-term",
     "factor": "factor",
     "undifferentiated": "dimension",
     "undivided": "arithmetic dimension",
@@ -295,6 +295,25 @@ NAMES: Mapping[str, str] = {
     "multiplier": "",
 }
 """Which causes of a sealed list a rule names."""
+
+VAGUE = ("term", "termsign", "termfactor", "turned")
+"""Rules that say how a term differs and give no reason, so never a false one."""
+
+WHOLE = {"answer.factor": "termfactor", "answer.turned": "turned"}
+"""What a page says where all of an answer has a wrong factor, or the other sign, as a rule."""
+
+FINER: Mapping[str, str] = {
+    "inertia-of-body-missing": "inertia-missing",
+    "wrong-inertia": "factor",
+    "missing-factor": "factor",
+    "cross-term-missing": "missing-term",
+    "gravity-missing": "missing-term",
+    "drive-missing": "missing-term",
+    "spring-free-length": "missing-term",
+    "damping-sign": "sign",
+    "power": "dimension",
+}
+"""Causes that a list with fewer keys counts to others."""
 
 TERMS: Mapping[str, str] = {
     "sign": "sign gravity-sign spring-sign damping-sign",
@@ -331,6 +350,9 @@ def key_of_sealed(asked: Mapping[str, Any], scene: Scene) -> str | None:
         drive, name = asked.get("drive"), asked.get("coordinate")
         i = scene.drives.index(drive) if drive else scene.coordinates.index(name)
         filled |= {"number": i + 1, "rate": scene.velocities[i]}
+    for place in ("row", "column"):
+        if asked.get(place) in scene.coordinates:
+            filled[place] = scene.coordinates.index(asked[place]) + 1
     return KINDS[asked["kind"]].format(**filled)
 
 
@@ -347,11 +369,11 @@ class Judged:
         """Return it in the words of the list."""
         return "unreadable" if self.right is None else "right" if self.right else "wrong"
 
-    def names(self, cause: str) -> bool:
-        """Whether a cause is named."""
-        return any(cause in NAMES[x].split() for x in self.rules) or any(
-            cause in TERMS.get(x, "").split() for x in self.terms
-        )
+    def names(self, cause: str, coarse: Collection[str] = ()) -> bool:
+        """Whether a cause is named; `coarse` are its finer causes, where a list does not part them."""
+        said = {one for x in self.rules for one in NAMES[x].split()}
+        said |= {one for x in self.terms for one in TERMS.get(x, "").split()}
+        return bool(said & {cause, *coarse})
 
 
 def sealed_in_shell(answer: Mapping[str, Any], key: str, scene: Scene) -> Judged:
@@ -390,7 +412,9 @@ def sealed_on_page(answers: Sequence[tuple[str, str]], scene: Scene) -> list[Jud
         text = told["text"]
         faulty = any(text.startswith(parts[0]) and text.endswith(parts[-1]) for parts in unread)
         right = None if faulty or key not in asked else bool(told["right"])
-        found.append(Judged(right, tuple(rule for rule in _rules(text) if rule in NAMES)))
+        rules = [rule for rule in _rules(text) if rule in NAMES]
+        rules += [rule for key, rule in WHOLE.items() if text.startswith(texts[key].partition("{factor}")[0])]
+        found.append(Judged(right, tuple(rules)))
     return found
 
 
@@ -414,24 +438,33 @@ def counted(data: Mapping[str, Any]) -> Iterator[str]:
     """Yield what became of a sealed list, in counts."""
     rows = list(sealed(data))
     yield f"{len(rows)} answers judged; {len(data['answers']) - len(rows)} to what no box asks for are not asked"
-    yield from _counts("shell", [(answer, shell) for answer, shell, _ in rows])
-    yield from _counts("page", [(answer, page) for answer, _, page in rows])
+    yield from _counts("shell", [(answer, shell) for answer, shell, _ in rows], data["causes"])
+    yield from _counts("page", [(answer, page) for answer, _, page in rows], data["causes"])
     same = sum(shell.verdict == page.verdict for _, shell, page in rows)
     yield f"page and shell agree on {same} of {len(rows)}"
 
 
-def _counts(door: str, rows: Sequence[tuple[Mapping[str, Any], Judged]]) -> Iterator[str]:
+def _counts(door: str, rows: Sequence[tuple[Mapping[str, Any], Judged]], keys: Collection[str]) -> Iterator[str]:
     ok = Counter(a["verdict"] for a, told in rows if a["verdict"] == told.verdict)
     every = Counter(a["verdict"] for a, _ in rows)
     shown = ", ".join(f"{kind} {ok[kind]} of {every[kind]}" for kind in ("right", "wrong", "unreadable"))
     yield f"{door}: judged as they are {ok.total()} of {len(rows)} = {ok.total() / len(rows):.1%} ({shown})"
     wrong = [(a, told) for a, told in rows if a["verdict"] == "wrong"]
-    causes = [told.right is False and told.names(cause) for a, told in wrong for cause in a["causes"]]
-    false = 0
-    for a, told in wrong:
-        true = [*a["causes"], *a.get("also", ())]
-        false += bool(told.rules) and not any(Judged(False, told.rules).names(cause) for cause in true)
+    causes = [told.right is False and told.names(c, finer(c, keys)) for a, told in wrong for c in a["causes"]]
+    false = sum(is_false(a, told, keys) for a, told in wrong)
     yield f"{door}: causes named {sum(causes)} of {len(causes)} = {sum(causes) / len(causes):.1%}; false causes {false}"
+
+
+def finer(cause: str, keys: Collection[str]) -> list[str]:
+    """Return the finer causes that a list counts to one of its own."""
+    return [fine for fine, whole in FINER.items() if whole == cause and fine not in keys]
+
+
+def is_false(answer: Mapping[str, Any], told: Judged, keys: Collection[str]) -> bool:
+    """Whether reasons are given for a wrong answer, and none of them is true."""
+    reasons = tuple(rule for rule in told.rules if rule not in VAGUE)
+    true = [*answer["causes"], *answer.get("also", ())]
+    return bool(reasons) and not any(Judged(False, told.rules).names(c, finer(c, keys)) for c in true)
 
 
 def main() -> None:

@@ -115,10 +115,16 @@ def test_page_and_shell_judge_some_sealed_answers_alike(monkeypatch: pytest.Monk
     benchmark = _benchmark(monkeypatch)
     data = benchmark.opened(SEALED)
     some = [one for one in data["answers"] if one["scene"] == "cart_pole"][:6]
+    of_cart = {"scene": "cart_pole", "asked": {"kind": "equation", "coordinate": "x"}, "causes": []}
+    momentum = "(mc+mp) x˙ {} ½mp l cosθ θ˙"  # dots behind letters, names side by side
+    some += [
+        {**of_cart, "answer": f"d/dt ({momentum.format('-')}) + b x' = F", "verdict": "right"},
+        {**of_cart, "answer": f"d/dt ({momentum.format('+')}) + b x' = F", "verdict": "wrong"},
+    ]
 
     rows = list(benchmark.sealed({**data, "answers": some, "scenes": {"cart_pole": data["scenes"]["cart_pole"]}}))
 
-    assert len(rows) == 6
+    assert len(rows) == 8
     assert all(shell.verdict == page.verdict == answer["verdict"] for answer, shell, page in rows)
 
 
@@ -127,3 +133,31 @@ def test_quotients_and_products_go_from_left_to_right() -> None:
 
     assert check_derivation("k_z22 = m2 / h1 h1 h2^2", arm)[0].right
     assert check_derivation("k_z22 = m2 h1/(h1 h2) (h2^3)", arm)[0].right
+
+
+@pytest.mark.parametrize(
+    ("scene", "text", "named", "never"),
+    [
+        ("cart_pole", "tau1 = mc x'' - 1/2 mp l cos(theta) theta'' + 1/2 mp l sin(theta) theta'^2 + b x'",
+         ("body",), ("inertia", "steiner")),
+        ("cart_pole", "F = (mc+mp) x'' - 1/2 mp l cos(theta) theta'' + 1/2 mp l sin(theta) theta'^2",
+         ("friction",), ("velocities",)),
+        ("cart_pole", "(mc+mp) x'' - 1/2 mp l cos(theta) theta'' - b x' = F", ("friction", "velocities"), ("gravity",)),
+        ("two_link", "k_z22 = 1/3 m2 h2^2", ("termfactor",), ("inertia",)),
+        ("two_link", "M2 = m2 h2^2 (q1''+q2'') + m2 h1 h2 cos(q2) q1'' + m2 h1 h2 sin(q2) q1'^2 + m2 h2 sin(q1+q2)",
+         ("dimension",), ()),
+        ("two_link", "dL/dqd2 = m2 h2^2 (q1' + q2')", ("cross",), ("inertia",)),
+        ("two_link", "dL/dqd2 = m2 h2^2 (q1' + q2') + m2 h1 h2 sin(q2) q1'", ("trig",), ()),
+    ],
+)  # fmt: skip
+def test_a_hint_names_what_is_wrong_and_never_what_cannot_be(
+    scene: str, text: str, named: tuple[str, ...], never: tuple[str, ...]
+) -> None:
+    (answer,) = check_derivation(text, read(ROOT / "examples" / f"{scene}.toml"))
+    rules = language_of("en").mistakes
+
+    told = " ".join(in_words(answer, "en"))
+
+    assert not answer.right
+    assert all(rules[rule] in told for rule in named)
+    assert not any(rules[rule] in told for rule in never)

@@ -421,7 +421,7 @@ OTHER_WAYS = [
     ("square:1", "h1**2*Derivative(q1(t), t)**2", "Right."),
     ("square:1", "h1**2 (dq1/dt)^2", "Right."),
     ("square:1", "h1**2*diff(q1(t), t, t)**2", "Not yet: "),
-    ("square:1", r"\frac{d}{dt} (h_1 q_1 + 1)", "Derivatives are read of coordinates only"),
+    ("square:1", r"\frac{d^2}{dt^2} (h_1 q_1 + 1)", "Derivatives are read of coordinates only"),
     ("potential:1", "m1*g*h1*(1 - cos(q1))", "Right; your zero of potential energy lies elsewhere"),
     ("potential:2", r"-m_2 g (h_1 \cos q_1 + h_2\cos(q_1+q_2)) + m_2 g (h_1 + h_2)", "Right; your zero"),
     ("potential:1", "m1*g*h1*(1 + cos(q1))", "Not yet: "),

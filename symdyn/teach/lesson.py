@@ -184,7 +184,9 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
-        return Words(fill(self.tongue.lesson[key], {place: self.shown(place, value) for place, value in places.items()}))
+        return Words(
+            fill(self.tongue.lesson[key], {place: self.shown(place, value) for place, value in places.items()})
+        )
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""

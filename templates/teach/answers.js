@@ -1,8 +1,8 @@
 "use strict";
 // Typed answers, judged by value: as results, on the motions of the scene, and by the mistakes that give them.
 const Answers = (() => {
-  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions} = QUESTIONS;
-  const {Fault, has, members, label, parsed: formula} = Formulas;
+  const {free, points, values, words, speeds, balances, mistakes, marks, pairs, drawn, twins, bound, rounded, enough, scaled, terms, motions, called} = QUESTIONS;
+  const {Fault, has, members, label, parsed: formula, formula: formula_of} = Formulas;
 
   const TOLERANCE = 1e-9, ROUNDED = 1e-4;  // of the largest value: doubles lose some digits, wrong answers all of them
   // Whether a potential energy that changes with position differs from the answer by what does not
@@ -14,12 +14,16 @@ const Answers = (() => {
   }
 
   const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
+  const whole = (word, place) => ({...said(false, word, place), whole: true});  // it says all that is wrong
+  // Whether a word calls what is asked, whatever the scene's symbols are
+  const calls = (key, word) => has(called, key) && (called[key].includes(word) || (called[key].includes("p") && word.startsWith("p")));
   function judge(key, source) {
     try {
       if (source.length > 5000) throw new Fault("fault.deep");
       const parts = members(source), named = parts.map(label);
       const last = parts.length - 1, formulas = [];
       parts.forEach((part, k) => {
+        if (k === 0 && last && part.length === 1 && part[0].kind === "word" && calls(key, part[0].text)) return;
         if (named[k] && parts.length > 1) return;
         if (named[k]) throw new Fault("fault.quantity", named[k]);
         try {
@@ -45,13 +49,11 @@ const Answers = (() => {
 
   // A wrong answer's words, led by the terms that differ where these can be told apart
   function apart(key, formulas, told) {
-    if (!has(terms, key) || (formulas.length === 1 && has(balances, key) && balances[key].beside)) return told;
-    const asked = motions.asked[key], [first, second] = formulas;
-    const side = p => second ? first.of(p) - second.of(p) : has(asked, "front") ? first.of(p) - (asked.drive ? p[asked.drive] : 0) : first.of(p);
-    const found = Terms.apart(key, side, points.slice(0, scaled), told.rule);
+    if (told.whole || !has(terms, key) || QUESTIONS.apart.whole.includes(told.rule)) return told;
+    const [first, second] = formulas, {before} = motions.asked[key], front = before ? formula_of(before) : null;
+    const found = Terms.told(key, p => first.of(p) - (second ? second.of(p) : front ? front(p) : 0), told.rule);
     if (!found) return told;
-    if (found.rules.length === 1 && found.rules[0] === told.rule) return {...told, ...found};  // with its mass
-    const text = found.rules.map(rule => words.mistakes[rule]).join(words.mistakes.and);
+    const text = found.rules.map((rule, k) => k || rule !== told.rule ? words.mistakes[rule] : told.reason).join(words.mistakes.and);
     return {...told, ...found, text: words["answer.mistake"].replace("{rule}", () => text)};
   }
   function compared(key, formulas) {
@@ -116,18 +118,21 @@ const Answers = (() => {
     if (free.includes(key) && elsewhere(key, mine)) return said(true, "answer.shifted");
     if (points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");
     if (rounded.includes(key) && points.length > bound && agrees(1, bound, points.length, enough)) return said(true, "answer.right");
-    if (near(1, ROUNDED)) return said(false, "answer.rounded");
+    if (near(1, ROUNDED)) return whole("answer.rounded");
     const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes);
-    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
+    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return {...forgot(["nothing", "", ""]), whole: true};
     if (rule) return rule;
-    if (near(-1)) return said(false, "answer.turned");
+    if (near(-1)) return whole("answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
     const factor = mine[k] / values[key][k];
-    if (Math.abs(factor) > 1e-6 && near(factor)) return said(false, "answer.factor", String(Number(factor.toPrecision(6))).replace("-", "\u2212").replace(".", words.decimal));
+    if (Math.abs(factor) > 1e-6 && near(factor)) return whole("answer.factor", String(Number(factor.toPrecision(6))).replace("-", "\u2212").replace(".", words.decimal));
     return united(key, mine) ? said(false, "answer.wrong") : forgot(["dimension", "", ""]);
   }
   const close = (a, b) => Math.abs(a - b) <= 1e-7 * Math.max(Math.abs(a), Math.abs(b), 1e-12);
-  const forgot = row => ({right: false, rule: row[0], text: words["answer.mistake"].replace("{rule}", () => words.mistakes[row[0]] + (row[1] ? words.mistakes.where.replace("{of}", () => row[1]) : "") + (row[2] ? words.mistakes.or + words.mistakes[row[2]] : ""))});
+  function forgot([rule, of, other]) {
+    const reason = words.mistakes[rule] + (of ? words.mistakes.where.replace("{of}", () => of) : "") + (other ? words.mistakes.or + words.mistakes[other] : "");
+    return {right: false, rule, reason, text: words["answer.mistake"].replace("{rule}", () => reason)};
+  }
   // Which rule a wrong value forgets, by what such a mistake is worth at a few points
   function mistaken(key, at, changes) {
     const mine = changes ? [at[0] - at[1], at[2] - at[3]] : at;
@@ -161,7 +166,7 @@ const Answers = (() => {
   function equation(key, mine, zero) {
     if (mine.every(x => Math.abs(x) <= 1e-12)) return said(false, "answer.always");
     const {drive} = balances[key];
-    if (drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]))) return forgot(["nothing", "", ""]);
+    if (drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]))) return {...forgot(["nothing", "", ""]), whole: true};
     if (proportional(mine, zero, 0)) return said(true, "answer.right");
     if (points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
     const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));

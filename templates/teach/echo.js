@@ -52,10 +52,11 @@ const Echo = (() => {
     function primary(token) {
       if (token.kind === "number") return `<mn>${token.text.replace("{,}", ".").replace(",", ".").replace(/[^0-9.eE+-]/g, "")}</mn>`;
       if (token.kind === "constant") return "<mi>π</mi>";
-      if (token.kind === "word") return word(token.text, token.dots);
+      if (token.kind === "word") return word(token.text, token.dots, true);
       if (token.kind === "open") return bracket(token);
       if (token.kind === "function") return call(token.text);
       if (token.text === "frac") { const above = group(); return fraction(above, group()); }
+      if (token.text === "rate") return row([fraction("<mi>d</mi>", row(["<mi>d</mi>", shown.t || "<mi>t</mi>"])), bracket(take())]);
       if (/dot$/.test(token.text)) return accented(token.text === "dot" ? 1 : 2);
       return group();
     }
@@ -81,11 +82,12 @@ const Echo = (() => {
       if (sees("word") || sees("command", "dot", "ddot")) argument.push(primary(take()));
       return row([head, sign("&#x2061;"), THIN, row(argument)]);
     }
-    function word(text, dots) {
-      const parts = Formulas.read(text).map((part, k) => {
+    function word(text, dots, primed) {
+      const pieces = Formulas.read(text), carrier = primed ? pieces.length - 1 : 0;
+      const parts = pieces.map((part, k) => {
         if (part.function) return call(part.function);
         if (!part.name) return row([named(part.short[0]), sign("("), row(part.short[1].flatMap((q, j) => j ? [sign("+"), shown[q]] : [shown[q]])), sign(")")]);
-        const name = dots && !k ? (QUESTIONS.dotted[part.name] || [])[dots - 1] : part.name;
+        const name = dots && k === carrier ? (QUESTIONS.dotted[part.name] || [])[dots - 1] : part.name;
         return shown[name] || named("?");
       });
       return row(parts.flatMap((part, k) => k ? [THIN, part] : [part]));

@@ -105,6 +105,12 @@ const Formulas = (() => {
     for (let at = 0; at < list.length;) {
       const rule = TIMES.find(([pattern]) => (found = sticks(pattern, row, at)));
       if (!rule) { kept.push(list[at++]); continue; }
+      const after = list[at + found[0].length];
+      if (found[1] === undefined && rule[1] === 1 && after && after.kind === "open" && row[at] !== "C") {
+        kept.push({...list[at], kind: "command", text: "rate", dots: 0});  // of a bracket
+        at += found[0].length;
+        continue;
+      }
       if (found[1] === undefined) throw new Fault("fault.time");
       const token = list[found.indices[1][0] + found[1].search(/[qeDE]/)], dots = [...found[1]].reduce((n, c) => n + (c === ".") + 2 * (c === ":"), rule[1]);
       kept.push({...token, text: token.text.slice(rule[2]), dots: token.dots + dots});
@@ -148,7 +154,7 @@ const Formulas = (() => {
       const here = [];
       for (let start = Math.max(0, end - longest); start < end; start++) {
         const cut = word.slice(start, end), ends = end === word.length && start && has(grammar.short, cut);
-        const part = (cut !== "t" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
+        const part = (word.slice(start, end + 1) !== "tg" && piece(cut)) || (ends ? {function: grammar.short[cut]} : null);
         if (part) here.push(...ways[start].slice(0, 8).map(way => [...way, part]));
       }
       ways.push(here.sort((a, b) => a.length - b.length).slice(0, 8));
@@ -169,6 +175,14 @@ const Formulas = (() => {
     return Object.assign(total, {number: parts.every(part => typeof part === "number") ? total({}) : undefined});
   };
   const inverse = part => lift(x => 1 / x, part), minus = part => lift(x => -x, part);
+
+  // The derivative with respect to time, by differences of fourth order along the motion
+  function rate(of) {
+    const STEP = 1e-3, chains = Object.entries(dotted);
+    const unset = Object.fromEntries(chains.flatMap(([, [, a]]) => a ? [[a, NaN]] : []));  // what accelerations become is not known
+    const later = (p, h) => ({...p, t: p.t + h, ...Object.fromEntries(chains.map(([name, [u, a]]) => [name, p[name] + h * p[u] + (a ? h * h / 2 * p[a] : 0)])), ...unset});
+    return p => [-2, -1, 1, 2].reduce((sum, n) => sum + [0, 8, -1][Math.abs(n)] * Math.sign(n) * at(of, later(p, n * STEP)), 0) / (12 * STEP);
+  }
 
   function formula(given) {
     const list = [...given];
@@ -235,6 +249,7 @@ const Formulas = (() => {
         const above = group();
         return raised(times([above, inverse(group())]));
       }
+      if (token.text === "rate") return raised(rate(bracket(take())));
       if (token.text.endsWith("dot")) return word(...accented(token));
       const inner = group();
       if ((sees("sub") || sees("op", "^")) && take().kind === "op") group();
@@ -273,15 +288,17 @@ const Formulas = (() => {
     }
     function word(token, dots) {
       const pieces = read(token.text), last = pieces.pop();
-      const before = pieces.length ? [product(token, pieces, dots)] : [];
-      return times([...before, last.function ? call(last.function) : raised(product(token, [last], pieces.length ? 0 : dots))]);
+      const before = pieces.length ? [product(token, pieces, token.dots && !last.function ? 0 : dots)] : [];
+      const behind = token.dots || !pieces.length;  // m_1r' has its prime at the end, an accent stands on the first
+      return times([...before, last.function ? call(last.function) : raised(product(token, [last], behind ? dots : 0))]);
     }
     function product(token, pieces, dots) {
+      const carrier = token.dots ? pieces.length - 1 : 0;
       return times(pieces.map((part, i) => {
         if (part.function) throw new Fault("fault.argument");
         const chain = part.name ? [part.name, ...(has(dotted, part.name) ? dotted[part.name] : [])] : [null];
-        if (dots && !i && dots >= chain.length) throw new Fault("fault.dots", token.text);
-        if (part.name) return p => p[chain[i ? 0 : dots]];
+        if (dots && i === carrier && dots >= chain.length) throw new Fault("fault.dots", token.text);
+        if (part.name) return p => p[chain[i === carrier ? dots : 0]];
         const [name, angles] = part.short;
         return p => Math[name](angles.reduce((total, q) => total + p[q], 0));
       }));

@@ -12,7 +12,7 @@ from math import isfinite
 from typing import Any
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.emit.print import Latex, latex_symbols
+from symdyn.emit.print import Latex, latex_symbols, text_of
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
@@ -22,10 +22,10 @@ from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import inner
 from symdyn.teach.practice.exercises import ENOUGH, ROUNDED, is_given, quantities
 from symdyn.teach.student.diagnosis import BOUND, DRAWN, SCALED, TWINS, Diagnosis, Points, points_of
-from symdyn.teach.student.grammar import PAGE, Names
-from symdyn.teach.student.mistakes import FREE, Mistake
+from symdyn.teach.student.evidence import ALL_OF_IT, PLAIN, STATES, SUITS
+from symdyn.teach.student.grammar import CALLED, PAGE, Names
+from symdyn.teach.student.mistakes import FREE, VAGUE, Mistake
 from symdyn.teach.student.motions import rows_of
-from symdyn.teach.student.parts import LOST, MOST as MOST_TERMS, SUITS, TURNED, accelerations, terms_of
 from symdyn.teach.student.statements import SPEEDS
 
 FEW, BUDGET, SMALL = 300, 1000, 2
@@ -81,10 +81,20 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "twins": TWINS,
         "bound": BOUND,
         "scaled": SCALED,
-        "united": [key for key, row in values.items() if points.united([row[0], row[SCALED]])],
+        "united": [
+            key
+            for key, row in values.items()
+            if points.united([row[0], row[SCALED]]) and (key in balances or not requested[key][0].startswith(BALANCED))
+        ],
         "free": [key for key, (left, _) in requested.items() if left.startswith(FREE)],
         "rounded": [key for key, (left, _) in requested.items() if left.startswith(ROUNDED)],
         "enough": ENOUGH,
+        "called": {
+            key: letters
+            for key, (left, _) in requested.items()
+            for begin, letters in CALLED.items()
+            if left.startswith(begin)
+        },
         "points": [dict(point) for point in points.at],
         "values": values,
         "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
@@ -95,8 +105,8 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
-        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, points, left))},
-        "suits": {"lost": LOST, "turned": TURNED, "suits": SUITS},
+        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, left))},
+        "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,
         "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
@@ -120,11 +130,9 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
             continue
         if left.startswith(BALANCED):
             i = int(left.partition(":")[2]) - 1
-            asked[key] = {
-                "equation": i,
-                "drive": scene.drives[i],
-                "front": _on(motions.values(front(diagnosis, left), i)),
-            }
+            before = front(diagnosis, left)
+            asked[key] = {"equation": i, "drive": scene.drives[i], "front": _on(motions.values(before, i))}
+            asked[key]["before"] = text_of(before)
         else:
             asked[key] = {"values": _on(motions.values(form))}
         asked[key]["left"] = left
@@ -144,18 +152,41 @@ def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[
     return [{kind: [_digits(x) for x in row] for kind, row in group.items()} for group in values]
 
 
-def _terms(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any] | None:
-    """Return kind, formula in MathML and values of the terms of a result, and the accelerations of an equation."""
-    key, course, names = left.replace("solved:", "tau:"), diagnosis.course, latex_symbols(diagnosis.scene)
-    terms = terms_of(course, key) if course is not None else []
-    if course is None or not 0 < len(terms) <= MOST_TERMS:
+def _terms(diagnosis: Diagnosis, left: str) -> dict[str, Any] | None:
+    """Return what tells the terms of a result apart: their kinds, formulas in MathML and values, and handles."""
+    evidence = diagnosis.evidence(left.replace("solved:", "tau:"))
+    if evidence is None:
         return None
-    own = accelerations(course, key)
-    nodes = [*(one.node for one in terms), *(x for _, x in own)]
-    values = [[_digits(x) for x in row] for row in zip(*points.values(nodes, range(SCALED)), strict=True)]
-    shown = Latex(names)
-    rows = [[one.kind, inner(shown(one.form)), row] for one, row in zip(terms, values, strict=False)]
-    return {"rows": rows, "slopes": [[name, row] for (name, _), row in zip(own, values[len(terms) :], strict=True)]}
+    shown = Latex(latex_symbols(diagnosis.scene))
+    rows = [
+        [one.kind, inner(shown(one.form)) if one.form is not None else "", [_digits(x) for x in one.values]]
+        for one in evidence.columns
+    ]
+    handles = [[list(map(dict, one.steps)), [_digits(x) for x in one.right]] for one in evidence.handles]
+    return {
+        "rows": rows,
+        "right": [_digits(x) for x in evidence.right],
+        "handles": handles,
+        "free": evidence.free,
+        "tied": evidence.tied,
+    }
+
+
+def _apart(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return the points where terms are told apart, what their factors may be, and which rules they tell."""
+    if diagnosis.motions is None:
+        return None
+    points = [{name: _digits(x) for name, x in point.items()} for point in diagnosis.motions.along]
+    atoms = [[one.function, one.of, one.unit, [_digits(x) for x in one.values]] for one in diagnosis.atoms.every]
+    return {
+        "points": points,
+        "atoms": atoms,
+        "states": STATES,
+        "suits": SUITS,
+        "vague": [*VAGUE, "coupling"],
+        "plain": PLAIN,
+        "whole": ALL_OF_IT,
+    }
 
 
 def front(diagnosis: Diagnosis, left: str) -> Form:

@@ -214,7 +214,8 @@ def _diagnosed(answer: Answer, form: Form, right: Form, key: str, diagnosis: Dia
 
     found_mistake = diagnosis.value(key, form, right, equal)
     moved = less(form, Form.of(diagnosis.drive(int(key[4:]) - 1))) if key.startswith("tau:") else form
-    return replace(answer, mistake=diagnosis.told_apart(key, moved, found_mistake))
+    told = found_mistake if answer.turned else diagnosis.told_apart(key, moved, found_mistake)
+    return replace(answer, mistake=told)
 
 
 def _balanced(answer: Answer, statement: Statement, asked: int | None, diagnosis: Diagnosis) -> Answer:

@@ -12,21 +12,22 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from types import MappingProxyType
 
 from symdyn.algebra import Floats, Form
-from symdyn.dynamics.mechanism import prescribed
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.course import Course
+from symdyn.teach.student.evidence import ALL_OF_IT, SUITS, Atoms, Evidence, atoms_of, evidence_of
 from symdyn.teach.student.grammar import Names
-from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
+from symdyn.teach.student.mistakes import FREE, MOST, VAGUE, Mistake, mistakes
 from symdyn.teach.student.motions import Motions, motions_of, numbers
-from symdyn.teach.student.parts import MOST as MOST_TERMS, accelerations, fitted, named, terms_of
+from symdyn.teach.student.parts import explained
 from symdyn.unlocked import cached_property
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -152,6 +153,7 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         found[coordinate] = _scale(powers_of(unit))
     for _, drive, unit in SceneUnits(scene).each_drive():
         found[drive] = _scale(powers_of(unit))
+    found[TIME] = second
     return found | {name: _scale(powers_of(unit)) if unit else float("nan") for name, unit in others.items()}
 
 
@@ -188,6 +190,7 @@ class Diagnosis:
     def __init__(self, scene: Scene, others: Mapping[str, str] = NONE) -> None:
         self.scene, self.others = scene, others
         self.known: dict[str, list[Mistake]] = {}
+        self.apart: dict[str, Evidence | None] = {}
 
     @cached_property
     def course(self) -> Course | None:
@@ -254,29 +257,34 @@ class Diagnosis:
                     return one
         return None
 
+    def evidence(self, key: str) -> Evidence | None:
+        """Return what tells the terms of a quantity apart, None where nothing does."""
+        if key not in self.apart:
+            known = self.course is not None and self.motions is not None
+            self.apart[key] = evidence_of(self.course, self.motions, key) if known else None  # type: ignore[arg-type]
+        return self.apart[key]
+
+    @cached_property
+    def atoms(self) -> Atoms:
+        """Return what factors of a term may be."""
+        assert self.course is not None, "terms are those of a course"
+        assert self.motions is not None, "terms are told apart on motions"
+        return atoms_of(self.course, self.motions)
+
     def told_apart(self, key: str, form: Form, found: Mistake | None) -> Mistake | None:
         """Return what terms of a wrong answer tell, with the mistake that was found if it suits; else that mistake."""
-        terms = terms_of(self.course, key) if self.course is not None else []
-        if not 0 < len(terms) <= MOST_TERMS or self.course is None:
+        evidence = self.evidence(key)
+        if evidence is None or (found and found.rule in ALL_OF_IT):
             return found
-        own, at = accelerations(self.course, key), range(SCALED)
         node = form.express(self._graph)
-        slopes = gradient(node, [self._graph.symbol(name) for name, _ in own])
-        nodes = [*(x for _, x in own), *slopes, node, *(one.node for one in terms)]
-        rows = self.points.values(nodes, at)
-        n, columns = len(own), [[row[2 * len(own) + 1 + k] for row in rows] for k in range(len(terms))]
-        mine = [row[2 * n] for row in rows]
-        scaled = [mine, *([-x for x in mine] for _ in own[:1])]
-        for j in range(n):
-            if all(row[n + j] for row in rows):
-                scaled.append([row[2 * n] * row[j] / row[n + j] for row in rows])
-        fits = [one for values in scaled if (one := fitted(values, columns))]
-        if not fits:
+        told = explained(evidence, self.atoms, lambda point: numbers([node], point)[0])
+        if told is None or (found and not told.sure and found.rule not in told.rules):
             return found
-        best = min(fits, key=lambda c: sum(abs(x - 1) > 1e-6 for x in c))
-        rules = list(dict.fromkeys(rule for rule, _ in named(terms, best, found.rule if found else "")))
-        if found and rules == [found.rule]:  # with its mass
-            return found
+        rules, kinds = list(dict.fromkeys(told.rules)), [evidence.columns[k].kind for k in told.terms]
+        if found and set(rules) <= {*VAGUE, "coupling"} and any(found.rule in SUITS.get(kind, ()) for kind in kinds):
+            rules.insert(0, found.rule)
+        if found and found.rule == rules[0]:  # with its mass
+            return replace(found, more=tuple(rules[1:]))
         return Mistake(rules[0], node, more=tuple(rules[1:]))
 
     def drive(self, i: int) -> Expr:

@@ -58,8 +58,9 @@ SPELLINGS: tuple[tuple[str, str], ...] = (
     (r"[\t\r\v\f\u00a0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000\ufeff]", " "),
     (r" {2,}", " "),
     (r"[\u00c0-\u1eff]", "decomposed"),
-    (r"([A-Za-z\u0370-\u03ff])(?:\u0308|\u0307\u0307)", r"\ddot{$1}"),
-    (r"([A-Za-z\u0370-\u03ff])\u0307", r"\dot{$1}"),
+    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)(?:[\u0308\u00a8]|[\u0307\u02d9]{2})", r"\ddot{$1}"),
+    (r"([A-Za-z\u0370-\u03ff][₀₁₂₃₄₅₆₇₈₉]*)[\u0307\u02d9]", r"\dot{$1}"),
+    ("√", r"\sqrt "),
     (r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", "^{$k}"),
     (r"[₀₁₂₃₄₅₆₇₈₉]+", "_{$k}"),
     (r"[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]", "($k)"),
@@ -191,6 +192,21 @@ BEGINS = ("number", "word", "open", "command", "function", "constant")
 
 SHORT: Mapping[str, str] = {"s": "sin", "c": "cos", "sin": "sin", "cos": "cos", "S": "sin", "C": "cos"}
 """Letters of shorthands such as c12."""
+
+CALLED: Mapping[str, tuple[str, ...]] = {
+    "K:": ("K", "T", "Ek", "EK", "Wk"),
+    "P:": ("P", "V", "U", "Ep", "EP", "Wp"),
+    "L:": ("L",),
+    "dL:/d": ("p",),
+}
+"""What quantities are called in front of an "=", by what their keys begin with, whatever the scene's symbols are."""
+
+
+def called(key: str, word: str) -> bool:
+    """Whether a word calls a quantity by a letter of its own; a momentum's may have an index, p_1."""
+    own = next((letters for begin, letters in CALLED.items() if key.startswith(begin)), ())
+    return word in own or ("p" in own and word.startswith("p"))
+
 
 DEEPEST, LARGEST_POWER, MOST_LETTERS = 60, 32, 200
 """Brackets in brackets; an exponent; letters of a word."""
@@ -331,7 +347,8 @@ class Names:
         for end in range(1, len(word) + 1):
             here: list[list[str | Form]] = []
             for start in range(max(0, end - self.longest), end):
-                piece = self._piece(word[start:end]) if word[start:end] != "t" else None  # tgq is no product
+                tangent = word[start : end + 1] == "tg"  # tgq is no product
+                piece = None if tangent else self._piece(word[start:end])
                 if piece is None and end == len(word) and start and word[start:end] in CIRCULAR:
                     piece = Function(CIRCULAR[word[start:end]], ())
                 if piece is not None:

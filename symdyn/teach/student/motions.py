@@ -30,14 +30,15 @@ from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.rows import assembled
 
-PLACES = 3
-"""Points of a group, and as many elsewhere with the same parameters."""
+PLACES, ALONG = 3, 8
+"""Points of a group, and as many elsewhere with the same parameters; and of those where terms are told apart."""
 SAME, HOLDS = 1e-8, 1e-7
 """Of the largest value, and of what is left of an equation where it alone is broken: what counts as nothing."""
 APART = 10
 """How much more than by its rounded numbers an equation is broken."""
 
 Point = Mapping[str, float]
+Floating = Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,17 @@ class Group:
 
 @dataclass(frozen=True)
 class Motions:
-    """What answers are judged by: groups of points."""
+    """What answers are judged by: groups of points.
+
+    Attributes:
+        groups: see `Group`.
+        along: points of one more, with all equations broken, where terms are told apart.
+        ways: for each of these and each joint the motion of all that moves it, others as little as rows allow.
+    """
 
     groups: tuple[Group, ...]
+    along: tuple[Point, ...]
+    ways: tuple[Floating, ...]
 
     def values(self, form: Form, equation: int | None = None) -> list[dict[str, list[float]]]:
         """Return what a formula is worth on the motions, by group, and where an equation is broken."""
@@ -134,10 +143,12 @@ def motions_of(scene: Scene, course: Course | None) -> Motions | None:
         groups = [drawing.group(declared=False)]
         if any(p.value is not None for p in scene.parameters):
             groups.append(drawing.group(declared=True))
+        along, ways = drawing.along()
     except (DerivationError, ArithmeticError, np.linalg.LinAlgError):
         return None
-    finite = all(isfinite(x) for group in groups for one in (group.on, *group.off) for p in one for x in p.values())
-    return Motions(tuple(groups)) if finite else None
+    every = [along, *(one for group in groups for one in (group.on, *group.off))]
+    finite = all(isfinite(x) for one in every for p in one for x in p.values())
+    return Motions(tuple(groups), tuple(along), tuple(ways)) if finite else None
 
 
 class _Drawing:
@@ -155,11 +166,32 @@ class _Drawing:
         for k in range(PLACES):
             rng = random.Random(f"{self.scene.name}:{k}:{declared}")
             here, there = self._positions(k, declared, rng)
-            point, *broken = self._solved(*here, rng, range(len(self.balance)))
+            point, *broken = self._solved(*here, rng, [(i,) for i in range(len(self.balance))])
             on.append(point)
             off.append(broken)
             away.append(self._solved(*there, rng, ())[0])
         return Group((*on, *away), tuple(zip(*off, strict=True)), declared)
+
+    def along(self) -> tuple[list[Point], list[Floating]]:
+        """Return points with drawn parameters, those elsewhere last, and the motions of each joint there.
+
+        All equations are broken there: so an equation that is wrong by a factor is no other one.
+        """
+        here, there = list[Point](), list[Point]()
+        ways: tuple[list[Floating], list[Floating]] = ([], [])
+        for k in range(PLACES, PLACES + ALONG):
+            rng = random.Random(f"{self.scene.name}:{k}")
+            for (place, found), points, way in zip(self._positions(k, False, rng), (here, there), ways, strict=True):
+                points.append(self._solved(place, found, rng, [range(len(self.balance))])[1])
+                way.append(self._way(place, found))
+        return here + there, ways[0] + ways[1]
+
+    def _way(self, place: Point, found: Numbers | None) -> Floating:
+        n = len(self.balance)
+        if found is None:
+            return list(np.eye(n).tolist())
+        free = free_motions(found.jacobian(np.array([place[name] for name in self.scene.coordinates])).reshape(-1, n))
+        return list((free.T @ free).tolist())
 
     def _positions(
         self, k: int, declared: bool, rng: random.Random
@@ -223,9 +255,9 @@ class _Drawing:
         return 0.3 * self._allowed(found, q, np.array([rng.uniform(-1, 1) for _ in self.balance]))
 
     def _solved(
-        self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[int]
+        self, place: dict[str, float], found: Numbers | None, rng: random.Random, broken: Sequence[Sequence[int]]
     ) -> list[Point]:
-        """Return a point with rates, drives, accelerations and multipliers, then those with one equation broken."""
+        """Return a point with rates, drives, accelerations and multipliers, then those with some equations broken."""
         scene, n, given = self.scene, len(self.balance), self.given
         q = np.array([place[name] for name in scene.coordinates])
         A = self._fixed(found, q)
@@ -251,10 +283,9 @@ class _Drawing:
         below = [*(-x for x in bias), *numbers(given.acceleration, place)]
         force = 1 + float(np.abs(M).max()) + float(np.abs(h).max())
         points = list[Point]()
-        for equation in (None, *broken):
+        for equations in ((), *broken):
             extra = np.zeros(n)
-            if equation is not None:
-                extra[equation] = force * rng.uniform(0.5, 1.5)
+            extra[list(equations)] = [force * rng.uniform(0.5, 1.5) for _ in equations]
             x = np.linalg.lstsq(lhs, np.array([*(tau - h + extra), *below]), rcond=None)[0]
             solved = point | dict(zip(accelerations, x[:n].tolist(), strict=True))
             held = dict(zip(given.place, x[len(x) - len(given.place) :], strict=True))

@@ -16,7 +16,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Pi, Symbol
-from symdyn.graph import Op
+from symdyn.dynamics.mechanism import TIME
+from symdyn.graph import Graph, Op, tangents
 from symdyn.scene.values import shorten
 from symdyn.teach.student.grammar import BEGINS, CLOSING, DEEPEST, FUNCTIONS, LARGEST_POWER, OPERATORS, Names
 from symdyn.teach.student.tokens import Cursor, Source, Token
@@ -143,10 +144,23 @@ class _Parser(Cursor):
             return self.raised(Form.product((above, self.inverse(token, below))))
         if token.text in ("dot", "ddot"):
             return self.word(*self.dotted(token))
+        if token.text == "rate":
+            return self.raised(self.rate(token))
         inner = self.group(token)  # what is under a brace, or over it
         if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
             self.group(token)
         return inner
+
+    def rate(self, of: Token) -> Form:
+        """Return the derivative of a bracket with respect to time."""
+        inner = self.bracket(self.take())
+        graph, own = Graph(), self.names
+        found = [name for name in inner.symbols if name in own.dotted or name in own.rates or name == TIME]
+        rates = {name: "" if name == TIME else own.differentiated(name, 1) for name in found}
+        if lost := [name for name, rate in rates.items() if rate is None]:
+            raise self.fault(of, f"d/dt of {lost[0]} is not read here; write accelerations with two dots")
+        seeds = {graph.symbol(name): graph.symbol(rate) if rate else graph.one for name, rate in rates.items()}
+        return Form.of(tangents([inner.express(graph)], seeds)[0])
 
     def function(self, token: Token) -> Form:
         """Return a function of a bracket, or of a number times one name."""
@@ -220,18 +234,20 @@ class _Parser(Cursor):
         if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
             before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
             return Form.product((*before, self.function(replace(token, text=last.op.name.lower()))))
-        *first, end = [self.product(token, [piece], dots if i == 0 else 0) for i, piece in enumerate(pieces)]
-        return Form.product((*first, self.raised(end)))
+        behind = token.dots > 0 or len(pieces) == 1  # m_1r' has its prime at the end, an accent stands on the first
+        first = self.product(token, pieces[:-1], 0 if behind else dots)
+        return Form.product((first, self.raised(self.product(token, pieces[-1:], dots if behind else 0))))
 
     def product(self, token: Token, pieces: Sequence[str | Form], dots: int) -> Form:
         factors: list[Form] = []
+        dotted = len(pieces) - 1 if token.dots else 0
         for i, piece in enumerate(pieces):
             if isinstance(piece, str):
-                name = self.names.differentiated(piece, dots if i == 0 else 0)
+                name = self.names.differentiated(piece, dots if i == dotted else 0)
                 if name is None:
                     raise self.fault(token, f"{piece} has no such derivative; only coordinates carry dots")
                 factors.append(Symbol(name))
-            elif dots and i == 0:
+            elif dots and i == dotted:
                 raise self.fault(token, f"{shorten(token.text)} carries no dots; only coordinates do")
             elif isinstance(piece, Function) and not piece.args:
                 scene = self.names.scene.name

@@ -1,119 +1,175 @@
-"""Which terms of a wrong answer differ: lost, turned or with another factor, two at once too, found by value.
+"""Which terms of a wrong answer differ, by what `symdyn.teach.student.evidence` knows of the right one.
 
-    mine / factor = Σ c_k t_k        c_k = 1 right, 0 lost, -1 turned
+    mine / factor = Σ t_k + e        e = c t_k        c = -1: lost, -2: turned, other numbers: a wrong factor
+                                     e = (n a / b - 1) t_k    a stands for b in it: a symbol, a rate, a sine
+                                     e = c t_k + d t_l        two terms at once
 
-The factor is 1, or what makes the coefficient of one acceleration that of the scene's equation.
+The factor of an equation is what makes the coefficient of an acceleration, of a drive or of a parameter that of the
+scene. A page does the same with the same numbers: `templates/teach/terms.js`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import islice
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import isfinite
 
 import numpy as np
 
-from symdyn.algebra import Form
-from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient
-from symdyn.teach.student.course import Course
-from symdyn.teach.student.differences import split_terms
-from symdyn.teach.student.wrong_energies import used
+from symdyn.teach.student.evidence import CLOSE, PLAIN, STATES, Atom, Atoms, Column, Evidence, linear, moved
+from symdyn.teach.student.motions import Point
 
-MOST, MOST_WRONG = 10, 3
-"""Terms of a result that is taken apart, and how many may be wrong at once."""
-
-LOST = {"gravity": "weightless", "spring": "spring", "load": "friction", "rates": "velocities"}
-TURNED = {"gravity": "gravity", "spring": "spring", "load": "friction"}
-SUITS = {
-    "gravity": ("gravity", "weightless", "height", "energies", "direction"),
-    "spring": ("spring",),
-    "load": ("friction",),
-    "rates": ("product", "slope", "velocities", "chain", "cross", "relative"),
-    "inertia": ("coupling", "steiner", "inertia", "half", "carried", "relative", "cross", "body", "arm", "term"),
-    "drive": (),
-}
-"""Rules by what the terms are of that they explain."""
+FACTOR = 1.5
+"""The price of a wrong factor."""
 
 
-@dataclass(frozen=True)
-class Term:
-    """One term of a right result: its kind, its formula and its value."""
+@dataclass(frozen=True, order=True)
+class Found:
+    """What differs, the simplest first: price, terms by number, rules; `sure` where terms are lost or turned."""
 
-    kind: str
-    form: Form
-    node: Expr
-
-
-def terms_of(course: Course, key: str) -> list[Term]:
-    """Return the terms of a quantity, none where they are too many; of an equation those of what vanishes."""
-    try:
-        return list(islice(_terms(course, key), MOST + 1))[: MOST + 1] if key else []
-    except DerivationError:
-        return []
+    price: float
+    terms: tuple[int, ...]
+    rules: tuple[str, ...]
+    sure: bool = False
 
 
-def _terms(course: Course, key: str) -> Iterator[Term]:
-    graph, e = course.graph, course.right
-    kinetic, potential = graph.total(e.K.values()), {k: v for k, v in e.P.items() if k != "E"}
-    parts: list[tuple[str, Expr]] = []
-    if key.startswith("tau:"):
-        i = int(key.partition(":")[2]) - 1
-        inertial, product, slope, _ = course.steps(i, kinetic, graph.zero)
-        gravity, elastic = (course.slope(x, course.state.q[i]) for x in (graph.total(potential.values()), e.P["E"]))
-        drive = course.scene.drives[i]
-        parts = [("inertia", inertial), ("rates", product - slope), ("gravity", gravity), ("spring", elastic)]
-        parts += [("load", -e.Q[i]), ("drive", -graph.symbol(drive) if drive else graph.zero)]
-    elif key in ("P:", "L:", "K:"):
-        sign = -1 if key == "L:" else 1
-        parts = [("inertia", kinetic)] if key != "P:" else []
-        if key != "K:":
-            parts += [("gravity", sign * graph.total(potential.values())), ("spring", sign * e.P["E"])]
-    elif key.removeprefix("dL:/d") in course.scene.coordinates:
-        q = graph.symbol(key.removeprefix("dL:/d"))
-        energies = (("rates", kinetic), ("gravity", -graph.total(potential.values())), ("spring", -e.P["E"]))
-        parts = [(kind, course.slope(energy, q)) for kind, energy in energies]
-    elif key.startswith(("k_z", "dL:")) and (node := course.value(key, e)) is not None:
-        parts = [("inertia", node)]
-    for kind, node in parts:
-        if not node.is_zero:
-            for form in split_terms(Form.of(node), course.scene):
-                yield Term(kind, form, form.express(graph))
+def explained(evidence: Evidence, atoms: Atoms, value: Callable[[Point], float]) -> Found | None:
+    """Return what differs in a wrong answer, by its value at points; None where that cannot be told."""
+    mine = [value(point) for point in evidence.points]
+    scaled = [] if evidence.handles else [mine]
+    for handle in evidence.handles:
+        rows = [
+            [x, *(value(moved(p, by, n)) for n in (1, 2))]
+            for x, p, by in zip(mine, evidence.points, handle.steps, strict=True)
+        ]
+        if slopes := linear(rows):
+            scaled.append([x * b / a for x, a, b in zip(mine, slopes, handle.right, strict=True)])
+    told = [found for row in scaled if (found := _search(evidence, atoms, row))]
+    return min(told, key=lambda one: one.price) if told else None
 
 
-def accelerations(course: Course, key: str) -> list[tuple[str, Expr]]:
-    """Return the accelerations of an equation and their coefficients."""
-    node = course.value(key, course.right) if key.startswith("tau:") else None
-    if node is None:
-        return []
-    found = used(node, course.state.qdd)
-    return [(str(a.value), x) for a, x in zip(found, gradient(node, found), strict=True)]
-
-
-def fitted(mine: Sequence[float], columns: Sequence[Sequence[float]]) -> list[float] | None:
-    """Return the coefficients with which some columns are an answer, None where they are not, or all are right."""
-    A, b = np.array(columns).T, np.array(mine)
-    if A.size == 0 or len(b) < A.shape[1] or not (np.isfinite(A).all() and np.isfinite(b).all()):
+def _search(evidence: Evidence, atoms: Atoms, mine: Sequence[float]) -> Found | None:
+    """Return the fewest columns that account for a difference."""
+    e, columns = [a - b for a, b in zip(mine, evidence.right, strict=True)], evidence.columns
+    size = max(*map(abs, mine), *(abs(x) for one in columns for x in one.values))
+    if not isfinite(size) or max(map(abs, e)) <= CLOSE * size:
         return None
-    found = np.linalg.lstsq(A, b, rcond=1e-9)[0]
-    if np.abs(A @ found - b).max() > 1e-7 * max(np.abs(b).max(), np.abs(A).max()):
+    half = len(e) // 2
+
+    def change(row: Sequence[float]) -> list[float]:
+        return [row[half + k] - row[k] for k in range(half)] if evidence.free else list(row)
+
+    values = [one.values for one in columns]
+    rows, left = list(map(change, values)), change(e)
+    singles = [
+        (_price(c), k, told)
+        for k, row in enumerate(rows)
+        if (c := _share(left, row, size)) is not None and (told := _states(columns[k], c))
+    ]
+    if singles:
+        return _of_one(columns, singles, evidence.tied)
+    fine = [k for k, one in enumerate(columns) if one.form is not None]
+    some = fine or range(len(columns))
+    found = [Found(2 + p, (k,), rules) for k in some for p, rules in _replaced(columns[k], e, atoms)]
+    for j, k in combinations(fine, 2):  # the same in both
+        both = replace(columns[k], values=tuple(a + b for a, b in zip(values[j], values[k], strict=True)))
+        found += [Found(2.5 + p, (j, k), rules) for p, rules in _replaced(both, e, atoms)]
+    for j, k in combinations(range(len(columns)), 2):
+        if (shares := _shares(left, rows[j], rows[k], size)) is not None:
+            at = list(zip((j, k), shares, strict=True))
+            first, second = (_states(columns[n], c) for n, c in at)
+            price = sum(_price(c) + 0.1 * (columns[n].form is None) for n, c in at)
+            if first and second:
+                found.append(Found(0.25 + price, (j, k), (*first, *second), all(_price(c) < FACTOR for _, c in at)))
+    for j in () if found or evidence.tied else fine:
+        for c in (-1.0, -2.0):
+            rest = [x - c * t for x, t in zip(e, values[j], strict=True)]
+            rules = _states(columns[j], c)
+            for k in fine:
+                by = _replaced(columns[k], rest, atoms) if k != j else ()
+                found += [Found(3.5 + price, (j, k), (*rules, *told)) for price, told in by]
+    return min(found) if found else None
+
+
+def _of_one(columns: Sequence[Column], singles: Sequence[tuple[float, int, tuple[str, ...]]], tied: bool) -> Found:
+    """Return what one column tells that accounts for a difference: a term, and what one rule makes."""
+    fine, whole = (sorted(x for x in singles if (columns[x[1]].form is None) == is_whole) for is_whole in (False, True))
+    price = min(singles)[0]
+    if tied:
+        fine, whole = ([one for one in some if one[0] == price] for some in (fine, whole))
+    if len(fine) > 1 and fine[0][0] == fine[1][0]:  # none is known to be the one
+        fine = []
+    rules = [rule for _, _, told in (*fine[:1], *whole[:1]) for rule in told] or ["termfactor"]
+    special = [rule for rule in rules if rule != "term"]
+    return Found(price, tuple(k for _, k, _ in fine[:1]), tuple(special or rules), True)
+
+
+def _states(column: Column, c: float) -> tuple[str, ...]:
+    """Return the rules that a column tells with a coefficient 1 + c."""
+    plain = PLAIN if column.form is not None else ("", "", "")
+    lost, turned, scaled = (own or other for own, other in zip(STATES[column.kind], plain, strict=True))
+    told = (
+        (lost,)
+        if abs(c + 1) < CLOSE
+        else (turned,)
+        if abs(c + 2) < CLOSE
+        else (turned, scaled)
+        if c < -1
+        else (scaled,)
+    )
+    return tuple(filter(None, told)) if turned or c > -1 - CLOSE else ()
+
+
+def _price(c: float) -> float:
+    """Return what a coefficient 1 + c costs: least if a term is lost, then if it is turned."""
+    return 1.0 if abs(c + 1) < CLOSE else 1.1 if abs(c + 2) < CLOSE else FACTOR
+
+
+def _share(e: Sequence[float], row: Sequence[float], size: float) -> float | None:
+    """Return c of e = c row, None where that does not hold."""
+    square = sum(x * x for x in row)
+    if square <= (CLOSE * size) ** 2:
         return None
-    wrong = int((np.abs(found - 1) > 1e-6).sum())
-    return found.tolist() if 0 < wrong <= min(MOST_WRONG, max(1, len(found) - 1)) else None
+    c = sum(a * b for a, b in zip(e, row, strict=True)) / square
+    return c if all(abs(a - c * b) <= CLOSE * size for a, b in zip(e, row, strict=True)) else None
 
 
-def named(terms: Sequence[Term], found: Sequence[float], rule: str) -> list[tuple[str, Term]]:
-    """Return the rules that wrong coefficients tell, with the terms, that which was found before first if it suits."""
-    wrong = [(c, term) for c, term in zip(found, terms, strict=True) if abs(c - 1) > 1e-6]
-    told = []
-    for c, term in wrong:
-        if abs(c) < 1e-6:
-            told.append((LOST.get(term.kind, "term"), term))
-        elif abs(c + 1) < 1e-6:
-            told.append((TURNED.get(term.kind, "termsign"), term))
-        else:
-            told.append(("termfactor", term))
-    fits = [term for _, term in wrong if rule in SUITS[term.kind]]
-    if fits and len(told) == 1 and told[0][0].startswith("term"):  # the rule says more than that a term differs
-        return [(rule, fits[0])]
-    return [*told, *([(rule, fits[0])] if fits and rule not in [one for one, _ in told] else [])]
+def _shares(e: Sequence[float], one: Sequence[float], two: Sequence[float], size: float) -> tuple[float, float] | None:
+    """Return the shares of two rows in e, None where that does not hold, or the rows are one."""
+    aa, ab, bb = (sum(x * y for x, y in zip(p, q, strict=True)) for p, q in ((one, one), (one, two), (two, two)))
+    det = aa * bb - ab * ab
+    if det <= 1e-9 * aa * bb:
+        return None
+    ea, eb = (sum(x * y for x, y in zip(e, q, strict=True)) for q in (one, two))
+    c, d = (ea * bb - eb * ab) / det, (eb * aa - ea * ab) / det
+    return (c, d) if all(abs(x - c * p - d * q) <= CLOSE * size for x, p, q in zip(e, one, two, strict=True)) else None
+
+
+def _replaced(column: Column, e: Sequence[float], atoms: Atoms) -> list[tuple[float, tuple[str, ...]]]:
+    """Return what stands for something else in a term, t n a/b in place of t, with a price."""
+    t = column.values
+    if any(x == 0 or abs(x + d) <= 1e-9 * abs(x) for x, d in zip(t, e, strict=True)):
+        return []
+    n = atoms.quotients * np.array([1 + d / x for x, d in zip(t, e, strict=True)])
+    turned = STATES[column.kind][1] or "termsign"
+    found = []
+    for k in np.flatnonzero((np.abs(n - n[:, :1]) <= CLOSE * np.abs(n[:, :1])).all(axis=1)):
+        a, b = atoms.pairs[k]
+        by = float(n[k, 0])
+        beside = [rule for rule, told in ((turned, by < 0), ("termfactor", abs(abs(by) - 1) > 1e-6)) if told]
+        found.append((0.1 * bool(a.of and b.of) + 0.2 * len(beside), (_exchanged(a, b), *beside)))
+    return found
+
+
+def _exchanged(a: Atom, b: Atom) -> str:
+    """Return the rule that tells a in place of b."""
+    if a.function == b.function != "":
+        return "absolute"
+    if a.function or b.function:
+        return (
+            "trig"
+            if (a.function and b.function) or "1" in (a.unit, b.unit) or "rad" in (a.unit, b.unit)
+            else "dimension"
+        )
+    return "index" if a.unit == b.unit else "dimension"

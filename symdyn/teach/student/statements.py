@@ -17,7 +17,7 @@ from symdyn.arguments import argument
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.differences import half_unit
-from symdyn.teach.student.grammar import Names, Target, plain_index
+from symdyn.teach.student.grammar import Names, Target, called, plain_index
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.tokens import Source, Token, source, tokens, without_time
 
@@ -195,7 +195,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             raise from_text.fault(chunk[0].at, f"the left-hand side is missing; write k_z11 = ..., or give {named}")
         targets = [target]
         given = [None]
-    elif target is not None and not targets and _lone(parts[0]) and not names.read(parts[0][0].text):
+    elif target is not None and not targets and _lone(parts[0]) and _names(parts[0][0].text, target, names):
         targets, given[0] = [target], target
     forms = []
     near = []
@@ -211,6 +211,11 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
     return Statement(line, tuple(targets), tuple(forms), tuple(near))
+
+
+def _names(word: str, target: Target, names: Names) -> bool:
+    """Whether a word is a name of the target: one that is usual, or that is no symbol."""
+    return called(target.course_key, word) or not names.read(word)
 
 
 def _rounded(part: Sequence[Token]) -> Iterator[list[Token]]:

@@ -280,6 +280,13 @@ def without_time(source: Source, found: Sequence[Token], names: Names) -> list[T
             timeless.append(kept[at])
             at += 1
             continue
+        after = kept[match.end()] if match.end() < len(kept) else None
+        if match.lastindex is None and order == 1 and after is not None and after.kind == "open" and letters[at] != "C":
+            timeless.append(
+                replace(kept[at], kind="command", text="rate", dots=0)
+            )  # of a bracket, which the parser takes
+            at = match.end()
+            continue
         if match.lastindex is None:
             raise source.fault(
                 kept[at].at, "derivatives are read of coordinates only; carry this one out first: results are compared"

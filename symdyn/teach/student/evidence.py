@@ -1,0 +1,344 @@
+"""What tells the terms of a right result apart: their values at points on the motions, with names.
+
+Columns are terms, and what belongs together: the mass of a body, its moment of inertia, all that is one rule's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, islice, permutations
+from math import cos, isfinite, sin
+from typing import Union
+
+import numpy as np
+
+from symdyn.algebra import Array, Form
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, gradient
+from symdyn.scene import SceneUnits
+from symdyn.teach.lesson import masses
+from symdyn.teach.student.course import Course
+from symdyn.teach.student.differences import split_terms
+from symdyn.teach.student.motions import Motions, Point, numbers
+from symdyn.unlocked import cached_property
+
+MOST = 24
+"""Terms of a result that is taken apart."""
+CLOSE = 1e-7
+"""Of the largest value: what is nothing."""
+
+STATES: Mapping[str, tuple[str, str, str]] = {
+    "gravity": ("term", "gravity", "termfactor"),
+    "weight": ("weightless", "gravity", "termfactor"),
+    "spring": ("spring", "spring", "termfactor"),
+    "load": ("friction", "friction", "termfactor"),
+    "rates": ("velocities", "termsign", "termfactor"),
+    "slope": ("slope", "slope", ""),
+    "product": ("product", "", ""),
+    "static": ("", "energies", ""),
+    "spin": ("inertia", "", "inertia"),
+    "steiner": ("steiner", "", ""),
+    "body": ("body", "", ""),
+    "carried": ("carried", "", ""),
+    "coupling": ("coupling", "termsign", "termfactor"),
+    "cross": ("cross", "cross", "termfactor"),
+    "inertia": ("term", "termsign", "termfactor"),
+    "drive": ("term", "termsign", "termfactor"),
+}
+"""Rules that a column of a kind tells where it is lost, turned, or has another factor; "" for none."""
+PLAIN = ("term", "termsign", "termfactor")
+"""What a term tells whose kind has no rule for it."""
+OF_BODIES = ("body", "spin", "steiner", "weight", "carried", "cross")
+"""Kinds that say more of a term than its own, if that is one of `OWN`."""
+OWN = ("inertia", "gravity")
+SUITS: Mapping[str, tuple[str, ...]] = {
+    "gravity": ("height", "direction", "weightless"),
+    "rates": ("product", "slope", "chain", "cross", "relative"),
+    **dict.fromkeys(("inertia", "body", "carried", "cross"), ("half", "carried", "relative", "cross", "arm")),
+    "coupling": ("carried", "relative", "cross"),
+}
+"""Rules found otherwise that explain what differs in a term of a kind."""
+ALL_OF_IT = ("turned", "factor", "half")
+"""Rules found otherwise that say more than terms do."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A term of a right result, or some of them that one rule makes: `form` is None then."""
+
+    kind: str
+    form: Form | None
+    values: tuple[float, ...]
+
+    def is_worth(self, row: Sequence[float]) -> bool:
+        """Whether it has some values."""
+        size = max(map(abs, row))
+        return all(abs(a - b) <= CLOSE * size for a, b in zip(self.values, row, strict=True))
+
+
+@dataclass(frozen=True)
+class Atom:
+    """What a factor of a term may be: function ("", "sin", "cos"), of what, unit, and values."""
+
+    function: str
+    of: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Atoms:
+    """Atoms, two and two."""
+
+    every: tuple[Atom, ...]
+
+    @cached_property
+    def pairs(self) -> list[tuple[Atom, Atom]]:
+        """Return what may stand for what."""
+        return [(a, b) for a, b in permutations(self.every, 2) if (a.function, a.of) != (b.function, b.of)]
+
+    @cached_property
+    def quotients(self) -> Array:
+        """Return the second over the first, by pair and point."""
+        return np.array([[y / x for x, y in zip(a.values, b.values, strict=True)] for a, b in self.pairs])
+
+
+@dataclass(frozen=True)
+class Handle:
+    """What an equation is compared by: how symbols move, point by point, and what the right one changes by."""
+
+    steps: tuple[Point, ...]
+    right: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What tells the terms of one result apart.
+
+    Attributes:
+        points: see `Motions`.
+        columns: terms, and what belongs together.
+        right: what the result is worth there; of an equation what is left of it.
+        handles: of an equation.
+        free: whether a constant is.
+        tied: whether rows tie motions together, so that what is one term may be another one there.
+    """
+
+    points: tuple[Point, ...]
+    columns: tuple[Column, ...]
+    right: tuple[float, ...]
+    handles: tuple[Handle, ...]
+    free: bool
+    tied: bool
+
+
+# What a result is made of
+
+Shares = Sequence[tuple[Expr, Union[int, None]]]
+"""Nodes, each times the share of a joint's equation, None for no equation."""
+Piece = tuple[str, Union[Form, None], Shares]
+"""Kind, formula and nodes."""
+
+
+def evidence_of(course: Course, motions: Motions, key: str) -> Evidence | None:
+    """Return what tells the terms of a quantity apart; None where they are too many, or not known."""
+    points, i = motions.along, int(key[4:]) - 1 if key.startswith("tau:") else None
+    try:
+        pieces = list(islice(_pieces(course, motions, key, i), 8 * MOST))
+    except DerivationError:
+        return None
+    fine = [k for k, (_, form, _) in enumerate(pieces) if form is not None]
+    if not 0 < len(fine) <= MOST:
+        return None
+    nodes = [node for _, _, terms in pieces for node, _ in terms]
+    known = [iter(numbers(nodes, point)) for point in points]
+    values = [
+        tuple(
+            sum((1.0 if j is None or i is None else way[i][j]) * next(row) for _, j in terms)
+            for row, way in zip(known, motions.ways, strict=True)
+        )
+        for _, _, terms in pieces
+    ]
+    right = tuple(sum(values[k][p] for k in fine) for p in range(len(points)))
+    columns: list[Column] = []
+    tied = course.scene.is_constrained
+    alone = i is not None and any(way[i][j] for way in motions.ways for j in range(course.state.n) if j != i)
+    for (kind, form, _), row in zip(pieces, values, strict=True):
+        size = max(map(abs, row))
+        if size == 0 or (form is not None and alone):  # terms of several equations, which rows tie together
+            continue
+        same = [k for k, one in enumerate(columns) if one.is_worth(row)]
+        for k in same:
+            if form is None and kind in OF_BODIES and columns[k].form is not None and columns[k].kind in OWN:
+                columns[k] = replace(columns[k], kind=kind)
+        if form is not None or not same:
+            columns.append(Column(kind, form, row))
+    handles = tuple(_handles(course, motions, i)) if i is not None else ()
+    return Evidence(points, tuple(columns), right, handles, key in ("P:", "L:"), tied)
+
+
+def _pieces(course: Course, motions: Motions, key: str, i: int | None) -> Iterator[Piece]:
+    """Yield terms, then what belongs together."""
+    graph, e, state = course.graph, course.right, course.state
+    weights = [node for name, node in e.P.items() if name != "E"]
+    if i is not None:
+        joints = [j for j in range(state.n) if any(way[i][j] for way in motions.ways)]
+        yield from _equations(course, weights, joints)
+        return
+    kinetic, gravity, elastic = graph.total(e.K.values()), graph.total(weights), e.P["E"]
+    name = key.removeprefix("dL:/d")
+    if key in ("P:", "L:"):
+        sign = -1 if key == "L:" else 1
+        yield from _terms(course, [("gravity", sign * gravity, None), ("spring", sign * elastic, None)])
+        yield from (("weight", None, [(sign * node, None)]) for node in (*weights, gravity))
+        yield ("static", None, [(sign * (gravity + elastic), None)])
+    if key in ("K:", "L:"):
+        yield from _terms(course, [("inertia", kinetic, None)])
+        yield from _bodies(course, lambda K: [(K, None)])
+    elif name in course.scene.coordinates:
+        q = graph.symbol(name)
+        parts = (("slope", kinetic), ("gravity", -gravity), ("spring", -elastic))
+        yield from _terms(course, [(kind, course.slope(x, q), None) for kind, x in parts])
+    elif key.startswith(("k_z", "dL:")) and (node := course.value(key, e)) is not None:
+        yield from _terms(course, [("inertia", node, None)])
+        if key.startswith("k_z") and len(set(key[4:].split(","))) > 1:
+            yield ("coupling", None, [(node, None)])
+
+        def share(K: Expr) -> Shares:
+            found = course.value(key, replace(e, K={"": K}, P={"E": graph.zero}))
+            return [(found, None)] if found is not None else []
+
+        yield from _bodies(course, share)
+
+
+def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -> Iterator[Piece]:
+    graph, e, state = course.graph, course.right, course.state
+    kinetic, gravity, zero = graph.total(e.K.values()), graph.total(weights), graph.zero
+    shares: dict[str, list[tuple[Expr, int | None]]] = {}
+    terms = []
+    for j in joints:
+        inertial, product, slope, _ = course.steps(j, kinetic, zero)
+        drive = course.scene.drives[j]
+        of = {
+            "inertia": inertial, "rates": product - slope, "gravity": course.slope(gravity, state.q[j]),
+            "spring": course.slope(e.P["E"], state.q[j]), "load": -e.Q[j],
+            "drive": -graph.symbol(drive) if drive else zero,
+        }  # fmt: skip
+        terms += [(kind, node, j) for kind, node in of.items()]
+        for kind, node in (*of.items(), ("product", product), ("slope", -slope)):
+            shares.setdefault(kind, []).append((node, j))
+    yield from _terms(course, terms)
+    yield from (("weight" if kind == "gravity" else kind, None, nodes) for kind, nodes in shares.items())
+    yield ("static", None, [*shares["gravity"], *shares["spring"]])
+    for part, weight in zip(course.parts, weights, strict=True):
+        for kind, node in (("weight", weight), ("carried", course.weight(part, arm=0))):
+            yield (kind, None, [(course.slope(node, state.q[j]), j) for j in joints])
+
+    children = {name: joint.child for joint in course.scene.joints for name in joint.coordinates}
+    units = SceneUnits(course.scene).coordinates
+    for part, mass in zip(course.parts, masses(course.scene, graph, course.placed), strict=True):
+        K = course.kinetic(part, spin=0)
+        own: Shares = [(gradient(course.steps(j, K, zero)[0], [state.qdd[j]])[0] * state.qdd[j], j) for j in joints]
+        j = joints[0]
+        turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
+        yield ("steiner" if turned and part.rigid else "body", None, own)
+    still = [zero] * state.n
+    yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
+    yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints])
+
+
+def _bodies(course: Course, of: Callable[[Expr], Shares]) -> Iterator[Piece]:
+    """Yield what masses and moments of inertia of single bodies have in a result."""
+    for part in course.parts:
+        yield ("body", None, of(course.kinetic(part, spin=0)))
+        yield ("spin", None, of(part.spin))
+        yield ("body", None, of(course.right.K[part.tag]))
+        yield ("carried", None, of(course.kinetic(part, cross=0, own=0, spin=0)))
+        yield ("cross", None, of(course.kinetic(part, base=0, own=0, spin=0)))
+        yield ("carried", None, of(course.kinetic(part, own=0, spin=0)))
+    yield from (("spin", None, of(K)) for name, K in course.right.K.items() if name.startswith("rotor "))
+
+
+def _terms(course: Course, of: Sequence[tuple[str, Expr, int | None]]) -> Iterator[Piece]:
+    """Yield the terms of nodes; of inertia those with two rates, or the acceleration of another joint, as such."""
+    graph, state = course.graph, course.state
+    rates = [str(u.value) for u in state.qd]
+    other = [str(a.value) for a in state.qdd]
+    for kind, node, j in of:
+        if node.is_zero:
+            continue
+        for form in split_terms(Form.of(node), course.scene):
+            held = set(form.symbols)
+            own = kind
+            if kind == "inertia" and len(held & set(rates)) > 1:
+                own = "cross"
+            elif kind == "inertia" and j is not None and held & (set(other) - {other[j]}):
+                own = "coupling"
+            yield (own, form, [(form.express(graph), j)])
+
+
+def _handles(course: Course, motions: Motions, i: int) -> Iterator[Handle]:
+    """Yield accelerations, drives and parameters that an equation is linear in."""
+    state, scene = course.state, course.scene
+    nodes = [course.value(f"tau:{j + 1}", course.right) for j in range(state.n)]
+    balances = [
+        node - (course.graph.symbol(drive) if drive else course.graph.zero)
+        for node, drive in zip(nodes, scene.drives, strict=True)
+        if node is not None
+    ]
+    names = [str(a.value) for a in state.qdd]
+    along = [{name: way[i][j] for j, name in enumerate(names)} for way in motions.ways]
+    steps = [along] if scene.is_constrained else [[{name: 1.0}] * len(along) for name in names]
+    beside = [*filter(None, scene.drives), *(p.name for p in scene.parameters)]
+    steps += [[{name: 1.0}] * len(along) for name in beside]
+
+    def value(point: Point, way: Sequence[Sequence[float]]) -> float:
+        return sum(w * x for w, x in zip(way[i], numbers(balances, point), strict=True) if w)
+
+    for step in steps:
+        rows = [
+            [value(moved(p, by, n), way) for n in (0, 1, 2)]
+            for p, by, way in zip(motions.along, step, motions.ways, strict=True)
+        ]
+        slopes = linear(rows)
+        if slopes:
+            yield Handle(tuple(step), slopes)
+
+
+def moved(point: Point, by: Point, times: int) -> Point:
+    """Return a point with some symbols moved."""
+    return {**point, **{name: point[name] + times * x for name, x in by.items()}} if times else point
+
+
+def linear(rows: Sequence[Sequence[float]]) -> tuple[float, ...]:
+    """Return the slopes of what is worth three values in equal steps; none where one is zero, or they differ."""
+    slopes = [b - a for a, b, _ in rows]
+    size = max(abs(x) for row in rows for x in row)
+    straight = all(abs(c - b - s) <= CLOSE * size for (_, b, c), s in zip(rows, slopes, strict=True))
+    return tuple(slopes) if isfinite(size) and straight and all(abs(s) > CLOSE * size for s in slopes) else ()
+
+
+def atoms_of(course: Course, motions: Motions) -> Atoms:
+    """Return what factors of terms may be: parameters, rates, coordinates, their squares, sines and cosines.
+
+    Where rows tie motions together a rate may be a multiple of another one, and a coordinate of a sine: none is known.
+    """
+    scene, units = course.scene, SceneUnits(course.scene)
+    named = [(p.name, p.unit or "") for p in scene.parameters]
+    moving = [
+        *zip(scene.velocities, units.velocities, strict=True),
+        *zip(scene.coordinates, units.coordinates, strict=True),
+    ]
+    angles = [name for name, unit in (*named, *zip(scene.coordinates, units.coordinates, strict=True)) if unit == "rad"]
+    sums = [{x: 1} for x in angles] + [{x: 2} for x in angles]
+    sums += [{a: 1, b: sign} for a, b in combinations(angles, 2) for sign in (1, -1)]
+    found = [Atom("", "", "1", (1.0,) * len(motions.along))]
+    for name, unit in named if scene.is_constrained else (*named, *moving):
+        row = tuple(point[name] for point in motions.along)
+        found += [Atom("", name, unit, row), Atom("", name, f"{unit}^2", tuple(x * x for x in row))]
+    for function, of in (("sin", sin), ("cos", cos)):
+        for angle in sums:
+            row = tuple(of(sum(n * point[x] for x, n in angle.items())) for point in motions.along)
+            found.append(Atom(function, " ".join(f"{x}{n}" for x, n in angle.items()), "1", row))
+    return Atoms(tuple(found))
