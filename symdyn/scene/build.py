@@ -35,6 +35,7 @@ class Elements(TypedDict, total=False):
     dampers: Sequence[Entry]
     loads: Sequence[Entry]
     constraints: Sequence[Entry]
+    ropes: Sequence[Entry]
 
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
@@ -195,7 +196,7 @@ def scene(
         allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
-        elements: `springs`, `dampers`, `loads` and `constraints`, each declared by the functions of its name.
+        elements: `springs`, `dampers`, `loads`, `constraints` and `ropes`, each declared by the functions of its name.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.

@@ -37,6 +37,21 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Wheel(Place):
+    """A wheel that a rope runs around, slipping freely; its place is its centre.
+
+    Attributes:
+        radius: m.
+        axis: in the frame of the body, any length but zero, free of symbols.
+        turn: 1 where the rope turns left around it, seen with the axis towards the eye; -1 where it turns right.
+    """
+
+    radius: Quantity = Quantity.ZERO
+    axis: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
+    turn: int = 1
+
+
+@dataclass(frozen=True)
 class Element:
     """What acts, by name; names of one section of a file differ."""
 
@@ -59,11 +74,16 @@ class Strut(Element):
 
     Attributes:
         joint: name of the joint, with one coordinate, whose position is the way; "" between points.
-        ends: the two points whose distance is the way; () at a joint.
+        ends: the two points whose distance is the way, or the places of a rope whose length is; () at a joint.
     """
 
     joint: str = ""
     ends: tuple[Place, ...] = ()
+
+    @property
+    def is_rope(self) -> bool:
+        """Whether it runs through more than two points, or around a wheel."""
+        return len(self.ends) > 2 or any(isinstance(end, Wheel) for end in self.ends)
 
 
 @dataclass(frozen=True)
@@ -153,6 +173,21 @@ class Contact(Row):
     def ends(self) -> tuple[Place, ...]:
         """The point of the blade, or the centre of the wheel."""
         return (self.place,)
+
+
+@dataclass(frozen=True)
+class Rope(Row):
+    """A rope that keeps its length along the places that it runs through: a constraint on positions.
+
+    Attributes:
+        ends: the places, points or wheels, in its order.
+        length: from the first of them to the last, m.
+    """
+
+    ends: tuple[Place, ...] = ()
+    length: Quantity = Quantity.ZERO
+
+    kind = "rope"
 
 
 @dataclass(frozen=True)

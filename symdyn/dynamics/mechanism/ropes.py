@@ -1,0 +1,136 @@
+"""Geometry of taut ropes: straight parts from tangent point to tangent point, and what lies around wheels.
+
+    d        way from one place of the rope to the next: points, or centres of wheels
+    n        axis of the wheels, across the plane of d        ρ    ± radius, + where the rope turns left; 0 of a point
+    t, s     direction and length of the straight part:  s² = d² - Δ²,  t = (s d + Δ d × n) / d²,  Δ = ρ' - ρ
+    φ        angle around a wheel, from the direction t that comes to the direction t' that leaves, above 0 and below 2π
+
+A unit of tension exerts -t on the later place, at its tangent point, and t on the former; so L changes by t · (velocity
+of the one tangent point, as a point of its body, less that of the other), and what wheels turn by has no part in it:
+it cancels between both sides of each.
+
+Where s² is the square of a polynomial, as that of a load which hangs straight down, s is that polynomial, positive at
+the start.
+
+Reference: the tangents of two circles; Pott, Cable-Driven Parallel Robots (2018), section 3.3, for pulleys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from symdyn.algebra import Compactor, Floats, TrigonometricRing
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, Op, evaluate
+from symdyn.scene import Scene
+from symdyn.scene.joints import start_of, unit
+from symdyn.scene.values import Place, Wheel
+from symdyn.spatial import Transform, Vec, Wrench, add, cross, dot, neg, scale, zero_vector
+
+
+@dataclass(frozen=True)
+class Straight:
+    """A straight part, axes of the body of its first place: t, s, and what a unit of tension does about the last."""
+
+    direction: Vec
+    length: Expr
+    wrench: Wrench
+
+
+@dataclass(frozen=True)
+class Taut:
+    """Ropes of a scene on a graph."""
+
+    scene: Scene
+    graph: Graph
+
+    def straight(self, near: Place, far: Place, X: Transform) -> Straight:
+        """Return the straight part between two places; X places the later one in the axes of the former.
+
+        Raises:
+            DerivationError: the way between wheels, or from one, leaves their plane.
+        """
+        d, square = X.p, dot(X.p, X.p)
+        first, second = self._radius(near), self._radius(far)
+        step = second - first
+        n = self._axis(near, far, X)
+        s = self._root(square - step * step)
+        across = zero_vector(self.graph) if n is None else scale(step, cross(d, n))
+        x, y, z = (self._share(part, square if n else s) for part in (add(scale(s, d), across) if n else d))
+        t = (x, y, z)
+        moment = zero_vector(self.graph) if n is None else scale(-second, n)
+        return Straight(t, s, Wrench(neg(t), moment))
+
+    def length(self, ends: Sequence[Place], poses: Sequence[Transform]) -> Expr:
+        """Return L of a rope, m; `poses` are X of its straight parts."""
+        parts = [self.straight(*pair, X) for pair, X in zip(pairwise(ends), poses, strict=True)]
+        total = [one.length for one in parts]
+        for wheel, X, before, after in zip(ends[1:-1], poses, parts, parts[1:], strict=False):
+            if isinstance(wheel, Wheel):
+                comes = X.R.T @ before.direction
+                total.append(wheel.radius.express(self.graph) * self._wrap(wheel, comes, after.direction))
+        return self.graph.total(total)
+
+    def _radius(self, place: Place) -> Expr:
+        return place.radius.express(self.graph) * place.turn if isinstance(place, Wheel) else self.graph.zero
+
+    def _axis(self, near: Place, far: Place, X: Transform) -> Vec | None:
+        """Return the axis of the wheels of a straight part; None between points."""
+        axes = [unit(near.axis, self.graph)] if isinstance(near, Wheel) else []
+        axes += [X.R @ unit(far.axis, self.graph)] if isinstance(far, Wheel) else []
+        if not axes:
+            return None
+        if not all(self._vanishes(x) for x in (dot(axes[0], X.p), *cross(axes[0], axes[-1]))):
+            raise DerivationError(
+                f"{self.scene.name}: a rope from {near.body} to {far.body} leaves the plane of its wheel, whose axis is "
+                "not across the way; place both in one plane, parallel axes across it, or lead it through a point"
+            )
+        return axes[0]
+
+    def _wrap(self, wheel: Wheel, comes: Vec, leaves: Vec) -> Expr:
+        graph = self.graph
+        cosine, sine = dot(comes, leaves), dot(unit(wheel.axis, graph), cross(comes, leaves)) * wheel.turn
+        for quarters, (c, s) in enumerate(((1, 0), (0, 1), (-1, 0), (0, -1))):
+            if self._vanishes(cosine - c) and self._vanishes(sine - s):
+                return graph.pi * quarters / 2
+        return graph.pi + graph.function(Op.ATAN2, -sine, -cosine)
+
+    def _share(self, part: Expr, whole: Expr) -> Expr:
+        """Return a component of a direction, as -1, 0 or 1 where it is that everywhere."""
+        for value in (0, 1, -1):
+            if self._vanishes(part - whole * value):
+                return self.graph.constant(value)
+        return part / whole
+
+    def _vanishes(self, entry: Expr) -> bool:
+        """Tell whether an entry is zero everywhere, as far as it is a polynomial."""
+        if entry.is_zero:
+            return True
+        try:
+            ring = TrigonometricRing([entry])
+            return ring.is_zero(evaluate([entry], ring, ring.values([entry]))[0])
+        except DerivationError:
+            return False
+
+    def _root(self, square: Expr) -> Expr:
+        """Return the root, as a polynomial that is positive at the start where there is one."""
+        try:
+            ring = TrigonometricRing([square])
+            found = ring.square_root(evaluate([square], ring, ring.values([square]))[0])
+            node = self.graph.zero if found is None else Compactor(ring, ())(found).express(self.graph)
+            (value,) = evaluate([node], Floats(), self._start)
+        except (DerivationError, KeyError):  # no polynomial, or a length that is free
+            value = 0.0
+        return self.graph.sqrt(square) if value == 0 else node if value > 0 else -node
+
+    @property
+    def _start(self) -> dict[Expr, float]:
+        """Values of parameters, and of coordinates at the start, as far as they are known."""
+        values: dict[str, Value] = {}
+        letters = [(p.name, p.value) for p in self.scene.parameters]
+        for name, x in [*letters, *zip(self.scene.coordinates, start_of(self.scene).position, strict=True)]:
+            value = None if x is None else x.known_at(values)
+            values |= {} if value is None else {name: value}
+        return {self.graph.symbol(name): float(value) for name, value in values.items()}
