@@ -16,6 +16,7 @@ from operator import index
 from typing import Any
 
 from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
     State,
     body_placements,
@@ -124,7 +125,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
     placed = body_placements(scene, graph) if scene.loads else {}
     squares: dict[Strut, Expr] = {}
     for strut in scene.struts:
-        if strut.ends:
+        if strut.ends and not strut.is_rope:
             apart = ends_apart(scene, strut.ends, graph)
             squares[strut] = dot(apart, apart)
     carrier = {joint.child: joint for joint in scene.joints}
@@ -217,10 +218,17 @@ class ClosedLoads:
         return Form.of(energy).substitute({WAY: self._way(strut, compact)})
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
-        """Return the position of a joint or the distance of two points."""
-        if strut.joint:
-            return Form.of(joint_of(self.scene, strut).position(ordered_graph(self.scene)))
+        """Return the position of a joint, the distance of two points or the length of a rope."""
+        if strut.joint or strut.is_rope:
+            return Form.of(self._position(strut))
         return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
+
+    def _position(self, strut: Strut) -> Expr:
+        """Return the position of a joint or the length of a rope."""
+        graph = ordered_graph(self.scene)
+        if strut.joint:
+            return joint_of(self.scene, strut).position(graph)
+        return Taut(self.scene, graph).placed(strut.ends, body_placements(self.scene, graph))
 
     def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
         """Return the rate of the distance of two points from its derivatives."""
@@ -231,11 +239,11 @@ class ClosedLoads:
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way by coordinate i."""
-        if strut.ends:
+        if strut.ends and not strut.is_rope:
             share = compact(self.slopes[strut][i])
             return Form.product((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
-        position = joint_of(self.scene, strut).position(graph)
+        position = self._position(strut)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return Form.of(tangents([position], {coordinate: graph.one})[0])
 

@@ -103,17 +103,12 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
 
 def _stretch(owner: str, taut: Taut, near: Place, far: Place) -> Cut:
     """Return the cut of a straight part of a rope, whose tension draws the places at its ends together."""
-    graph = taut.graph
-    frames = (Transform(Mat.identity(graph), vector(end.at, graph)) for end in (near, far))
-    here, there = frames
     return Cut(
         owner,
-        near.body,
-        here,
-        far.body,
-        there,
+        *taut.seat(near),
+        *taut.seat(far),
         lambda X: (taut.straight(near, far, X).wrench,),
-        lambda X: (graph.zero,),
+        lambda X: (taut.graph.zero,),
         (True,),
         None,
         (TENSION,),

@@ -17,8 +17,9 @@ Reference: the tangents of two circles; Pott, Cable-Driven Parallel Robots (2018
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 
 from symdyn.algebra import Compactor, Floats, TrigonometricRing
@@ -27,7 +28,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import start_of, unit
 from symdyn.scene.values import Place, Wheel
-from symdyn.spatial import Transform, Vec, Wrench, add, cross, dot, neg, scale, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, neg, scale, zero_vector
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,28 @@ class Taut:
                 comes = X.R.T @ before.direction
                 total.append(wheel.radius.express(self.graph) * self._wrap(wheel, comes, after.direction))
         return self.graph.total(total)
+
+    def placed(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Expr:
+        """Return L of a rope, m, from the placement of every body."""
+        return self.length(ends, self._poses(ends, placed))
+
+    def _poses(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Transform]:
+        frames = [placed[end.body] @ self.seat(end)[1] for end in ends]
+        return [a.inverse() @ b for a, b in pairwise(frames)]
+
+    def pulls(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[tuple[Place, Wrench]]:
+        """Return what a unit of tension does about the places of a rope, ground axes, twice where it passes."""
+        found = []
+        for (near, far), X in zip(pairwise(ends), self._poses(ends, placed), strict=True):
+            there = self.straight(near, far, X).wrench.rotated(placed[near.body].R)
+            way = placed[near.body].R @ X.p
+            found += [(near, -there.about(way)), (far, there)]
+        return found
+
+    def seat(self, place: Place) -> tuple[str, Transform]:
+        """Return the body of a place, and the frame there in its axes."""
+        x, y, z = (entry.express(self.graph) for entry in place.at)
+        return place.body, Transform(Mat.identity(self.graph), (x, y, z))
 
     def _radius(self, place: Place) -> Expr:
         return place.radius.express(self.graph) * place.turn if isinstance(place, Wheel) else self.graph.zero
@@ -128,7 +151,7 @@ class Taut:
     @property
     def _start(self) -> dict[Expr, float]:
         """Values of parameters, and of coordinates at the start, as far as they are known."""
-        values: dict[str, Value] = {}
+        values: dict[str, Fraction | float] = {}
         letters = [(p.name, p.value) for p in self.scene.parameters]
         for name, x in [*letters, *zip(self.scene.coordinates, start_of(self.scene).position, strict=True)]:
             value = None if x is None else x.known_at(values)

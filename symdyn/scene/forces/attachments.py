@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 from symdyn.errors import suggestion
@@ -111,7 +110,7 @@ class Through(Part):
         return replace(one, ends=tuple(ends))
 
     def check(self, one: Any, stand: Stand) -> None:
-        """Report places of no body, neighbours on one body, wheels without a size, and ends on wheels."""
+        """Report places of no body, ends that do nothing, wheels without a size, and ends on wheels."""
         for k, place in enumerate(one.ends):
             known_end(f"through[{k}]", place.body, stand)
             if isinstance(place, Wheel):
@@ -121,11 +120,13 @@ class Through(Part):
                 stand.direction(f"through[{k}]: axis", place.axis, "turn the body's frame")
                 if k in (0, len(one.ends) - 1):
                     stand.fault(f"through[{k}] is a wheel, and a rope ends at points; go on to the point that holds it")
-        for k, (a, b) in enumerate(pairwise(one.ends)):
+        last = len(one.ends) - 2
+        for k in sorted({0, last}):
+            a, b = one.ends[k : k + 2]
             if a.body and a.body == b.body:
                 stand.fault(
-                    f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that the part between them never '
-                    "changes its length; leave one of them out"
+                    f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that this end of the rope never '
+                    f"changes and does nothing; {'begin' if k == 0 else 'end'} with through[{k + (k == 0)}]"
                 )
 
 
