@@ -16,24 +16,23 @@ from operator import index
 from typing import Any
 
 from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
-from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
     State,
     body_placements,
     ends_apart,
     joint_forces,
-    joint_of,
     load_vectors,
     moved_placements,
     resisting,
     stored,
+    strut_way,
     vector,
 )
 from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
-from symdyn.scene.values import Load, Strut
+from symdyn.scene.values import Load, Place, Strut
 from symdyn.spatial import Transform, dot
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
@@ -167,14 +166,22 @@ class ClosedLoads:
                 found.append([strut])
             else:
                 same.append(strut)
-        return found
+        ropes: dict[tuple[Place, ...], list[Strut]] = {}
+        for strut in (one for one in self.scene.struts if one.is_rope):
+            ropes.setdefault(strut.ends, []).append(strut)
+        return [*found, *ropes.values()]
 
     def length(self, strut: Strut, compact: Compactor) -> Form:
-        """Return s = √D of a strut between points."""
+        """Return s = √D of a strut between points, or the length of a rope."""
+        if strut.is_rope:
+            return Form.of(self._position(strut, ordered_graph(self.scene)))
         return Function(Op.SQRT, (compact(self.squares[strut]),))
 
     def rate(self, strut: Strut, compact: Compactor) -> Form:
         """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
+        if strut.is_rope:
+            slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
+            return self.named({})._rate(strut, slopes)
         shares = zip(self.slopes[strut], self.state.qd, strict=True)
         total = Form.sum(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
         return Form.product((total, self._way(strut, compact).power(-1)))
@@ -219,16 +226,13 @@ class ClosedLoads:
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint, the distance of two points or the length of a rope."""
-        if strut.joint or strut.is_rope:
-            return Form.of(self._position(strut))
+        if strut.joint:
+            return Form.of(self._position(strut, ordered_graph(self.scene)))
         return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
 
-    def _position(self, strut: Strut) -> Expr:
+    def _position(self, strut: Strut, graph: Graph) -> Expr:
         """Return the position of a joint or the length of a rope."""
-        graph = ordered_graph(self.scene)
-        if strut.joint:
-            return joint_of(self.scene, strut).position(graph)
-        return Taut(self.scene, graph).placed(strut.ends, body_placements(self.scene, graph))
+        return strut_way(self.scene, {} if strut.joint else body_placements(self.scene, graph), strut, graph)
 
     def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
         """Return the rate of the distance of two points from its derivatives."""
@@ -243,7 +247,7 @@ class ClosedLoads:
             share = compact(self.slopes[strut][i])
             return Form.product((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
-        position = self._position(strut)
+        position = self._position(strut, graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return Form.of(tangents([position], {coordinate: graph.one})[0])
 

@@ -18,7 +18,7 @@ from .state import (
     pull as pull,
     quaternions as quaternions,
     refuse_ideal_friction as refuse_ideal_friction,
-    squared_length as squared_length,
+    strut_way as strut_way,
     vector as vector,
 )
 from .tree import body_inertia as body_inertia

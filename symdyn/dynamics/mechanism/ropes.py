@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import start_of, unit
-from symdyn.scene.values import Place, Wheel
+from symdyn.scene.values import Place
 from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, neg, scale, zero_vector
 
 
@@ -69,27 +69,30 @@ class Taut:
         parts = [self.straight(*pair, X) for pair, X in zip(pairwise(ends), poses, strict=True)]
         total = [one.length for one in parts]
         for wheel, X, before, after in zip(ends[1:-1], poses, parts, parts[1:], strict=False):
-            if isinstance(wheel, Wheel):
+            if wheel.turn:
                 comes = X.R.T @ before.direction
                 total.append(wheel.radius.express(self.graph) * self._wrap(wheel, comes, after.direction))
         return self.graph.total(total)
 
     def placed(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Expr:
         """Return L of a rope, m, from the placement of every body."""
-        return self.length(ends, self._poses(ends, placed))
-
-    def _poses(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Transform]:
-        frames = [placed[end.body] @ self.seat(end)[1] for end in ends]
-        return [a.inverse() @ b for a, b in pairwise(frames)]
+        return self.length(ends, [a.inverse() @ b for a, b in pairwise(self._frames(ends, placed))])
 
     def pulls(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[tuple[Place, Wrench]]:
         """Return what a unit of tension does about the places of a rope, ground axes, twice where it passes."""
         found = []
-        for (near, far), X in zip(pairwise(ends), self._poses(ends, placed), strict=True):
-            there = self.straight(near, far, X).wrench.rotated(placed[near.body].R)
-            way = placed[near.body].R @ X.p
-            found += [(near, -there.about(way)), (far, there)]
+        for (near, far), (a, b) in zip(pairwise(ends), pairwise(self._frames(ends, placed)), strict=True):
+            X = a.inverse() @ b
+            there = self.straight(near, far, X).wrench.rotated(a.R)
+            found += [(near, -there.about(a.R @ X.p)), (far, there)]
         return found
+
+    def _frames(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Transform]:
+        """Return the frames at the places; between points alone in axes of the ground, which are shorter."""
+        frames = [placed[end.body] @ self.seat(end)[1] for end in ends]
+        if any(end.turn for end in ends):
+            return frames
+        return [Transform(Mat.identity(self.graph), frame.p) for frame in frames]
 
     def seat(self, place: Place) -> tuple[str, Transform]:
         """Return the body of a place, and the frame there in its axes."""
@@ -97,12 +100,12 @@ class Taut:
         return place.body, Transform(Mat.identity(self.graph), (x, y, z))
 
     def _radius(self, place: Place) -> Expr:
-        return place.radius.express(self.graph) * place.turn if isinstance(place, Wheel) else self.graph.zero
+        return place.radius.express(self.graph) * place.turn
 
     def _axis(self, near: Place, far: Place, X: Transform) -> Vec | None:
         """Return the axis of the wheels of a straight part; None between points."""
-        axes = [unit(near.axis, self.graph)] if isinstance(near, Wheel) else []
-        axes += [X.R @ unit(far.axis, self.graph)] if isinstance(far, Wheel) else []
+        axes = [unit(near.axis, self.graph)] if near.turn else []
+        axes += [X.R @ unit(far.axis, self.graph)] if far.turn else []
         if not axes:
             return None
         if not all(self._vanishes(x) for x in (dot(axes[0], X.p), *cross(axes[0], axes[-1]))):
@@ -112,7 +115,7 @@ class Taut:
             )
         return axes[0]
 
-    def _wrap(self, wheel: Wheel, comes: Vec, leaves: Vec) -> Expr:
+    def _wrap(self, wheel: Place, comes: Vec, leaves: Vec) -> Expr:
         graph = self.graph
         cosine, sine = dot(comes, leaves), dot(unit(wheel.axis, graph), cross(comes, leaves)) * wheel.turn
         for quarters, (c, s) in enumerate(((1, 0), (0, 1), (-1, 0), (0, -1))):

@@ -217,7 +217,7 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     return graph.total(
         stored_between(strut, squared_length(placed, strut, graph))
         if strut.ends and not strut.is_rope
-        else stored(strut, _way(scene, placed, strut, graph))
+        else stored(strut, strut_way(scene, placed, strut, graph))
         for strut in struts
     )
 
@@ -235,7 +235,7 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
             x = squared_length(placed, strut, graph)
             force = pull(strut, x, graph.zero) / 2
         else:
-            x = _way(scene, placed, strut, graph)
+            x = strut_way(scene, placed, strut, graph)
             force = FORCES[strut.kind].pull.force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
@@ -251,9 +251,13 @@ def joint_of(scene: Scene, strut: Strut) -> Joint:
     return next(joint for joint in scene.joints if joint.name == strut.joint)
 
 
-def _way(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
-    """Return the position of a joint, or the length of a rope."""
-    return Taut(scene, graph).placed(strut.ends, placed) if strut.ends else joint_of(scene, strut).position(graph)
+def strut_way(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    """Return the way that a strut pulls along: position of a joint, distance of two points, length of a rope."""
+    if strut.joint:
+        return joint_of(scene, strut).position(graph)
+    if strut.is_rope:
+        return Taut(scene, graph).placed(strut.ends, placed)
+    return graph.sqrt(squared_length(placed, strut, graph))
 
 
 def squared_length(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
@@ -278,7 +282,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:
-            s = _way(scene, placed, strut, graph) if strut.is_rope else graph.sqrt(squared_length(placed, strut, graph))
+            s = strut_way(scene, placed, strut, graph)
             (rate,) = tangents([s], state.velocity)
             _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, s, rate), state)
     for load in scene.loads:

@@ -60,7 +60,8 @@ class NamedLength:
     @property
     def text(self) -> str:
         """What it is, in words, such as "distance of the ends of spring sf and damper df"."""
-        return f"distance of the ends of {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
+        what = "length along" if self.struts[0].is_rope else "distance of the ends of"
+        return f"{what} {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
 
 
 @dataclass(frozen=True)

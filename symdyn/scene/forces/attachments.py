@@ -10,7 +10,7 @@ from symdyn.errors import suggestion
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.body import translation
 from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown
-from symdyn.scene.values.joint import Contact, Place, Plane, Strut, Wheel
+from symdyn.scene.values.joint import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell
@@ -93,7 +93,7 @@ class Through(Part):
         """Return where the places are, and the radii of wheels."""
         for k, place in enumerate(one.ends):
             yield from (KeyedQuantity(f"through[{k}].at{index}", x, unit="m") for index, x in indexed(place.at))
-            if isinstance(place, Wheel):
+            if place.turn:
                 yield KeyedQuantity(f"through[{k}].radius", place.radius, unit="m")
 
     def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
@@ -103,7 +103,7 @@ class Through(Part):
         ends = []
         for i, place in enumerate(one.ends):
             called = named_place(place, one.name, f"_{letter}{k}_{i}", names)
-            if isinstance(called, Wheel):
+            if called.turn:
                 text = f"radius of a wheel of {one.name}"
                 called = replace(called, radius=names.of(called.radius, f"r_{letter}{k}_{i}", "m", text, True))
             ends.append(called)
@@ -113,7 +113,7 @@ class Through(Part):
         """Report places of no body, ends that do nothing, wheels without a size, and ends on wheels."""
         for k, place in enumerate(one.ends):
             known_end(f"through[{k}]", place.body, stand)
-            if isinstance(place, Wheel):
+            if place.turn:
                 size = stand.value(place.radius)
                 if size is not None and size <= 0:
                     stand.fault(f"through[{k}]: radius = {shown(place.radius)} is that of no wheel; give one above zero")
@@ -146,15 +146,14 @@ def _via(table: EntryReader, key: str, raw: object, scope: Scope) -> Place:
     if turn not in TURNS:
         told = f'turn = "{turn}" is neither left nor right' if turn else "turn is missing"
         own.fault(f'{told}; write turn = "left" or "right", as the rope turns, seen with the axis towards the eye')
-    axis = own.vector("axis", Wheel.axis)
-    return Wheel(place.body, place.at, own.quantity("radius"), axis, TURNS.get(turn, 1))
+    return replace(place, radius=own.quantity("radius"), axis=own.vector("axis", place.axis), turn=TURNS.get(turn, 1))
 
 
 def _around(place: Place) -> dict[str, object]:
     """Return what the table of a wheel says beside its place."""
-    if not isinstance(place, Wheel):
+    if not place.turn:
         return {}
-    axis = {} if place.axis == Wheel.axis else {"axis": place.axis}
+    axis = {} if place.axis == Place.axis else {"axis": place.axis}
     return {"radius": place.radius, **axis, "turn": next(word for word, turn in TURNS.items() if turn == place.turn)}
 
 

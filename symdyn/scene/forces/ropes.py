@@ -19,14 +19,14 @@ from symdyn.scene.forces.applied_forces import SPRING, Spring
 from symdyn.scene.forces.attachments import End, Through
 from symdyn.scene.forces.force_kind import ForceKind, Hold
 from symdyn.scene.values.entry import Entry, Number, entry
-from symdyn.scene.values.joint import Place, Rope, Wheel
+from symdyn.scene.values.joint import Place, Rope
 from symdyn.scene.values.key import number
 from symdyn.scene.values.quantity import spell
 
 
 def _route(ends: Sequence[Place]) -> str:
     """Return the bodies that a rope runs along."""
-    return ", ".join(f"{end.body} (r = {spell(end.radius)})" if isinstance(end, Wheel) else end.body for end in ends)
+    return ", ".join(f"{end.body} (r = {spell(end.radius)})" if end.turn else end.body for end in ends)
 
 
 ROPE = ForceKind(

@@ -21,9 +21,7 @@ from .joint import (
     Joint as Joint,
     Load as Load,
     Place as Place,
-    Rope as Rope,
     Strut as Strut,
-    Wheel as Wheel,
     acceleration_name as acceleration_name,
     velocity_name as velocity_name,
 )

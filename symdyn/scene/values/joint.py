@@ -30,25 +30,21 @@ from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a body (or of the ground): body name and place in body coordinates, m."""
+    """A point of a body (or of the ground), or the centre of a wheel that a rope runs around, slipping freely.
+
+    Attributes:
+        body: its name.
+        at: in body coordinates, m.
+        radius: of the wheel, m.
+        axis: of the wheel, body axes, any length but zero, free of symbols.
+        turn: 1 where the rope turns left around it, seen with the axis towards the eye, -1 right; 0 at a point.
+    """
 
     body: str
     at: Vector = NULL
-
-
-@dataclass(frozen=True)
-class Wheel(Place):
-    """A wheel that a rope runs around, slipping freely; its place is its centre.
-
-    Attributes:
-        radius: m.
-        axis: in the frame of the body, any length but zero, free of symbols.
-        turn: 1 where the rope turns left around it, seen with the axis towards the eye; -1 where it turns right.
-    """
-
     radius: Quantity = Quantity.ZERO
     axis: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
-    turn: int = 1
+    turn: int = 0
 
 
 @dataclass(frozen=True)
@@ -83,7 +79,7 @@ class Strut(Element):
     @property
     def is_rope(self) -> bool:
         """Whether it runs through more than two points, or around a wheel."""
-        return len(self.ends) > 2 or any(isinstance(end, Wheel) for end in self.ends)
+        return len(self.ends) > 2 or any(end.turn for end in self.ends)
 
 
 @dataclass(frozen=True)
