@@ -78,9 +78,9 @@ TENSION = "tension"
 def cuts(scene: Scene, graph: Graph) -> list[Cut]:
     """Return the cut joints of a scene, its contacts, and the straight parts of its ropes."""
     found = [*(_joint(joint, graph) for joint in scene.loops), *(contact(row, graph) for row in scene.contacts)]
-    if scene.ropes:
+    if scene.lasting_ropes:
         taut = Taut(scene, graph)
-        found += [_stretch(rope.name, taut, *pair) for rope in scene.ropes for pair in pairwise(rope.ends)]
+        found += [_stretch(rope.name, taut, *pair) for rope in scene.lasting_ropes for pair in pairwise(rope.ends)]
     return found
 
 
@@ -267,7 +267,7 @@ def _whole(scene: Scene, entries: list[Entry], poses: dict[str, list[Transform]]
     if not poses:
         return entries
     found = [one for one in entries if one[0].name != TENSION]
-    for rope in scene.ropes:
+    for rope in scene.lasting_ropes:
         parts = [one for one in entries if one[0].name == TENSION and one[0].owner == rope.name]
         label, zero, G, bias = parts[0]
         graph = zero.graph

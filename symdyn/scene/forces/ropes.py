@@ -58,6 +58,7 @@ class ElasticRope(Spring):
     """A rope that pulls as a spring does by its length; see `Spring`."""
 
     kind = "elastic"
+    is_taut = True
 
 
 ELASTIC = replace(

@@ -63,6 +63,11 @@ class Element:
         """The points of bodies that it acts at."""
         return ()
 
+    @property
+    def is_taut(self) -> bool:
+        """Whether it is a rope, which pulls and never pushes."""
+        return False
+
 
 @dataclass(frozen=True)
 class Strut(Element):
@@ -184,6 +189,7 @@ class Rope(Row):
     length: Quantity = Quantity.ZERO
 
     kind = "rope"
+    is_taut = True
 
 
 @dataclass(frozen=True)

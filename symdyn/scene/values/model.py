@@ -259,8 +259,13 @@ class Scene(Shown):
         return tuple(one for one in self.constraints if isinstance(one, Contact))
 
     @cached_property
-    def ropes(self) -> tuple[Rope, ...]:
-        """The constraints that are ropes of a length."""
+    def ropes(self) -> tuple[Element, ...]:
+        """The ropes, elastic ones too."""
+        return tuple(one for one in self.elements if one.is_taut)
+
+    @cached_property
+    def lasting_ropes(self) -> tuple[Rope, ...]:
+        """The ropes that keep their length, which are constraints."""
         return tuple(one for one in self.constraints if isinstance(one, Rope))
 
     @property
@@ -367,7 +372,8 @@ class Scene(Shown):
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
-        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *late)
+        pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
+        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *pulls, *late)
         return tuple(dict.fromkeys(names))
 
     @property
