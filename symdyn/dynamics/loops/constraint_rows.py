@@ -37,7 +37,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, Joint, Place
-from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, Wrench, cross, dot
 
 FLAT = 1e-3
 """Sine of the angle between axis and normal of a wheel that lies flat."""

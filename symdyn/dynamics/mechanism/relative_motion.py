@@ -37,7 +37,8 @@ def relative_motion(
 ) -> Relative:
     """Return the motion of the child relative to J: inwards to the lowest common ancestor, then outwards.
 
-    J is the parent's frame, and P the origin of the child's. `speeds` are the rate of every elementary joint, and the part of its acceleration that is quadratic in velocities.
+    J is the parent's frame, and P the origin of the child's. `speeds` are the rate of every elementary joint, and the
+    part of its acceleration that is quadratic in velocities.
     """
     graph = tree.graph
     (body, on_parent), (other, on_child) = parent, child

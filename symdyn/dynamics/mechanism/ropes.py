@@ -110,8 +110,8 @@ class Taut:
             return None
         if not all(self._vanishes(x) for x in (dot(axes[0], X.p), *cross(axes[0], axes[-1]))):
             raise DerivationError(
-                f"{self.scene.name}: a rope from {near.body} to {far.body} leaves the plane of its wheel, whose axis is "
-                "not across the way; place both in one plane, parallel axes across it, or lead it through a point"
+                f"{self.scene.name}: a rope from {near.body} to {far.body} leaves the plane of its wheel, whose "
+                "axis is not across the way; place both in one plane with axes across it, or lead it through a point"
             )
         return axes[0]
 

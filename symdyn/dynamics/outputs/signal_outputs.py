@@ -114,7 +114,9 @@ class Moving:
         if not isinstance(rope, Strut):
             told = w.once(independent_multipliers)
             if f"{LETTERS.multiplier}{rope.name}" not in told:
-                raise DerivationError(f"{w.scene.name}: the tension of rope {rope.name} is not unique: others hold its bodies, too")
+                raise DerivationError(
+                    f"{w.scene.name}: the tension of rope {rope.name} is not unique: others hold its bodies, too"
+                )
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
         if recursive:
             length, rates = along(rope, w.scene, w.tree)
@@ -254,6 +256,7 @@ _USUAL = partial(
     depends=("independent", "alpha", "beta"),
     remark=_told,
 )
+
 
 def _tension(w: Workspace, name: str) -> list[Quantity]:
     """Return the letter of the tension of a rope.

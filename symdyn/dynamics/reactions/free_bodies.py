@@ -208,7 +208,9 @@ class FreeBodies:
 
     def of_rope(self, cut: JointFrames) -> bool:
         """Tell whether a cut is a straight part of a rope."""
-        return cut in self.cuts[len(self.loops) :] and any(one.name == cut.joint.name for one in self.scene.lasting_ropes)
+        return cut in self.cuts[len(self.loops) :] and any(
+            one.name == cut.joint.name for one in self.scene.lasting_ropes
+        )
 
     @cached_property
     def placements(self) -> list[Transform]:

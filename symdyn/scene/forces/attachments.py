@@ -116,7 +116,9 @@ class Through(Part):
             if place.turn:
                 size = stand.value(place.radius)
                 if size is not None and size <= 0:
-                    stand.fault(f"through[{k}]: radius = {shown(place.radius)} is that of no wheel; give one above zero")
+                    stand.fault(
+                        f"through[{k}]: radius = {shown(place.radius)} is that of no wheel; give one above zero"
+                    )
                 stand.direction(f"through[{k}]: axis", place.axis, "turn the body's frame")
                 if k in (0, len(one.ends) - 1):
                     stand.fault(f"through[{k}] is a wheel, and a rope ends at points; go on to the point that holds it")
