@@ -116,7 +116,7 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
-    for one in scene.struts:
+    for one in (*scene.struts, *scene.lasting_ropes):
         shapes, at = _link(one, scene, places, view)
         depth = np.zeros(places.count) if view.planar else np.full(places.count, -1e6)
         items.append(
@@ -126,7 +126,10 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     return tuple(items), tuple(labels)
 
 
-def _link(one: Strut, scene: Scene, places: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+def _link(one: Strut | Rope, scene: Scene, places: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+    if one in places.routes:
+        route = np.stack([view.flat(at) for at in places.routes[one]], axis=1)
+        return (path(one.kind, route, size=1.6),), (route[:, 0] + route[:, 1]) / 2
     if one.ends:
         a, b = (view.flat(end) for end in places.ends[one])
         walls = [

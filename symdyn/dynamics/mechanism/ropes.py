@@ -87,6 +87,16 @@ class Taut:
             found += [(near, -there.about(a.R @ X.p)), (far, there)]
         return found
 
+    def tangents(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Vec]:
+        """Return where every straight part of a rope begins and ends, ground axes, m."""
+        found = []
+        for (near, far), (a, b) in zip(pairwise(ends), pairwise(self._frames(ends, placed)), strict=True):
+            X = a.inverse() @ b
+            n, t = self._axis(near, far, X), self.straight(near, far, X).direction
+            out = zero_vector(self.graph) if n is None else cross(t, n)
+            found += [a.point(scale(self._radius(near), out)), a.point(add(X.p, scale(self._radius(far), out)))]
+        return found
+
     def _frames(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Transform]:
         """Return the frames at the places; between points alone in axes of the ground, which are shorter."""
         frames = [placed[end.body] @ self.seat(end)[1] for end in ends]
