@@ -126,7 +126,7 @@ class Touch:
 class Places:
     """A scene in place; `ends` holds the points that struts and loads act at, `acting` force and couple of loads.
 
-    `routes` holds the points that ropes are drawn through.
+    `routes` holds the points that ropes are drawn through, by straight parts, the ends of each last.
 
     `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
     `touches` holds what wheels, balls and blades touch, likewise. `outlines` holds what bodies look like, by name.
@@ -138,7 +138,7 @@ class Places:
     hinges: tuple[JointAxis, ...]
     points: dict[str, tuple[str, Frame]]
     ends: dict[Element, tuple[Array, ...]]
-    routes: dict[Element, tuple[Array, ...]]
+    routes: dict[Element, tuple[tuple[Array, ...], ...]]
     acting: dict[Element, tuple[Array, Array]]
     wheels: dict[str, tuple[Array, Array | None, float]]
     touches: dict[str, Touch]
@@ -254,7 +254,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if one.ends
         },
         {
-            one: tuple(x for k in range(len(one.ends) - 1) for x in _straight(one, k, arrays))
+            one: tuple(_straight(one, k, arrays) for k in range(len(one.ends) - 1))
             for one in (*scene.struts, *scene.lasting_ropes)
             if ("tangent", one, 0) in arrays
         },
@@ -266,18 +266,18 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     )
 
 
-def _straight(rope: Element, k: int, arrays: Mapping[Key, Array]) -> list[Array]:
+def _straight(rope: Element, k: int, arrays: Mapping[Key, Array]) -> tuple[Array, ...]:
     """Return what lies around the wheel before straight part k of a rope, if there is one, and its two ends."""
     start, end = arrays["tangent", rope, 2 * k], arrays["tangent", rope, 2 * k + 1]
     if ("spin", rope, k) not in arrays:
-        return [start, end]
+        return (start, end)
     centre, n = arrays["end", rope, k], unit(arrays["spin", rope, k])
     out, to = arrays["tangent", rope, 2 * k - 1] - centre, start - centre
     sine, cosine = np.einsum("ni,ni->n", n, np.cross(out, to)), np.einsum("ni,ni->n", out, to)
     angle = np.arctan2(sine, cosine) % (2 * np.pi)
     across = np.cross(n, out)
     arc = [centre + np.cos(x)[:, None] * out + np.sin(x)[:, None] * across for x in np.multiply.outer(ARC, angle)]
-    return [*arc, start, end]
+    return (*arc, start, end)
 
 
 def _wheel(row: Contact, arrays: Mapping[Key, Array]) -> tuple[Array, Array | None, float] | None:
