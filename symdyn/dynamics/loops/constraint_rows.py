@@ -364,23 +364,28 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
 
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
-    """Return the constraint rows of a scene by differentiating poses in the ground frame."""
+    """Return the constraint rows of a scene by differentiating poses in the ground frame, and lengths of ropes."""
     placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
-    poses: dict[str, list[Transform]] = {}
     for cut in there:
         X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child
         velocity = tangents(X.p, state.velocity)
         turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
-        residual = cut.residual(X)
         if cut.names == (TENSION,):
-            poses.setdefault(cut.owner, []).append(X)
+            if not any(label.owner == cut.owner and label.name == TENSION for label, *_ in entries):
+                rope = next(one for one in scene.lasting_ropes if one.name == cut.owner)
+                gap = rope.length.express(graph) - Taut(scene, graph).placed(rope.ends, placed)
+                entries.append(
+                    (_label(cut, 0, cut.wrenches(X)[0]), gap, *_slopes(*tangents([gap], state.velocity), state))
+                )
+            continue
+        residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for name, left in _formulas(scene):
         label = Label(name)
         entries.append((label, graph.zero, *_slopes(left.express(graph), state)))
-    return _gathered(_in_order(scene, _whole(scene, entries, poses)), there, {})
+    return _gathered(_in_order(scene, entries), there, {})
 
 
 def _slopes(power: Expr, state: State) -> tuple[tuple[Expr, ...], Expr]:

@@ -7,7 +7,8 @@
 
 A unit of tension exerts -t on the later place, at its tangent point, and t on the former; so L changes by t · (velocity
 of the one tangent point, as a point of its body, less that of the other), and what wheels turn by has no part in it:
-it cancels between both sides of each.
+it cancels between both sides of each. A wheel that the rope ends on winds it up: L is counted from the start, where
+nothing is wound, by the turn of the wheel's joint and the swing of t, less than half a turn either way.
 
 Where s² is the square of a polynomial, as that of a load which hangs straight down, s is that polynomial, positive at
 the start.
@@ -24,9 +25,9 @@ from itertools import pairwise
 
 from symdyn.algebra import Compactor, Floats, TrigonometricRing
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate
+from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Scene
-from symdyn.scene.joints import start_of, unit
+from symdyn.scene.joints import JOINTS, start_of, unit
 from symdyn.scene.values import Place
 from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, neg, scale, zero_vector
 
@@ -72,6 +73,10 @@ class Taut:
             if wheel.turn:
                 comes = X.R.T @ before.direction
                 total.append(wheel.radius.express(self.graph) * self._wrap(wheel, comes, after.direction))
+        if ends[0].turn:
+            total.append(-self._wound(ends[0], parts[0].direction))
+        if ends[-1].turn:
+            total.append(self._wound(ends[-1], poses[-1].R.T @ parts[-1].direction))
         return self.graph.total(total)
 
     def placed(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Expr:
@@ -132,6 +137,29 @@ class Taut:
             if self._vanishes(cosine - c) and self._vanishes(sine - s):
                 return graph.pi * quarters / 2
         return graph.pi + graph.function(Op.ATAN2, -sine, -cosine)
+
+    def _wound(self, wheel: Place, t: Vec) -> Expr:
+        """Return what a wheel that the rope ends on has let go since the start, m; t in axes of its body."""
+        graph, n, turn = self.graph, unit(wheel.axis, self.graph), self._turned(wheel)
+        places = zip(self.scene.coordinates, start_of(self.scene).position, strict=True)
+        start = {graph.symbol(q): x.express(graph) for q, x in places}
+        across = scale(graph.sin(turn), cross(n, t))  # in axes that do not turn with the wheel
+        x, y, z = (self._share(part, graph.one) for part in add(scale(graph.cos(turn), t), across))
+        now = (x, y, z)
+        *then, before = substitute([*now, turn], start)
+        cosine, sine = dot((then[0], then[1], then[2]), now), dot(n, cross((then[0], then[1], then[2]), now))
+        swung = graph.zero if self._vanishes(sine) else graph.function(Op.ATAN2, sine, cosine)
+        return wheel.radius.express(graph) * wheel.turn * (turn - before - swung)
+
+    def _turned(self, wheel: Place) -> Expr:
+        """Return by what the joint has turned that carries the body of a wheel, about the axis of the wheel."""
+        joint = next((joint for joint in self.scene.joints if joint.child == wheel.body), None)
+        if joint is not None and joint.moves and JOINTS[joint.type].velocities(joint) == ("rad",):
+            axis = joint.tip.transform(self.graph).R.T @ unit(joint.axis, self.graph)
+            for sense in (1, -1):
+                if all(self._vanishes(x) for x in add(axis, scale(-sense, unit(wheel.axis, self.graph)))):
+                    return joint.position(self.graph) * sense
+        return self.graph.zero
 
     def _share(self, part: Expr, whole: Expr) -> Expr:
         """Return a component of a direction, as -1, 0 or 1 where it is that everywhere."""

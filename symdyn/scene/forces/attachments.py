@@ -61,8 +61,8 @@ WHEEL: Mapping[str, Shape] = {
 }
 
 ROUTE = (
-    'write through = ["hook", "pulley", "load"], each the name of a body or point or { body = "NAME", at = [0, 0, 0] }, '
-    'or a wheel, { body = "NAME", radius = 0.1, turn = "left" }'
+    'write through = ["hook", "pulley", "load"], each the name of a body or point or { body = "NAME", at = [0, 0, 0] '
+    '}, or a wheel, { body = "NAME", radius = 0.1, turn = "left" }'
 )
 
 
@@ -110,7 +110,7 @@ class Through(Part):
         return replace(one, ends=tuple(ends))
 
     def check(self, one: Any, stand: Stand) -> None:
-        """Report places of no body, ends that do nothing, wheels without a size, and ends on wheels."""
+        """Report places of no body, ends that do nothing, and wheels without a size."""
         for k, place in enumerate(one.ends):
             known_end(f"through[{k}]", place.body, stand)
             if place.turn:
@@ -120,15 +120,13 @@ class Through(Part):
                         f"through[{k}]: radius = {shown(place.radius)} is that of no wheel; give one above zero"
                     )
                 stand.direction(f"through[{k}]: axis", place.axis, "turn the body's frame")
-                if k in (0, len(one.ends) - 1):
-                    stand.fault(f"through[{k}] is a wheel, and a rope ends at points; go on to the point that holds it")
         last = len(one.ends) - 2
         for k in sorted({0, last}):
             a, b = one.ends[k : k + 2]
             if a.body and a.body == b.body:
                 stand.fault(
-                    f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that this end of the rope never '
-                    f"changes and does nothing; {'begin' if k == 0 else 'end'} with through[{k + (k == 0)}]"
+                    f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that this end of the rope '
+                    f"never changes and does nothing; {'begin' if k == 0 else 'end'} with through[{k + (k == 0)}]"
                 )
 
 
