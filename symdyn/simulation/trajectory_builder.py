@@ -233,8 +233,8 @@ def slack(motion: Trajectory) -> tuple[dict[str, float], list[str]]:
         if len(pushes):
             worst = int(tension.argmin())
             notes.append(
-                f"rope {rope.name}: it would push at t = {motion.t[pushes[0]]:.6g} s, by up to {-tension[worst]:.3g} N at "
-                f"t = {motion.t[worst]:.6g} s; it goes slack there, which this model does not know"
+                f"rope {rope.name}: it would push at t = {motion.t[pushes[0]]:.6g} s, by up to {-tension[worst]:.3g} N "
+                f"at t = {motion.t[worst]:.6g} s; it goes slack there, which this model does not know"
             )
     return {f"tension {name.removeprefix('tension_')}": float(one.min()) for name, one in tensions.items()}, notes
 

@@ -115,8 +115,8 @@ class Moving:
             told = w.once(independent_multipliers)
             if f"{LETTERS.multiplier}{rope.name}" not in told:
                 raise DerivationError(
-                    f"{w.scene.name}: the tension of rope {rope.name} is not unique: other constraints hold what it holds; "
-                    "leave one of them out, or make it elastic"
+                    f"{w.scene.name}: the tension of rope {rope.name} is not unique: other constraints hold what it "
+                    "holds; leave one of them out, or make it elastic"
                 )
             return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
         if recursive:

@@ -174,7 +174,7 @@ def spring(
     name: str,
     *,
     joint: str | None = None,
-    ends: Sequence[End] | None = None,
+    ends: tuple[End, End] | None = None,
     stiffness: Number | Sequence[Number] | None = None,
     free: Number | None = None,
     preload: Number | None = None,
@@ -184,8 +184,7 @@ def spring(
     Args:
         name: of the spring.
         joint: the joint with one coordinate that it is at; or
-        ends: the two points that it connects, each the name of a body or point or {"body": name, "at": [x, y, z]}; or
-            the places of the rope that it is, as in `rope`.
+        ends: the two points that it connects, each the name of a body or point or {"body": name, "at": [x, y, z]}.
         stiffness: k1, or k1, k2, ... of the force k1 x + k2 x^2 + ..., x the way from `free`.
         free: position or length at which that vanishes, rad or m; zero when left out.
         preload: force there, N m or N.
@@ -266,7 +265,7 @@ def damper(
     name: str,
     *,
     joint: str | None = None,
-    ends: Sequence[End] | None = None,
+    ends: tuple[End, End] | None = None,
     damping: Number | Sequence[Number],
 ) -> Entry:
     """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""

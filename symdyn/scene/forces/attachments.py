@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -121,9 +121,9 @@ class Through(Part):
                     )
                 stand.direction(f"through[{k}]: axis", place.axis, "turn the body's frame")
         last = len(one.ends) - 2
-        for k in sorted({0, last}):
+        for k in sorted({0, last}) if one.ends else ():
             a, b = one.ends[k : k + 2]
-            if a.body and a.body == b.body:
+            if a.body and a.body == b.body and not (a.turn or b.turn):
                 stand.fault(
                     f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that this end of the rope '
                     f"never changes and does nothing; {'begin' if k == 0 else 'end'} with through[{k + (k == 0)}]"
@@ -158,16 +158,10 @@ def _around(place: Place) -> dict[str, object]:
 
 
 class Ends(Part):
-    """The joint of a strut, the two points between which it is, or the places of the rope along which it is."""
+    """The joint of a strut, or the two points between which it is."""
 
-    rope = Through()
-    words: Mapping[str, Shape] = {
-        "joint": described("joint that it is at", NAMED),
-        "from": END,
-        "to": END,
-        **rope.words,
-    }
-    rules = (exactly_one(("joint",), ("from", "to"), ("through",)),)
+    words: Mapping[str, Shape] = {"joint": described("joint that it is at", NAMED), "from": END, "to": END}
+    rules = (exactly_one(("joint",), ("from", "to")),)
 
     def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the joint that it is at, or the points that it connects."""
@@ -176,30 +170,23 @@ class Ends(Part):
             return {"joint": table.text("joint")}
         if given == ["from", "to"]:
             return {"ends": (_end(table, "from", scope), _end(table, "to", scope))}
-        if given == ["through"]:
-            return self.rope.fields(table, scope)
         table.fault(f"has {' and '.join(given) or 'neither joint nor from and to'}; {ADVICE}")
         return {}
 
     def raw(self, one: Strut, scope: Scope) -> dict[str, object]:
-        """Return the joint, or its ends as tables."""
-        if one.is_rope:
-            return self.rope.raw(one, scope)
+        """Return the joint, or both ends as tables."""
         joint: dict[str, object] = {"joint": one.joint} if one.joint else {}
         return joint | {key: table_of(end) for key, end in zip(self.keys[1:], one.ends, strict=False)}
 
     def numbers(self, one: Strut, slides: bool = True) -> Iterator[KeyedQuantity]:
         """Return where the ends are."""
-        if one.is_rope:
-            yield from self.rope.numbers(one)
-            return
         for key, end in zip(self.keys[1:], one.ends, strict=False):
             yield from (KeyedQuantity(f"{key}.at{index}", x, unit="m") for index, x in indexed(end.at))
 
     def named(self, one: Strut, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Strut:
         """Return it with the places of its ends named."""
-        if what != "geometry" or one.is_rope:
-            return self.rope.named(one, what, letter, k, names)
+        if what != "geometry":
+            return one
         ends = (
             named_place(end, one.name, f"_{letter}{k}{side}", names) for side, end in zip("ft", one.ends, strict=False)
         )
@@ -208,9 +195,6 @@ class Ends(Part):
     def check(self, one: Strut, stand: Stand) -> None:
         """Report a joint that is none, or has not one coordinate, and ends that are none, or never part."""
         scene, faults = stand.scene, stand.faults
-        if one.is_rope:
-            self.rope.check(one, stand)
-            return
         if one.joint:
             joints = {joint.name: joint for joint in scene.joints}
             joint = joints.get(one.joint)
@@ -320,11 +304,9 @@ def _at_point(name: str, scope: Scope) -> Place:
     return Place(scope.points[name].body, translation(scope.points[name].at))
 
 
-def as_keys(ends: Sequence[End] | None) -> dict[str, object]:
+def as_keys(ends: tuple[End, End] | None) -> dict[str, object]:
     """Return the ends of a strut as keys of its table."""
-    if ends is None:
-        return {}
-    return {"through": ends} if len(ends) != 2 else {"from": ends[0], "to": ends[1]}
+    return {} if ends is None else {"from": ends[0], "to": ends[1]}
 
 
 # The plane that a contact touches

@@ -5,7 +5,7 @@ same everywhere. Where it does not slip on a wheel, it is two ropes that end the
 equations are those of a taut rope, and runs tell where it would push.
 
     L     length: straight parts from tangent point to tangent point, and r · (wrap angle) around every wheel
-    T     tension, N: the multiplier of length - L = 0, or the law of a spring by L
+    T     tension, N: the multiplier of length - L = 0, or the law of a spring by L, beside which damping may stand
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
-from symdyn.scene.forces.applied_forces import SPRING, Spring
+from symdyn.scene.forces.applied_forces import DAMPER, SPRING, Damper, Spring
 from symdyn.scene.forces.attachments import End, Through
 from symdyn.scene.forces.force_kind import ForceKind, Hold
 from symdyn.scene.values.entry import Entry, Number, entry
@@ -69,7 +69,24 @@ ELASTIC = replace(
     parts=(Through(), *SPRING.parts[1:]),
     words={"en": "elastic rope", "sk": "pružné lano"},
     lost=ROPE.lost,
-    mark=replace(SPRING.lines, strokes=((1.6, (((0.0, 0.0), (1.0, 0.0)),)),), page="link"),
+)
+
+
+@dataclass(frozen=True)
+class RopeDamping(Damper):
+    """What resists the rate of the length of a rope, beside the rope itself; see `Damper`."""
+
+    kind = "damping"
+
+
+DAMPING = replace(
+    DAMPER,
+    section="ropes",
+    noun=RopeDamping,
+    letter="d",
+    parts=(Through(), *DAMPER.parts[1:]),
+    words={"en": "damping of a rope", "sk": "tlmenie lana"},
+    lost=ROPE.lost,
 )
 
 
@@ -96,3 +113,8 @@ def elastic_rope(
     """Declare a rope that pulls as `spring` does by its length along the places of `rope`."""
     check_arguments(elastic_rope, locals(), SceneError)
     return entry("ropes", type="elastic", **locals())
+
+
+def rope_damping(name: str, through: Sequence[End], damping: Number | Sequence[Number]) -> Entry:
+    """Declare what resists the rate of the length along the places of `rope`, as `damper` does."""
+    return entry("ropes", type="damping", **locals())

@@ -102,12 +102,13 @@ def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.rate) for tie in ties])))
     first = ties[0]
     key = "ties.loop" if first.loop else "ties.contact" if first.parent else "ties.formula"
-    rope = next((one for one in lesson.scene.lasting_ropes if first.words == ROPE and one.name == first.owner), None)
     places = {"parent": lesson.body(first.parent), "child": lesson.body(first.child)}
-    if rope is not None:
+    if first.words == ROPE:
+        rope = next(one for one in lesson.scene.lasting_ropes if one.name == first.owner)
         key, places = "ties.rope", {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
     claim = lesson.say(key, owner=first.owner, **places)
-    reason = lesson.say(f"{key}.reason") if rope is not None or first.words == "tie.force" and first.loop else Words(())
+    told = first.words == ROPE or (first.loop and first.words == "tie.force")
+    reason = lesson.say(f"{key}.reason") if told else Words(())
     show = (f"joint:{first.owner}", "velocities") if first.loop else ("velocities",)
     return Step(f"tie:{first.owner}", claim, tuple(blocks), reason, show=show)
 
