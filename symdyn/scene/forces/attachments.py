@@ -75,6 +75,7 @@ class Through(Part):
             **several({"anyOf": [NAMED, {**table_shape(WHEEL), "allOf": BODY_OR_POINT}]}, 2, 99),
         }
     }
+    rules = ({"required": ["through"]},)
 
     def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
         """Return the places."""
