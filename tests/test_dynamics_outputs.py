@@ -253,9 +253,9 @@ def exists(name: str) -> None:
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
     if name in SIGNALS:
-        nothing = r"two_link has no outputs; declare one, such as \[outputs.y\]"
-        nothing = r"there is no rope 'y' in \[ropes\]" if OUTPUTS[name].place == "rope" else nothing
-        with pytest.raises(DerivationError, match=nothing):
+        none = r"two_link has no outputs; declare one, such as \[outputs.y\]"
+        none = r"there is no rope 'y' in \[ropes\]" if OUTPUTS[name].place == "rope" else none
+        with pytest.raises(DerivationError, match=none):
             derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
         return
     function = derive_one(Workspace(plain), name)

@@ -162,7 +162,7 @@ def test_a_rope_that_does_not_slip_feels_the_wheel_and_one_that_slips_does_not()
 
 def led(*through: Any, length: Any = 5) -> Scene:
     """Return a free plate in the plane of x and z with a rope."""
-    plate = body("plate", mass=2, inertia=[1, "3/2", 1], about="com", com=["1/10", 0, "1/5"])
+    plate = body("plate", mass=2, inertia=[1, 1.5, 1], about="com", com=["1/10", 0, "1/5"])
     moves = planar("moves", "ground", "plate", axis=Y, coordinates=["x", "z", "phi"], start=[1, -2, "1/5"], drive=False)
     return declared.scene("led", bodies=[plate], joints=[moves], ropes=[rope("r", through, length)])
 
@@ -262,7 +262,7 @@ def test_mujoco_s_tendon_is_as_long_and_pulls_alike() -> None:
 
 def bungee() -> Scene:
     """Return a plate and a mass with an elastic rope, its damping, and a rope of a length, none along an axis."""
-    plate = body("plate", mass=2, inertia=[1, "3/2", 1], about="com", com=["1/10", 0, "1/5"])
+    plate = body("plate", mass=2, inertia=[1, 1.5, 1], about="com", com=["1/10", 0, "1/5"])
     moves = planar("moves", "ground", "plate", axis=Y, coordinates=["x", "z", "phi"], start=[1, -2, "1/5"], drive=False)
     through: list[Any] = [ANCHOR, CORNER, {"body": "load", "at": [0, "1/10", 0]}]
     ropes = [
@@ -329,7 +329,7 @@ def test_a_rope_without_length_at_the_start_is_refused() -> None:
 def bob(degrees: float) -> Scene:
     """Return a mass of 1 kg on a rope of 2 m, at rest at an angle from straight down."""
     at = f"{degrees} deg"
-    start = [f"2*sin({at})", f"2*cos({at})", 0]
+    start: list[Any] = [f"2*sin({at})", f"2*cos({at})", 0]
     moves = planar("moves", "ground", "bob", axis=Y, coordinates=["x", "z", "phi"], drive=False, start=start)
     return declared.scene(
         "bob", bodies=[body("bob", mass=1, inertia=[1, 1, 1], about="com")], joints=[moves],

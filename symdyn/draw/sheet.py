@@ -12,7 +12,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import Element, Load
+from symdyn.scene.values import Element, Load, Strut
 from symdyn.spatial import Mat, Vec, add, cross, scale, sub
 
 AROUND, BLADE = 2, 1
@@ -223,6 +223,7 @@ class Sheet:
             elif rows:
                 yield self._made(FORCES[one.kind].lines.page, rows, Scene.GROUND)
             else:
+                assert isinstance(one, Strut), "it is at a joint"
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"

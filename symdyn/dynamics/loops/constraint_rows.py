@@ -365,7 +365,8 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     """Return the constraint rows of a scene by differentiating poses in the ground frame, and lengths of ropes."""
-    placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
+    placed, there = body_placements(scene, graph), cuts(scene, graph)
+    entries: list[Entry] = []
     for cut in there:
         X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child
         velocity = tangents(X.p, state.velocity)
@@ -374,9 +375,8 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
             if not any(label.owner == cut.owner and label.name == TENSION for label, *_ in entries):
                 rope = next(one for one in scene.lasting_ropes if one.name == cut.owner)
                 gap = rope.length.express(graph) - Taut(scene, graph).placed(rope.ends, placed)
-                entries.append(
-                    (_label(cut, 0, cut.wrenches(X)[0]), gap, *_slopes(*tangents([gap], state.velocity), state))
-                )
+                (rate,) = tangents([gap], state.velocity)
+                entries.append((_label(cut, 0, cut.wrenches(X)[0]), gap, *_slopes(rate, state)))
             continue
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):

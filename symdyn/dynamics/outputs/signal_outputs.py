@@ -112,7 +112,7 @@ class Moving:
         """Return the tension of a rope, N, positive where it pulls; a length along the tree or of placements."""
         w, graph = self.w, self.w.graph
         if not isinstance(rope, Strut):
-            told = w.once(independent_multipliers)
+            told: tuple[str, ...] = w.once(independent_multipliers)
             if f"{LETTERS.multiplier}{rope.name}" not in told:
                 raise DerivationError(
                     f"{w.scene.name}: the tension of rope {rope.name} is not unique: other constraints hold what it "

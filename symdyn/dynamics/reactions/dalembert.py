@@ -355,7 +355,7 @@ def _unknowns(hanging: FreeBodies, normal: int | None, whole: bool) -> list[Unkn
         for i, k in enumerate(hinge.velocities)
     }
     passive = _passive(hanging, normal is None and not whole)
-    found = []
+    found: list[Unknown] = []
     for h, hinge in enumerate(hanging.hinges):
         W = reactions_of(hinge, hanging.samples)
         if axes is not None:

@@ -139,8 +139,8 @@ def _actions(w: Workspace, result: Found) -> Iterator[tuple[tuple[str, str], lis
             tension = FORCES[strut.kind].pull.force(strut, length, rate)
             for place, wrench in Taut(scene, graph).pulls(strut.ends, placed):
                 if place.body != Scene.GROUND:
-                    at = placed[place.body].point(vector(place.at, graph))
-                    yield (strut.name, place.body), [*at, *(x for part in wrench.scaled(tension) for x in part)]
+                    where = placed[place.body].point(vector(place.at, graph))
+                    yield (strut.name, place.body), [*where, *(x for part in wrench.scaled(tension) for x in part)]
         elif strut.ends:
             a, b = (result["end", strut, k] for k in range(2))
             way = sub((b[0], b[1], b[2]), (a[0], a[1], a[2]))
