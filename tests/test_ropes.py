@@ -454,8 +454,12 @@ def test_what_is_wrong_is_told_in_words(fault: str, tmp_path: Path) -> None:
 
 def test_what_has_no_length_or_no_plane_is_refused() -> None:
     inside = led(ANCHOR, wheel(3), CORNER)
-    with pytest.raises(DerivationError):
+    with pytest.raises(DerivationError) as refused:
         at(inside, "constraint_jacobian", [1, 2, 0.2])
+    assert str(refused.value) == (
+        "led: the rope r (two of its places meet, or one is inside of a wheel) has no real value at x = 1, "
+        "z = -2, phi = 0.2; give the scene a start where it has one"
+    )
     across = led(ANCHOR, {**wheel("1/2"), "axis": [0, 0, 1]}, CORNER)
     with pytest.raises(DerivationError) as refused:
         at(across, "constraint_jacobian", [1, 2, 0.2])

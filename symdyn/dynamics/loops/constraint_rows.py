@@ -210,8 +210,13 @@ class Label:
     @property
     def words(self) -> str:
         """Its owner in words: "the loop cut", "the contact wheel", "the rope r"."""
-        kind = "loop" if self.loop else "rope" if self.name == TENSION else "contact" if self.wrench else "constraint"
+        kind = "loop" if self.loop else "rope" if self.is_rope else "contact" if self.wrench else "constraint"
         return f"the {kind} {self.owner}"
+
+    @property
+    def is_rope(self) -> bool:
+        """Whether it keeps the length of a rope."""
+        return self.name == TENSION
 
 
 @dataclass(frozen=True)
@@ -266,9 +271,9 @@ def _whole(scene: Scene, entries: list[Entry], poses: dict[str, list[Transform]]
     """Return the entries, the straight parts of each rope as one row, whose residual is length - L."""
     if not poses:
         return entries
-    found = [one for one in entries if one[0].name != TENSION]
+    found = [one for one in entries if not one[0].is_rope]
     for rope in scene.lasting_ropes:
-        parts = [one for one in entries if one[0].name == TENSION and one[0].owner == rope.name]
+        parts = [one for one in entries if one[0].is_rope and one[0].owner == rope.name]
         label, zero, G, bias = parts[0]
         graph = zero.graph
         for _, _, more, rest in parts[1:]:
@@ -372,7 +377,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
         velocity = tangents(X.p, state.velocity)
         turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
         if cut.names == (TENSION,):
-            if not any(label.owner == cut.owner and label.name == TENSION for label, *_ in entries):
+            if not any(label.owner == cut.owner and label.is_rope for label, *_ in entries):
                 rope = next(one for one in scene.lasting_ropes if one.name == cut.owner)
                 gap = rope.length.express(graph) - Taut(scene, graph).placed(rope.ends, placed)
                 (rate,) = tangents([gap], state.velocity)

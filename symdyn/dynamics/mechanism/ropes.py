@@ -18,7 +18,7 @@ Reference: the tangents of two circles; Pott, Cable-Driven Parallel Robots (2018
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -81,33 +81,34 @@ class Taut:
 
     def placed(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Expr:
         """Return L of a rope, m, from the placement of every body."""
-        return self.length(ends, [a.inverse() @ b for a, b in pairwise(self._frames(ends, placed))])
+        return self.length(ends, [X for *_, X in self._parts(ends, placed)])
 
     def pulls(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[tuple[Place, Wrench]]:
         """Return what a unit of tension does about the places of a rope, ground axes, twice where it passes."""
         found = []
-        for (near, far), (a, b) in zip(pairwise(ends), pairwise(self._frames(ends, placed)), strict=True):
-            X = a.inverse() @ b
-            there = self.straight(near, far, X).wrench.rotated(a.R)
-            found += [(near, -there.about(a.R @ X.p)), (far, there)]
+        for near, far, frame, X in self._parts(ends, placed):
+            there = self.straight(near, far, X).wrench.rotated(frame.R)
+            found += [(near, -there.about(frame.R @ X.p)), (far, there)]
         return found
 
     def tangents(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Vec]:
         """Return where every straight part of a rope begins and ends, ground axes, m."""
         found = []
-        for (near, far), (a, b) in zip(pairwise(ends), pairwise(self._frames(ends, placed)), strict=True):
-            X = a.inverse() @ b
+        for near, far, frame, X in self._parts(ends, placed):
             n, t = self._axis(near, far, X), self.straight(near, far, X).direction
             out = zero_vector(self.graph) if n is None else cross(t, n)
-            found += [a.point(scale(self._radius(near), out)), a.point(add(X.p, scale(self._radius(far), out)))]
+            found += [frame.point(scale(self._radius(near), out)), frame.point(add(X.p, scale(self._radius(far), out)))]
         return found
 
-    def _frames(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> list[Transform]:
-        """Return the frames at the places; between points alone in axes of the ground, which are shorter."""
+    def _parts(
+        self, ends: Sequence[Place], placed: Mapping[str, Transform]
+    ) -> Iterator[tuple[Place, Place, Transform, Transform]]:
+        """Yield neighbours, the frame at the first, in axes of the ground between points alone, and X."""
         frames = [placed[end.body] @ self.seat(end)[1] for end in ends]
-        if any(end.turn for end in ends):
-            return frames
-        return [Transform(Mat.identity(self.graph), frame.p) for frame in frames]
+        if not any(end.turn for end in ends):  # which is shorter
+            frames = [Transform(Mat.identity(self.graph), frame.p) for frame in frames]
+        for (near, far), (a, b) in zip(pairwise(ends), pairwise(frames), strict=True):
+            yield near, far, a, a.inverse() @ b
 
     def seat(self, place: Place) -> tuple[str, Transform]:
         """Return the body of a place, and the frame there in its axes."""
@@ -146,8 +147,8 @@ class Taut:
         across = scale(graph.sin(turn), cross(n, t))  # in axes that do not turn with the wheel
         x, y, z = (self._share(part, graph.one) for part in add(scale(graph.cos(turn), t), across))
         now = (x, y, z)
-        *then, before = substitute([*now, turn], start)
-        cosine, sine = dot((then[0], then[1], then[2]), now), dot(n, cross((then[0], then[1], then[2]), now))
+        x, y, z, before = substitute([*now, turn], start)
+        cosine, sine = dot((x, y, z), now), dot(n, cross((x, y, z), now))
         swung = graph.zero if self._vanishes(sine) else graph.function(Op.ATAN2, sine, cosine)
         return wheel.radius.express(graph) * wheel.turn * (turn - before - swung)
 
