@@ -278,7 +278,9 @@ def _whole(scene: Scene, entries: list[Entry], poses: dict[str, list[Transform]]
         graph = zero.graph
         for _, _, more, rest in parts[1:]:
             G, bias = tuple(a + b for a, b in zip(G, more, strict=True)), bias + rest
-        residual = rope.length.express(graph) - Taut(scene, graph).length(rope.ends, poses[rope.name])
+        residual = FORCES[rope.kind].length(rope).express(graph) - Taut(scene, graph).length(
+            rope.ends, poses[rope.name]
+        )
         found.append((label, residual, G, bias))
     return found
 
@@ -379,7 +381,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
         if cut.names == (TENSION,):
             if not any(label.owner == cut.owner and label.is_rope for label, *_ in entries):
                 rope = next(one for one in scene.lasting_ropes if one.name == cut.owner)
-                gap = rope.length.express(graph) - Taut(scene, graph).placed(rope.ends, placed)
+                gap = FORCES[rope.kind].length(rope).express(graph) - Taut(scene, graph).placed(rope.ends, placed)
                 (rate,) = tangents([gap], state.velocity)
                 entries.append((_label(cut, 0, cut.wrenches(X)[0]), gap, *_slopes(rate, state)))
             continue

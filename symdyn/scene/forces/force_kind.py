@@ -260,6 +260,11 @@ class ForceKind:
         """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
         return any(self.touch.holonomic(contact))
 
+    def length(self, rope: Row) -> Quantity:
+        """Return the length that a rope keeps."""
+        assert isinstance(self.law, Hold), "a rope holds a length"
+        return self.law.length(rope)
+
     def formula(self, row: Row) -> Quantity | None:
         """Return the left side of a row that is a formula, which vanishes; None for a contact or a rope."""
         return self.law.formula(row) if isinstance(self.law, Forbid) else None

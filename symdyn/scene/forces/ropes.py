@@ -19,9 +19,25 @@ from symdyn.scene.forces.applied_forces import DAMPER, SPRING, Damper, Spring
 from symdyn.scene.forces.attachments import End, Through
 from symdyn.scene.forces.force_kind import ForceKind, Hold
 from symdyn.scene.values.entry import Entry, Number, entry
-from symdyn.scene.values.joint import Place, Rope
+from symdyn.scene.values.joint import Place, Row
 from symdyn.scene.values.key import number
-from symdyn.scene.values.quantity import spell
+from symdyn.scene.values.quantity import Quantity, spell
+
+
+@dataclass(frozen=True)
+class Rope(Row):
+    """A rope that keeps its length along the places that it runs through: a constraint on positions.
+
+    Attributes:
+        ends: the places, points or wheels, in its order.
+        length: from the first of them to the last, m.
+    """
+
+    ends: tuple[Place, ...] = ()
+    length: Quantity = Quantity.ZERO
+
+    kind = "rope"
+    is_taut = True
 
 
 def _route(ends: Sequence[Place]) -> str:

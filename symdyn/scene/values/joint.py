@@ -177,22 +177,6 @@ class Contact(Row):
 
 
 @dataclass(frozen=True)
-class Rope(Row):
-    """A rope that keeps its length along the places that it runs through: a constraint on positions.
-
-    Attributes:
-        ends: the places, points or wheels, in its order.
-        length: from the first of them to the last, m.
-    """
-
-    ends: tuple[Place, ...] = ()
-    length: Quantity = Quantity.ZERO
-
-    kind = "rope"
-    is_taut = True
-
-
-@dataclass(frozen=True)
 class Coupling:
     """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 

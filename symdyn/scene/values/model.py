@@ -22,18 +22,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
-from symdyn.scene.values.joint import (
-    Contact,
-    Element,
-    Joint,
-    JointOrder,
-    Load,
-    Rope,
-    Row,
-    Strut,
-    acceleration_name,
-    order_of,
-)
+from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
@@ -264,9 +253,9 @@ class Scene(Shown):
         return tuple(one for one in self.elements if one.is_taut)
 
     @cached_property
-    def lasting_ropes(self) -> tuple[Rope, ...]:
+    def lasting_ropes(self) -> tuple[Row, ...]:
         """The ropes that keep their length, which are constraints."""
-        return tuple(one for one in self.constraints if isinstance(one, Rope))
+        return tuple(one for one in self.constraints if one.is_taut)
 
     @property
     def is_constrained(self) -> bool:
