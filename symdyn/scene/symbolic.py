@@ -12,7 +12,7 @@
     Fx<k> ... Cz<k>, r<k>                       force and couple of the k-th load; radius of the wheel of the k-th row
 
 The second shift along x in one placement is a<k>_2, those of the k-th point are a_p<k> and so on: _o of loops, _s<k>f
-and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows, _c<k>_<i> of the places of ropes, _e and _d of
+and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows, _c<k>_<i> of places of ropes, _e and _d of
 elastic ones and their damping. All names take a suffix "_b" (twice if need be) when one of them is in use.
 
 The equations of motion are linear in the ten inertial parameters of a body (Atkeson, An, Hollerbach 1986).
