@@ -278,10 +278,8 @@ def _whole(scene: Scene, entries: list[Entry], poses: dict[str, list[Transform]]
         graph = zero.graph
         for _, _, more, rest in parts[1:]:
             G, bias = tuple(a + b for a, b in zip(G, more, strict=True)), bias + rest
-        residual = FORCES[rope.kind].length(rope).express(graph) - Taut(scene, graph).length(
-            rope.ends, poses[rope.name]
-        )
-        found.append((label, residual, G, bias))
+        found_length = Taut(scene, graph).length(rope.ends, poses[rope.name])
+        found.append((label, FORCES[rope.kind].length(rope).express(graph) - found_length, G, bias))
     return found
 
 
