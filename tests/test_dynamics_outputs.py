@@ -31,8 +31,9 @@ from symdyn.dynamics.outputs.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.scene import Quantity, Scene, bind, read, read_text
+from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
-from symdyn.scene.values import acceleration_name
+from symdyn.scene.values import Place, acceleration_name
 from symdyn.scene.values.model import Signal
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
@@ -51,12 +52,16 @@ def scene(name: str) -> Scene:
 def request(name: str, one: Scene) -> str:
     """Return how an output is asked for, of the last body if it is of one."""
     place = OUTPUTS[name].place
-    return f"{name}:{one.outputs[0].name if place == 'output' else one.bodies[-1].name}" if place else name
+    of = {"output": "seen", "rope": "cord"}.get(place, one.bodies[-1].name)
+    return f"{name}:{of}" if place else name
 
 
 def looked(name: str, one: Scene) -> Scene:
     """Return the scene, for rows about what a scene declares to look at with the first acceleration of it."""
     seen = (Signal("seen", Quantity.symbol(acceleration_name(one.velocities[0]))),)
+    ends = (Place(Scene.GROUND, (Quantity.ONE, Quantity.ONE, Quantity.ONE)), Place(one.bodies[-1].name))
+    cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
+    one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
     return replace(one, outputs=seen) if name in SIGNALS else one
 
 
@@ -248,7 +253,9 @@ def exists(name: str) -> None:
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
     if name in SIGNALS:
-        with pytest.raises(DerivationError, match=r"two_link has no outputs; declare one, such as \[outputs.y\]"):
+        none = r"two_link has no outputs; declare one, such as \[outputs.y\]"
+        none = r"there is no rope 'y' in \[ropes\]" if OUTPUTS[name].place == "rope" else none
+        with pytest.raises(DerivationError, match=none):
             derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
         return
     function = derive_one(Workspace(plain), name)

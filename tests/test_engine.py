@@ -39,7 +39,7 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
     assert every == set().union(*(pairs(one) for one in covering()))
 
 
-FORMULAS = {"output", "outputs"}
+FORMULAS = {"output", "outputs", "tension"}
 ELSEWHERE = {*REGRESSORS, *PASSIVITY}
 """What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`."""
 """What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""

@@ -9,6 +9,7 @@ from symdyn.scene import (
     custom,
     cylindrical,
     damper,
+    elastic_rope,
     free,
     helical,
     knife_edge,
@@ -23,6 +24,8 @@ from symdyn.scene import (
     revolute,
     rod,
     rolling,
+    rope,
+    rope_damping,
     scene,
     spherical,
     spring,
@@ -73,6 +76,13 @@ def everything() -> Scene:
         loads=[
             load("wind", body="l", at=[0, 0, "r"], force=["3*k*t", 0, "-2*f1_vx"], couple=[0, "2*sin(3*t)*alpha", 0]),
             load("thrust", point="tool", force=[0, 0, 9], frame="body"),
+        ],
+        ropes=[
+            rope("hoist", [{"body": "l", "at": ["r", 0, 0]}, "end", "tool"], length="7*r"),
+            elastic_rope(
+                "bungee", ["tool", {"body": "a", "at": [0, 1, 0]}, "l"], stiffness=["k", 3], free=1, preload=2
+            ),
+            rope_damping("loss", ["end", "m", "l"], damping="k/9"),
         ],
         constraints=[
             constraint("slip", "x_dot*cos(u) - r*(u_dot - 2*alpha_dot)", acts_in="joints"),

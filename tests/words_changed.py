@@ -63,6 +63,10 @@ WHEEL = {
 }
 LEVEL = {"constraints__wheel__plane": {"normal": [0, 0, 1]}}
 RAISED = {"constraints__wheel__plane": {"at": [0, 0, 0.1]}}
+PULLED = {"ropes__hoist": {"type": "elastic", "through": ["tip", "ground"], "stiffness": 5}, **TIP}
+HOIST = {"ropes__hoist": {"through": ["tip", "ground"], "length": 0.7}, **TIP}
+OVER = {"body": "ground", "at": [0, 0, 1], "radius": 0.1, "axis": [0, 1, 0], "turn": "left"}
+LED = {"ropes__hoist": {"length": 2, "through": ["cart", OVER, {"body": "ground", "at": [1, 0, 0]}]}}
 SLED = {**FREE, "constraints__blade": {"type": "knife_edge", "body": "arm", "axis": [0, 1, 0]}, **TIP}
 
 
@@ -198,6 +202,19 @@ WORDS: tuple[Row, ...] = (
     row("constraints/wheel/components", ["along"], ["along", "across"], **WHEEL),
     row("constraints/wheel/plane", {"at": [0, 0, 0.1]}, {"at": [0, 0, 0.2]}, **WHEEL),
     row("constraints/wheel/point", "hub", "tip", **{**WHEEL, "constraints__wheel": ROLLING}, **TIP),
+    row("ropes/hoist/length", 0.7, 0.8, **HOIST),
+    row("ropes/hoist/through", ["tip", "ground"], ["arm", "ground"], **HOIST),
+    row("ropes/hoist/stiffness", 5, [5, 1], **PULLED),
+    row("ropes/hoist/free", 0.3, 0.4, **PULLED),
+    row("ropes/hoist/preload", 0.3, 0.4, **PULLED),
+    row("ropes/hoist/damping", 5, [5, 1], ropes__hoist={"type": "damping", "through": ["tip", "ground"]}, **TIP),
+    row("ropes/hoist/through/1/body", "ground", "arm", **LED),
+    row("ropes/hoist/through/1/at", [0, 0, 1], [0, 0, 0.5], **LED),
+    row("ropes/hoist/through/1/radius", 0.1, 0.2, **LED),
+    row("ropes/hoist/through/1/axis", [0, 1, 0], [0, -1, 0], **LED),
+    row("ropes/hoist/through/1/turn", "left", "right", **LED),
+    row("ropes/hoist/through/0/point", "tip", "hub", ropes__hoist={"length": 0.7, "through": [{}, "ground"]}, **TIP,
+        points__hub={"body": "arm"}),
     row("loop/0/type", "spherical", "universal", **RING),
     row("loop/0/parent", "arm", "cart", **RING),
     row("loop/0/child", "ground", "cart", **RING),
@@ -256,6 +273,7 @@ SILENT: dict[str, str] = {
     "loop/units": "likewise",
     "units": "it takes formulas that are refused without it: tests/test_dimensions.py",
     "constraints/type": "other types have other keys, each a row by itself",
+    "ropes/type": "likewise",
 }
 """Words that have no row, and why."""
 

@@ -136,7 +136,8 @@ def show_loops(facts: dict[str, Any]) -> None:
     for loop in facts["loops"]:
         print(f"loop {loop['name']}: {loop['type']} between {loop['parent']} and {loop['child']}")
     for row in facts["constraints"]:
-        print(f"{'constraint' if row['type'] == 'formula' else 'contact'} {row['name']}: {row['law']}")
+        kind = {"formula": "constraint", "rope": "rope"}.get(row["type"], "contact")
+        print(f"{kind} {row['name']}: {row['law']}")
     found = facts["mobility"]
     if found is None:
         print(end="\n" if facts["loops"] or facts["constraints"] else "")

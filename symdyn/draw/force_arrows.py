@@ -23,7 +23,7 @@ from symdyn.emit.print import latex_symbols
 from symdyn.graph import Op
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import Joint, Strut
+from symdyn.scene.values import Element, Joint, Strut
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture
@@ -116,7 +116,7 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
-    for one in scene.struts:
+    for one in (*scene.struts, *scene.lasting_ropes):
         shapes, at = _link(one, scene, places, view)
         depth = np.zeros(places.count) if view.planar else np.full(places.count, -1e6)
         items.append(
@@ -126,7 +126,18 @@ def links(scene: Scene, places: Places, view: View) -> tuple[tuple[Item, ...], t
     return tuple(items), tuple(labels)
 
 
-def _link(one: Strut, scene: Scene, places: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+def _link(one: Element, scene: Scene, places: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+    if one in places.routes:
+        route = places.routes[one]
+        drawn = np.stack([view.flat(at) for part in route for at in part], axis=1)
+        shapes = [path(one.kind, drawn, size=1.6)]
+        for (*_, start, end), wheel, centre in zip(route, one.ends[1:], places.ends[one][1:], strict=True):
+            if wheel.turn:
+                across, angles = end - centre, np.linspace(0, 2 * np.pi, 49)
+                along = unit(end - start) * np.linalg.norm(across, axis=1, keepdims=True)
+                shapes.append(path(one.kind, circle_points(view, centre, across, along, angles), size=1.0))
+        return tuple(shapes), (view.flat(route[0][-1]) + view.flat(route[0][-2])) / 2
+    assert isinstance(one, Strut), "a rope has a route"
     if one.ends:
         a, b = (view.flat(end) for end in places.ends[one])
         walls = [

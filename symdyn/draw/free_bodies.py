@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Contact, Strut
+from symdyn.scene.values import Contact, Element
 from symdyn.spatial import Mat, Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
@@ -116,7 +117,7 @@ def acting_on(
     for load in scene.loads:
         if load.place.body == body:
             acting.append(load_wrench(load, found))
-    for one in scene.struts:
+    for one in (*scene.struts, *scene.lasting_ropes):
         acting += _pulls(one, body, found)
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):
@@ -182,13 +183,16 @@ def _triple(x: Array) -> tuple[float, float, float]:
     return float(x[0]), float(x[1]), float(x[2])
 
 
-def _pulls(one: Strut, body: str, places: Places) -> list[Wrench]:
-    """Return the pull of a strut between points at each of its ends on the body."""
+def _pulls(one: Element, body: str, places: Places) -> list[Wrench]:
+    """Return the pull of a strut between points, or of a rope, at each of its ends on the body."""
     pulls = []
-    for k, end in enumerate(one.ends):
-        here, there = places.ends[one][k][0], places.ends[one][1 - k][0]
-        if end.body == body:
-            pulls.append(Wrench(rf"F_{{\mathrm{{{in_latex(one.name)}}}}}", _triple(here), _triple(unit(there - here))))
+    straight = places.routes.get(one, ()) or (places.ends[one],) * bool(one.ends)
+    for ends, (near, far) in zip(straight, pairwise(one.ends), strict=True):
+        a, b = ends[-2][0], ends[-1][0]
+        for end, here, there in ((near, a, b), (far, b, a)):
+            if end.body == body:
+                name = rf"F_{{\mathrm{{{in_latex(one.name)}}}}}"
+                pulls.append(Wrench(name, _triple(here), _triple(unit(there - here))))
     return pulls
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Floats
-from symdyn.dynamics.mechanism import body_placements, vector
+from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Scene
@@ -263,15 +263,23 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ point.at.transform(graph))
     for one in scene.elements:
-        wanted |= _element(one, placed, graph)
+        wanted |= _element(one, scene, placed, graph)
     return wanted
 
 
-def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    """Return where an element acts, the wrench of a load, and the plane that a wheel or a blade touches."""
+def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    """Return where an element acts, the wrench of a load, the plane that a wheel or a blade touches, and ropes.
+
+    Of a rope these are the ends of its straight parts, and the axis of every wheel, backwards where it turns right.
+    """
     wanted: dict[Key, tuple[Expr, ...]] = {
         ("end", one, k): placed[end.body].point(vector(end.at, graph)) for k, end in enumerate(one.ends)
     }
+    if len(one.ends) > 2 or one.is_taut:
+        wanted |= {("tangent", one, k): at for k, at in enumerate(Taut(scene, graph).tangents(one.ends, placed))}
+        for k, end in enumerate(one.ends):
+            axis = vector(end.axis, graph)
+            wanted |= {("spin", one, k): placed[end.body].R @ scale(end.turn, axis)} if end.turn else {}
     if isinstance(one, Load):
         R = placed[one.place.body].R if one.frame == "body" else Transform.unit(graph).R
         force, couple = FORCES[one.kind].push.wrench(one, graph)

@@ -126,6 +126,8 @@ class Touch:
 class Places:
     """A scene in place; `ends` holds the points that struts and loads act at, `acting` force and couple of loads.
 
+    `routes` holds the points that ropes are drawn through, by straight parts, the ends of each last.
+
     `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
     `touches` holds what wheels, balls and blades touch, likewise. `outlines` holds what bodies look like, by name.
     """
@@ -136,6 +138,7 @@ class Places:
     hinges: tuple[JointAxis, ...]
     points: dict[str, tuple[str, Frame]]
     ends: dict[Element, tuple[Array, ...]]
+    routes: dict[Element, tuple[tuple[Array, ...], ...]]
     acting: dict[Element, tuple[Array, Array]]
     wheels: dict[str, tuple[Array, Array | None, float]]
     touches: dict[str, Touch]
@@ -247,8 +250,13 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
         {
             one: tuple(arrays["end", one, k] for k in range(len(one.ends)))
-            for one in (*scene.struts, *scene.loads)
+            for one in (*scene.struts, *scene.loads, *scene.lasting_ropes)
             if one.ends
+        },
+        {
+            one: tuple(_straight(one, k, arrays) for k in range(len(one.ends) - 1))
+            for one in (*scene.struts, *scene.lasting_ropes)
+            if ("tangent", one, 0) in arrays
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},
         {row.name: wheel for row in scene.contacts if (wheel := _wheel(row, arrays)) is not None},
@@ -256,6 +264,20 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         arrays["gravity",][0],
         {},
     )
+
+
+def _straight(rope: Element, k: int, arrays: Mapping[Key, Array]) -> tuple[Array, ...]:
+    """Return what lies around the wheel before straight part k of a rope, if there is one, and its two ends."""
+    start, end = arrays["tangent", rope, 2 * k], arrays["tangent", rope, 2 * k + 1]
+    if ("spin", rope, k) not in arrays:
+        return (start, end)
+    centre, n = arrays["end", rope, k], unit(arrays["spin", rope, k])
+    out, to = arrays["tangent", rope, 2 * k - 1] - centre, start - centre
+    sine, cosine = np.einsum("ni,ni->n", n, np.cross(out, to)), np.einsum("ni,ni->n", out, to)
+    angle = np.arctan2(sine, cosine) % (2 * np.pi)
+    across = np.cross(n, out)
+    arc = [centre + np.cos(x)[:, None] * out + np.sin(x)[:, None] * across for x in np.multiply.outer(ARC, angle)]
+    return (*arc, start, end)
 
 
 def _wheel(row: Contact, arrays: Mapping[Key, Array]) -> tuple[Array, Array | None, float] | None:
@@ -282,6 +304,9 @@ def across(axis: Array) -> Array:
     least = np.eye(3)[np.argmin(np.round(np.abs(axis), 6), axis=-1)]
     return unit(np.cross(axis, least))
 
+
+ARC = np.linspace(0.0, 1.0, 17)[1:-1]
+"""Shares of what lies around a wheel, at which a rope is drawn."""
 
 ANGLES = np.radians(np.arange(0, 360, 22.5))
 WAYS = (0.0, 5.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)

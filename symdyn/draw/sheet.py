@@ -12,7 +12,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import Load, Strut
+from symdyn.scene.values import Element, Load, Strut
 from symdyn.spatial import Mat, Vec, add, cross, scale, sub
 
 AROUND, BLADE = 2, 1
@@ -165,16 +165,14 @@ class Sheet:
             if ("radius", row) not in self.found:
                 continue
             (radius,), at = self.found["radius", row], self.found["end", row, 0]
-            centre, frame = self._point(at), self.found["frame", row.place.body]
+            centre = self._point(at)
             x, _, z = Mat.identity(radius.graph)
             axes = [unit(row.axis, radius.graph)] if row.axis else [z, x]
             for axis in axes:
-                first = _across(axis)
-                rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
-                ends = [self._point([a + b for a, b in zip(at, way, strict=True)]) for way in rim]
-                yield self._made("wheel", (centre, *ends), row.place.body)
+                rim = self._rim(centre, at, row.place.body, radius, axis)
+                yield rim
             if row.axis is None:
-                yield self._made("ball", (centre, ends[0]), row.place.body)
+                yield self._made("ball", rim.rows[:2], row.place.body)
 
     def _outlines(
         self, scene: Scene, graph: Graph, values: Mapping[str, float], outlined: Collection[str]
@@ -212,8 +210,11 @@ class Sheet:
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
         """Yield struts and loads."""
-        acting: tuple[Strut | Load, ...] = (*scene.struts, *scene.loads)
+        acting: tuple[Element, ...] = (*scene.struts, *scene.loads, *scene.lasting_ropes)
         for one in acting:
+            if ("tangent", one, 0) in self.found:
+                yield from self._rope(one, tips)
+                continue
             rows = tuple(self._point(self.found["end", one, k]) for k in range(len(one.ends)))
             for end, row in zip(one.ends, rows, strict=True):
                 tips[end.body].append(row)
@@ -222,10 +223,31 @@ class Sheet:
             elif rows:
                 yield self._made(FORCES[one.kind].lines.page, rows, Scene.GROUND)
             else:
+                assert isinstance(one, Strut), "it is at a joint"
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
                 yield self._made(f"{FORCES[one.kind].lines.page}_{where}", rows, child)
+
+    def _rope(self, rope: Element, tips: dict[str, list[int]]) -> Iterator[Mark]:
+        """Yield the straight parts of a rope, and the rims of its wheels."""
+        for k, end in enumerate(rope.ends):
+            at = self.found["end", rope, k]
+            if end.turn:
+                graph = at[0].graph
+                yield self._rim(self._point(at), at, end.body, end.radius.express(graph), unit(end.axis, graph))
+            else:
+                tips[end.body].append(self._point(at))
+        for k in range(0, 2 * len(rope.ends) - 2, 2):
+            rows = tuple(self._point(self.found["tangent", rope, k + i]) for i in (0, 1))
+            yield self._made("link", rows, Scene.GROUND)
+
+    def _rim(self, centre: int, at: Sequence[Expr], body: str, radius: Expr, axis: Vec) -> Mark:
+        """Return the rim of a wheel: its centre, and two points a quarter turn apart that turn with its body."""
+        first, frame = _across(axis), self.found["frame", body]
+        rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
+        ends = [self._point([a + b for a, b in zip(at, way, strict=True)]) for way in rim]
+        return self._made("wheel", (centre, *ends), body)
 
 
 def _turned(frame: Sequence[Expr], way: Vec) -> Vec:

@@ -120,7 +120,9 @@ def plane(first: Sequence[Places]) -> Array | None:
     elif not slides:
         return None
     else:
-        others = [np.cross(slides[0], other) for other in (*slides, unit(first[0].gravity), *np.eye(3)[::-1])]
+        ropes = [part[-1][0] - route[0][0][0] for route in first[0].routes.values() for part in route]
+        ways = (*slides, unit(first[0].gravity), *ropes, *np.eye(3)[::-1])
+        others = [np.cross(slides[0], other) for other in ways]
         normal = unit(next(other for other in others if np.linalg.norm(other) > 1e-6))
     if any(np.linalg.norm(np.cross(normal, axis)) > PLANE for axis in turns):
         return None

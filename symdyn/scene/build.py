@@ -35,6 +35,7 @@ class Elements(TypedDict, total=False):
     dampers: Sequence[Entry]
     loads: Sequence[Entry]
     constraints: Sequence[Entry]
+    ropes: Sequence[Entry]
 
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
@@ -199,7 +200,7 @@ def scene(
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
         text: a description, which lessons are titled with.
-        elements: `springs`, `dampers`, `loads` and `constraints`, each declared by the functions of its name.
+        elements: `springs`, `dampers`, `loads`, `constraints` and `ropes`, each declared by the functions of its name.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.

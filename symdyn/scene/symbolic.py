@@ -6,14 +6,14 @@
     Ia<k>                                       armature of its joint
     a<k> b<k> d<k>                              shifts along x, y, z in the placement of its joint
     alpha<k> beta<k> gamma<k>                   turns about x, y, z there, but for right angles
-    h<k> l<k>                                   pitch of a screw, length of a rod
+    h<k> l<k>, L<k>                             pitch of a screw, length of a rod; length of the k-th rope
     fv<k>, fc<k> fs<k> vs<k> ve<k>, g           damping of its joint, its dry friction; gravity
     k<k> s<k> p<k>, c<k>                        the k-th spring: stiffness, free position, preload; the k-th damper
     Fx<k> ... Cz<k>, r<k>                       force and couple of the k-th load; radius of the wheel of the k-th row
 
 The second shift along x in one placement is a<k>_2, those of the k-th point are a_p<k> and so on: _o of loops, _s<k>f
-and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows. All names take a suffix "_b" (twice if need
-be) when one of them is in use.
+and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows, _c<k>_<i> of places of ropes, _e and _d of
+elastic ones and their damping. All names take a suffix "_b" (twice if need be) when one of them is in use.
 
 The equations of motion are linear in the ten inertial parameters of a body (Atkeson, An, Hollerbach 1986).
 

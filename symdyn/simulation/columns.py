@@ -1,20 +1,6 @@
 """The columns of a run: of which kind, in which unit, how they are written where there is mathematics, what is in them.
 
 A run becomes a table as CSV, a data frame of pandas, or a data set of xarray; these packages are the user's own.
-
-Of a known motion inputs, outputs of the scene by their formulas, joint reactions and multipliers are columns, evaluated
-from positions, reactions and forces as they came out. Functions called `outputs` are derived, `output:NAME` by two
-formulations.
-
-Reactions are what parents exert on children. Multipliers are the forces of loops and other constraints:
-
-    f        forces of the spanning tree, as if nothing closed it
-    λ        M u̇ + h = τ + Gᵀ λ, found as Gᵀ λ = f - τ, the least one; what a relation between constraints
-             leaves open is reported
-
-Multipliers of a loop have the axes of the joint frame on its parent; its wrench acts at the origin of the moved joint
-frame, on the child. Those of a contact have its track, the direction across it, and the normal of its plane as axes;
-its force acts on its body.
 """
 
 from __future__ import annotations
@@ -22,31 +8,22 @@ from __future__ import annotations
 import importlib
 import math
 import re
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Context, Decimal
-from functools import lru_cache
 from itertools import count
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from symdyn.algebra import Array, Batches
-from symdyn.dynamics import Function, Workspace, derive_one
+from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
 from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
-from symdyn.errors import SimulateError, choice, quoted, suggestion
-from symdyn.graph import Graph, evaluate, reachable
-from symdyn.program import formulate
+from symdyn.errors import SimulateError, choice, quoted
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, acceleration_name, force_unit
-from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, function_of, opened
-from symdyn.simulation.equations.written import written_decisions
-from symdyn.simulation.prescribed.forces import ForceFunction, Forces, drive_names
+from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.table import Table
 
@@ -54,7 +31,6 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     import xarray
 
-    from symdyn.simulation.trajectory import Trajectory
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
@@ -132,6 +108,7 @@ ROWS = (
     ColumnRow(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),
     ColumnRow(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
     ColumnRow(r"multiplier_.+", "multipliers", ""),
+    ColumnRow(r"tension_.+", "tensions", "N"),
     ColumnRow(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
     ColumnRow("command_(?P<of>.+)", "commands", ""),
     ColumnRow("reference_(?P<of>.+)", "references", ""),
@@ -291,85 +268,6 @@ def _package(name: str) -> Any:
         ) from None
 
 
-def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
-    """Return λ of the independent rows, N and N m, shape (N, rows), of a motion and all forces that drive it."""
-    found = opened(motion.scene)
-
-    def make() -> Compiled:
-        w = Workspace(found.scene, found.closing)
-        inputs = ("inputs",) if w.scene.inputs else ()
-        forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
-        return compiled(w.scene, w.graph, (forces, derive_one(w, "constraint_jacobian")))
-
-    made = compiled_once(("multipliers", found.scene, decisions), make)
-    f, G = (_over(motion, made, found, routine.function) for routine in made.program.routines)
-    return np.asarray(np.einsum("nrk,nk->nr", np.linalg.pinv(G.transpose(0, 2, 1)), f - motion.tau))
-
-
-def _over(motion: Trajectory, made: Compiled, result: Opened, function: Function) -> Array:
-    """Return a compiled function at all samples of a motion, shape (N, ...)."""
-    series = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
-    series |= {"inputs": motion.inputs} if motion.scene.inputs else {}
-    values = made.at(result.values)[function.name](*(series[one] for one in made.takes(function.name)))
-    return np.broadcast_to(values, (len(motion.t), *function.shape))
-
-
-def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
-    """Return the multipliers of the independent rows as columns.
-
-    They are called `multiplier_LOOP_fx_joint`, along x of the joint frame on the parent; `multiplier_LOOP_force` along
-    a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
-    """
-    scene = motion.scene
-    if not scene.is_constrained:
-        return {}
-    decisions = written_decisions(scene)
-    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.letters else {}
-
-
-def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:
-    """Return force and moment of every joint and loop at the origin of its moved frame, drives included; N and N m.
-
-    They are called `reaction_JOINT_fx`, and in other axes than the body's `reaction_JOINT_fx_joint`, `.._fx_ground`.
-    The multipliers of a closed mechanism follow them.
-
-    Args:
-        motion: with its driving forces.
-        given: whether these give the motion, and more of them may be than it needs; else they are those it takes.
-        axes: one of `AXES`.
-    """
-    scene = motion.scene
-    name = "forward_reactions" if scene.is_constrained and (given or not any(scene.drives)) else "reactions"
-    request, found = name if axes == "body" else f"{name}:{axes}", opened(scene)
-
-    def make() -> Compiled:
-        equations = formulate(found.scene, (request,), closing=found.closing)
-        return compiled(found.scene, equations.graph, equations.functions)
-
-    made = compiled_once((request, found.scene, choices(scene, axes)), make)
-    function = made.program.routines[0].function
-    values = _over(motion, made, found, function).reshape(len(motion.t), -1)
-    wrenches = dict(zip(reaction_names(scene, function.unique, axes), values.T, strict=True))
-    return wrenches | multiplier_columns(motion)
-
-
-@lru_cache(maxsize=16)
-def choices(scene: Scene, axes: str) -> Hashable:
-    """Return what numbers choose for reactions of a closed mechanism: reactions of the same choices are one function.
-
-    Beside rows and velocities these are the wrenches that close loops, node by node, which in a plane have nothing
-    across it, and the entries that rigid bodies determine.
-    """
-    if not scene.is_constrained:
-        return None
-    found = opened(scene)
-    w = Workspace(found.scene, found.closing)
-    closing = w.hanging.closing
-    place = {node: k for k, node in enumerate(reachable(closing))}
-    nodes = tuple((node.op, node.value, *(place[arg] for arg in node.args)) for node in place)
-    return written_decisions(scene), w.once(unique, axes), nodes, tuple(place[x] for x in closing)
-
-
 def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -> str:
     """Return the axes that are asked for, "" for none; what is no axes is a fault, and so is a scene without."""
     if reactions and scene is not None and (why := why_no_reactions(scene)):
@@ -377,69 +275,3 @@ def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -
     if isinstance(reactions, str) and reactions not in ("", *LETTERS.axes):
         faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
     return reactions if isinstance(reactions, str) else "body" if reactions else ""
-
-
-def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
-    """Return the outputs of the scene by name, each of shape (N,); `given` as for `reaction_columns`.
-
-    Raises:
-        SimulateError: a reaction or multiplier that there is not.
-    """
-    scene = motion.scene
-    if not scene.outputs:
-        return {}
-    named = dict.fromkeys(name for one in scene.outputs for name in one.formula.symbols)
-    series: dict[str, Array] = dict(zip(motion.names, motion.table()[1].T, strict=True))
-    axes = scene.reaction_axes
-    for one in dict.fromkeys(axes[name] for name in named if name in axes):
-        series |= reaction_columns(motion, given, one)
-    if any(name.startswith(LETTERS.multiplier) for name in named):
-        series |= multiplier_columns(motion)
-    series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
-    for name in named:
-        if name not in series:
-            raise SimulateError(f"{scene.name}: outputs: {name} is not known; {suggestion(name, series)}")
-    found = _formula_values([one.formula for one in scene.outputs], series, motion.t)
-    return {one.name: column for one, column in zip(scene.outputs, found, strict=True)}
-
-
-def input_columns(scene: Scene, forces: Forces, t: Array, q: Array, u: Array) -> dict[str, Array]:
-    """Return inputs over a motion that is known, each of shape (N,): as given, else as the scene says.
-
-    Raises:
-        SimulateError: one has no finite value.
-    """
-    series: dict[str, Array] = {TIME: t} | dict(zip(scene.coordinates, q.T, strict=True))
-    series |= dict(zip(scene.velocities, u.T, strict=True))
-    series |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
-    acting = {name: function for function in forces.functions for name in function.names}
-    found: dict[str, Array] = {}
-    for k, one in enumerate(scene.inputs, len(scene.velocities)):
-        table, formula = forces.tables.get(k), forces.formulas.get(k, one.value)
-        if one.name in acting:
-            found[one.name] = _of_function(acting[one.name], one.name, t, q, u)
-        else:
-            (found[one.name],) = _formula_values([formula], series, t) if table is None else [table(t)]
-        wrong = np.flatnonzero(~np.isfinite(found[one.name]))
-        if len(wrong):
-            raise SimulateError(f"forces: {one.name} has no finite value at t = {t[wrong[0]]:g} s")
-    return found
-
-
-def _of_function(function: ForceFunction, name: str, t: Array, q: Array, u: Array) -> Array:
-    """Return what a function says of an input over rows; SimulateError where that is no number."""
-    k = function.names.index(name)
-    try:
-        rows = [np.ravel(function.of(float(at), *state)) for at, *state in zip(t, q, u, strict=True)]
-        return np.array([row[k] for row in rows], dtype=np.float64)
-    except Exception as fault:  # whatever a user's function raises
-        raise SimulateError(f"{function.where}: the function raised {type(fault).__name__}: {fault}") from fault
-
-
-def _formula_values(formulas: Sequence[Quantity], series: Mapping[str, Array], t: Array) -> list[Array]:
-    """Return formulas over the rows of columns, each of shape (N,); NaN where one has no value."""
-    graph = Graph()
-    values = {graph.symbol(name): series[name] for one in formulas for name in one.symbols}
-    with np.errstate(all="ignore"):
-        found = evaluate([one.express(graph) for one in formulas], Batches(), values)
-    return [np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), t.shape)) for x in found]

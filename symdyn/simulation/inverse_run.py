@@ -27,7 +27,7 @@ from symdyn.program import identifier
 from symdyn.scene import Scene, SceneLike, SceneUnits
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
-from symdyn.simulation.columns import apart, axes_of, input_columns, output_columns, reaction_columns
+from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
     Compiled,
@@ -41,6 +41,7 @@ from symdyn.simulation.equations.compiled_routines import (
 from symdyn.simulation.equations.monitors import SLACK, limits_of
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
+from symdyn.simulation.force_columns import input_columns, output_columns, reaction_columns
 from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END, valueless
 from symdyn.simulation.prescribed.entries import Entries

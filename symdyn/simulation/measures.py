@@ -21,8 +21,9 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, formula_text, shorten, spell, substituted
-from symdyn.simulation.columns import column_units, multiplier_columns, unit_of
+from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.equations.compiled_routines import opened
+from symdyn.simulation.force_columns import columns_for
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 from symdyn.simulation.problem import Problem, Run
@@ -209,8 +210,7 @@ def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity,
     if not insides:
         return {}
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
-    if any(name.startswith(LETTERS.multiplier) for one in insides for name in one.symbols):
-        known |= multiplier_columns(run)
+    known |= columns_for(run, (name for one in insides for name in one.symbols))
     known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     graph = Graph()
     letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}

@@ -38,8 +38,9 @@ MONITORS = {
     "momenta": "largest change of a conserved momentum",
     "normal_force": "smallest normal force, N",
     "friction_coefficient": "largest friction coefficient that is needed",
+    "tension": "smallest tension, N",
 }
-"""What the monitors of a run tell, in words; those of a contact have its name behind theirs."""
+"""What the monitors of a run tell, in words; those of a contact or a rope have its name behind theirs."""
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,16 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument
-from symdyn.errors import SimulateError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
-from symdyn.simulation.columns import apart, axes_of, multipliers, output_columns, reaction_columns
+from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.force_columns import multipliers, output_columns, reaction_columns, tension_columns
 from symdyn.simulation.integrate.integration import (
     DOUBLES,
     END,
@@ -219,6 +220,25 @@ def _told(one: Needed, t: Array, size: float) -> list[str]:
     return notes
 
 
+def slack(motion: Trajectory) -> tuple[dict[str, float], list[str]]:
+    """Return the least tension of every rope, N, and where one would push."""
+    try:
+        tensions = tension_columns(motion) if motion.scene.ropes else {}
+    except DerivationError as fault:
+        return {}, [str(fault).removeprefix(f"{motion.scene.name}: ")]
+    notes, size = [], max((float(np.abs(one).max()) for one in tensions.values()), default=0.0)
+    for rope in motion.scene.ropes:
+        tension = tensions[f"tension_{rope.name}"]
+        pushes = np.flatnonzero(tension < -NOTHING * size)
+        if len(pushes):
+            worst = int(tension.argmin())
+            notes.append(
+                f"rope {rope.name}: it would push at t = {motion.t[pushes[0]]:.6g} s, by up to {-tension[worst]:.3g} N "
+                f"at t = {motion.t[worst]:.6g} s; it goes slack there, which this model does not know"
+            )
+    return {f"tension {name.removeprefix('tension_')}": float(one.min()) for name, one in tensions.items()}, notes
+
+
 AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
 """Parts of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
 
@@ -246,10 +266,12 @@ def trajectory_of(
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)
         contacts, seen = needed(system, found)
+        least, pushes = slack(found)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
-    return replace(found, extra=apart(scene, columns), monitors=monitors, notes=tuple(seen))
+    monitors |= least
+    return replace(found, extra=apart(scene, columns), monitors=monitors, notes=(*seen, *pushes))
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from functools import cache
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.arguments import argument
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
-from symdyn.dynamics.mechanism import State, body_placements, squared_length, vector
+from symdyn.dynamics.mechanism import State, body_placements, strut_way, vector
 from symdyn.emit.print import Letters, Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
@@ -323,7 +323,7 @@ class Lesson(Prose):
         """What is said of the equations, lengths of struts by names, which it adds to those of the document."""
         page = Printable.of(self.forms, lengths=f"{Letters.LENGTH}:")
         for one in page.lengths.named:
-            node = self.graph.sqrt(squared_length(self.placed, one.struts[0], self.graph))
+            node = strut_way(self.scene, self.placed, one.struts[0], self.graph)
             self.name(one.name, Letters.LENGTH, *one.index, node=node)
             self.name(one.rate, Letters.LENGTH, *one.index, node=tangents([node], self.state.velocity)[0], dots=1)
         return page

@@ -167,8 +167,8 @@ def _contacts(w: Workspace) -> list[tuple[JointFrames, Wrench]]:
     hanging, first = w.hanging, len(w.hanging.loops)
     total = [Wrench.none(w.graph)] * len(hanging.cuts)
     for one, size in w.hanging.carried() if w.scene.is_constrained else []:
-        if one.wrench is not None:
-            total[one.loop] = total[one.loop] + one.wrench.scaled(size)
+        for number, wrench in one.acts:
+            total[number] = total[number] + wrench.scaled(size)
     return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
 
 
@@ -210,7 +210,7 @@ def drives_in_reactions(w: Workspace) -> Claim | None:
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
     tau = list(entries(w, "inverse_dynamics"))
     for one, size in w.hanging.carried() if w.scene.is_constrained else []:
-        if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
+        if not one.acts:  # what keeps a formula goes through the joints of its velocities
             tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
     sides = substitute([*driving, *tau], motion)
     return Claim("drives in reactions", "S.R - Q of joints", "tau", tuple(sides[: len(tau)]), tuple(sides[len(tau) :]))

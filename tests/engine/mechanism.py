@@ -9,9 +9,10 @@ S            (6, r): the same for unit rates of the joint, which are its own: a 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,12 @@ FLAT = 1e-9
 
 @dataclass(frozen=True)
 class Contact:
-    """What forbids relative velocities of two bodies: a joint that closes a loop, a wheel or a blade.
+    """What forbids relative velocities of two bodies: a joint that closes a loop, a wheel or a blade; or a rope.
 
     Attributes:
         point: where its wrenches act. wrenches: (force, moment) on the child. residual: what vanishes in position.
         frames: rotations of the joint frame and of the child, for the axes of reactions.
+        parts: the straight parts of a rope, each as one; together they forbid what the rope does.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Contact:
     wrenches: Sequence[tuple[Jet, Jet]]
     residual: Sequence[Jet]
     frames: tuple[Array, Array]
+    parts: Sequence[Contact] = ()
 
     @property
     def acting(self) -> Array:
@@ -48,7 +51,7 @@ class Contact:
         return np.array([np.concatenate([F.x, N.x]) for F, N in self.wrenches]).reshape(-1, 6)
 
 
-KINDS = {"spring", "damper", "friction", "load", "formula", "knife_edge", "rolling"}
+KINDS = {"spring", "damper", "friction", "load", "formula", "knife_edge", "rolling", "rope", "elastic", "damping"}
 """Elements whose laws are written below."""
 
 MEET = 1e-9
@@ -224,7 +227,7 @@ class State:
     def contacts(self) -> list[Contact]:
         """Return loops, then wheels and blades, in declared order."""
         return [self.loop(joint) for joint in self.m.scene.loops] + [
-            (self.wheel if row.kind == "rolling" else self.blade)(row)
+            {"rolling": self.wheel, "knife_edge": self.blade, "rope": self.rope}[row.kind](row)
             for row in self.m.scene.constraints
             if row.kind != "formula"
         ]
@@ -245,6 +248,24 @@ class State:
         T, body = self.T[row.place.body], row.plane.body
         a, p = T[:3, :3] @ unit(row.axis), self.point(row.place)
         return Contact(row.name, body, row.place.body, p, forces(a), [], (self.T[body].x[:3, :3], T.x[:3, :3]))
+
+    def rope(self, row: Any) -> Contact:
+        """Return a rope through points: its tension draws neighbours together, and its length is kept."""
+        parts, gap = [], jet(number(row.length, self.m.values))
+        for a, b, way, length in self.straight(row):
+            gap, frames = gap - length, (self.T[a.body].x[:3, :3], self.T[b.body].x[:3, :3])
+            parts.append(Contact(row.name, a.body, b.body, self.point(b), forces(-(way / length)), [], frames))
+        return replace(parts[0], residual=[gap], parts=parts)
+
+    def straight(self, rope: Any) -> Iterator[tuple[Any, Any, Jet, Jet]]:
+        """Yield neighbours of a rope, or of a spring between points, the way from one to the other, and its length."""
+        for a, b in pairwise(rope.ends):
+            if a.turn or b.turn:
+                raise LookupError("the reference knows no rope around a wheel")
+            way = self.point(b) - self.point(a)
+            if not np.any(way.x):
+                raise NoDirection(rope.name)
+            yield a, b, way, apply("SQRT", way @ way)
 
     def wheel(self, row: Any) -> Contact:
         """Return a wheel, or a ball (no axis), that rolls on a plane of the ground or of another body.
@@ -276,11 +297,15 @@ class State:
     def forbidden(self, contacts: Sequence[Contact]) -> tuple[Array, Array]:
         """Return the rows of contacts on the twists of all bodies, and the rates of their velocities."""
         rows, rates = [np.zeros((0, 6 * len(self.m.bodies)))], []
-        for one in contacts:
-            v = self.velocity(one.child, one.point) - self.velocity(one.parent, one.point)
-            omega = self.spin(one.child) - self.spin(one.parent)
-            rates += [float((Jet(F.x, F.v) @ v + Jet(N.x, N.v) @ omega).v) for F, N in one.wrenches]
-            rows.append(one.acting @ self.D(one.parent, one.child, one.point.x))
+        for whole in contacts:
+            each, bias = [], np.zeros(len(whole.wrenches))
+            for one in whole.parts or [whole]:
+                v = self.velocity(one.child, one.point) - self.velocity(one.parent, one.point)
+                omega = self.spin(one.child) - self.spin(one.parent)
+                bias = bias + [float((Jet(F.x, F.v) @ v + Jet(N.x, N.v) @ omega).v) for F, N in one.wrenches]
+                each.append(one.acting @ self.D(one.parent, one.child, one.point.x))
+            rates += list(bias)
+            rows.append(sum(each))
         return np.vstack(rows), np.array(rates)
 
     def formulas(self) -> tuple[Array, Array]:
@@ -333,11 +358,11 @@ class State:
 
     def pulls(self) -> tuple[Array, Array]:
         """Return what springs exert on bodies, (6n,), and at joints along their own rates."""
-        return self._elements("spring", self.tension)
+        return self._elements(("spring", "elastic"), self.tension)
 
     def drags(self) -> tuple[Array, Array]:
         """Return what dampers, friction, declared forces and loads exert, as `pulls` does."""
-        bodies, joints = self._elements("damper", self.resistance)
+        bodies, joints = self._elements(("damper", "damping"), self.resistance)
         for load in self.m.scene.loads:
             R = self.T[load.place.body].x[:3, :3] if load.frame == "body" else np.eye(3)
             F, C = (R @ [number(x, self.known) for x in part] for part in (load.force, load.couple))
@@ -349,25 +374,22 @@ class State:
                 joints[i] -= number(joint.damping, self.m.values) * own[i] + self.friction(joint, own[i])
         return bodies, joints
 
-    def _elements(self, kind: str, law: Any) -> tuple[Array, Array]:
+    def _elements(self, kinds: tuple[str, str], law: Any) -> tuple[Array, Array]:
         bodies, joints = np.zeros(6 * len(self.m.bodies)), np.zeros(len(self.m.own))
-        for one in (strut for strut in self.m.scene.struts if strut.kind == kind):
+        for one in (strut for strut in self.m.scene.struts if strut.kind in kinds):
             if one.joint:
                 joint = next(joint for joint in self.m.scene.joints if joint.name == one.joint)
                 joints[self.m.first[joint.name]] -= law(one, self.position(joint))
                 continue
-            (a, b) = (self.point(end) for end in one.ends)
-            apart = b - a
-            if not np.any(apart.x):
-                raise NoDirection(one.name)
-            length = apply("SQRT", apart @ apart)
-            size = law(one, length)
-            if length.x < MEET and abs(size) > MEET:  # rounding decides where it pulls
-                raise NoDirection(one.name)
-            force = size * apart.x / length.x
-            for end, at, sign in zip(one.ends, (a, b), (1, -1), strict=True):
-                if end.body != "ground":
-                    bodies += self.D("ground", end.body, at.x)[:3].T @ (sign * force)
+            parts = list(self.straight(one))
+            size = law(one, sum((length for *_, length in parts), jet(0.0)))
+            for a, b, way, length in parts:
+                if length.x < MEET and abs(size) > MEET:  # rounding decides where it pulls
+                    raise NoDirection(one.name)
+                for end, sign in ((a, 1), (b, -1)):
+                    if end.body != "ground":
+                        force = sign * size * way.x / length.x
+                        bodies += self.D("ground", end.body, self.point(end).x)[:3].T @ force
         return bodies, joints
 
     def tension(self, spring: Any, length: Jet) -> float:
@@ -381,7 +403,7 @@ class State:
         if spring.joint:
             way = self.position(next(joint for joint in self.m.scene.joints if joint.name == spring.joint)).x
         else:
-            way = np.linalg.norm(self.point(spring.ends[1]).x - self.point(spring.ends[0]).x)
+            way = sum(np.linalg.norm(self.point(b).x - self.point(a).x) for a, b in pairwise(spring.ends))
         x = float(way) - number(spring.free, self.m.values)
         terms = [number(k, self.m.values) * x ** (i + 1) / (i + 1) for i, k in enumerate(spring.stiffness, 1)]
         return number(spring.preload, self.m.values) * x + sum(terms)

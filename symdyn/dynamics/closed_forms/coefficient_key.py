@@ -21,18 +21,18 @@ from symdyn.dynamics.mechanism.state import (
     body_placements,
     ends_apart,
     joint_forces,
-    joint_of,
     load_vectors,
     moved_placements,
     resisting,
     stored,
+    strut_way,
     vector,
 )
 from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
-from symdyn.scene.values import Load, Strut
+from symdyn.scene.values import Load, Place, Strut
 from symdyn.spatial import Transform, dot
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
@@ -124,7 +124,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
     placed = body_placements(scene, graph) if scene.loads else {}
     squares: dict[Strut, Expr] = {}
     for strut in scene.struts:
-        if strut.ends:
+        if strut.ends and not strut.is_rope:
             apart = ends_apart(scene, strut.ends, graph)
             squares[strut] = dot(apart, apart)
     carrier = {joint.child: joint for joint in scene.joints}
@@ -166,14 +166,22 @@ class ClosedLoads:
                 found.append([strut])
             else:
                 same.append(strut)
-        return found
+        ropes: dict[tuple[Place, ...], list[Strut]] = {}
+        for strut in (one for one in self.scene.struts if one.is_rope):
+            ropes.setdefault(strut.ends, []).append(strut)
+        return [*found, *ropes.values()]
 
     def length(self, strut: Strut, compact: Compactor) -> Form:
-        """Return s = √D of a strut between points."""
+        """Return s = √D of a strut between points, or the length of a rope."""
+        if strut.is_rope:
+            return Form.of(self._position(strut, ordered_graph(self.scene)))
         return Function(Op.SQRT, (compact(self.squares[strut]),))
 
     def rate(self, strut: Strut, compact: Compactor) -> Form:
         """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
+        if strut.is_rope:
+            slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
+            return self.named({})._rate(strut, slopes)
         shares = zip(self.slopes[strut], self.state.qd, strict=True)
         total = Form.sum(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
         return Form.product((total, self._way(strut, compact).power(-1)))
@@ -217,10 +225,14 @@ class ClosedLoads:
         return Form.of(energy).substitute({WAY: self._way(strut, compact)})
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
-        """Return the position of a joint or the distance of two points."""
+        """Return the position of a joint, the distance of two points or the length of a rope."""
         if strut.joint:
-            return Form.of(joint_of(self.scene, strut).position(ordered_graph(self.scene)))
+            return Form.of(self._position(strut, ordered_graph(self.scene)))
         return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
+
+    def _position(self, strut: Strut, graph: Graph) -> Expr:
+        """Return the position of a joint or the length of a rope."""
+        return strut_way(self.scene, {} if strut.joint else body_placements(self.scene, graph), strut, graph)
 
     def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
         """Return the rate of the distance of two points from its derivatives."""
@@ -231,11 +243,11 @@ class ClosedLoads:
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way by coordinate i."""
-        if strut.ends:
+        if strut.ends and not strut.is_rope:
             share = compact(self.slopes[strut][i])
             return Form.product((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
-        position = joint_of(self.scene, strut).position(graph)
+        position = self._position(strut, graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return Form.of(tangents([position], {coordinate: graph.one})[0])
 

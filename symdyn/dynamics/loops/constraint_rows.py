@@ -24,8 +24,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 from symdyn.algebra import TrigonometricRing
+from symdyn.dynamics.mechanism.relative_motion import Relative, Twist, relative_motion
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import State, body_placements, vector
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
@@ -33,8 +36,8 @@ from symdyn.graph import Expr, Graph, evaluate, gradient, reachable, substitute,
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Contact, Joint
-from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, neg, scale, sub, zero_vector
+from symdyn.scene.values import Contact, Joint, Place
+from symdyn.spatial import Mat, Transform, Vec, Wrench, cross, dot
 
 FLAT = 1e-3
 """Sine of the angle between axis and normal of a wheel that lies flat."""
@@ -68,9 +71,17 @@ class Cut:
     names: tuple[str, ...] = ()
 
 
+TENSION = "tension"
+"""The name of a rope's wrench."""
+
+
 def cuts(scene: Scene, graph: Graph) -> list[Cut]:
-    """Return the cut joints of a scene, and its contacts."""
-    return [*(_joint(joint, graph) for joint in scene.loops), *(contact(row, graph) for row in scene.contacts)]
+    """Return the cut joints of a scene, its contacts, and the straight parts of its ropes."""
+    found = [*(_joint(joint, graph) for joint in scene.loops), *(contact(row, graph) for row in scene.contacts)]
+    if scene.lasting_ropes:
+        taut = Taut(scene, graph)
+        found += [_stretch(rope.name, taut, *pair) for rope in scene.lasting_ropes for pair in pairwise(rope.ends)]
+    return found
 
 
 def _joint(joint: Joint, graph: Graph) -> Cut:
@@ -87,6 +98,20 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
         lambda X: forbids.residual(joint, X),
         (True,) * kind.class_t(joint),
         joint,
+    )
+
+
+def _stretch(owner: str, taut: Taut, near: Place, far: Place) -> Cut:
+    """Return the cut of a straight part of a rope, whose tension draws the places at its ends together."""
+    return Cut(
+        owner,
+        *taut.seat(near),
+        *taut.seat(far),
+        lambda X: (taut.straight(near, far, X).wrench,),
+        lambda X: (taut.graph.zero,),
+        (True,),
+        None,
+        (TENSION,),
     )
 
 
@@ -162,9 +187,6 @@ def contact_gaps(scene: Scene, graph: Graph) -> tuple[ContactGap, ...]:
     return tuple(found)
 
 
-Twist = tuple[Vec, Vec]  # angular, linear
-
-
 @dataclass(frozen=True)
 class Label:
     """Description of a constraint row, a row of G.
@@ -187,9 +209,14 @@ class Label:
 
     @property
     def words(self) -> str:
-        """Its owner in words: "the loop cut", "the contact wheel", "the constraint slip"."""
-        kind = "loop" if self.loop else "contact" if self.wrench else "constraint"
+        """Its owner in words: "the loop cut", "the contact wheel", "the rope r"."""
+        kind = "loop" if self.loop else "rope" if self.is_rope else "contact" if self.wrench else "constraint"
         return f"the {kind} {self.owner}"
+
+    @property
+    def is_rope(self) -> bool:
+        """Whether it keeps the length of a rope."""
+        return self.name == TENSION
 
 
 @dataclass(frozen=True)
@@ -224,34 +251,36 @@ def _gathered(entries: Sequence[Entry], there: Sequence[Cut], columns: dict[str,
 # Recursive
 
 
-@dataclass(frozen=True)
-class _Relative:
-    """Motion of the child relative to J, axes of J: its twist at P by unit velocity, and (α, that of P) at u̇ = 0."""
-
-    X: Transform
-    columns: dict[int, Twist]
-    acceleration: Twist
-
-    def twist(self, u: Sequence[Expr]) -> Twist:
-        """Return (ω, Ṗ)."""
-        graph = self.X.p[0].graph
-        omega, v = zero_vector(graph), zero_vector(graph)
-        for k, (z, s) in self.columns.items():
-            omega, v = add(omega, scale(u[k], z)), add(v, scale(u[k], s))
-        return omega, v
-
-
 def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
     """Return the constraint rows of a scene by recursion along its tree."""
     entries, columns, there = [], {}, cuts(scene, tree.graph)
+    poses: dict[str, list[Transform]] = {}  # of the straight parts of ropes
     speeds = cache(lambda: (tree.rates(state.qd), tree.bias(state.qd)))
     for cut in there:
-        relative = _walk(tree, cut, speeds)
+        relative = relative_motion(tree, (cut.parent, cut.on_parent), (cut.child, cut.on_child), speeds)
         entries += _of_cut(cut, relative, state)
         if cut.joint:
             columns[cut.owner] = relative.columns
+        elif cut.names == (TENSION,):
+            poses.setdefault(cut.owner, []).append(relative.X)
     formulas = [_linear_row(*one, scene, state, tree.graph) for one in _formulas(scene)]
-    return _gathered(_in_order(scene, entries + formulas), there, columns)
+    return _gathered(_in_order(scene, _whole(scene, entries, poses) + formulas), there, columns)
+
+
+def _whole(scene: Scene, entries: list[Entry], poses: dict[str, list[Transform]]) -> list[Entry]:
+    """Return the entries, the straight parts of each rope as one row, whose residual is length - L."""
+    if not poses:
+        return entries
+    found = [one for one in entries if not one[0].is_rope]
+    for rope in scene.lasting_ropes:
+        parts = [one for one in entries if one[0].is_rope and one[0].owner == rope.name]
+        label, zero, G, bias = parts[0]
+        graph = zero.graph
+        for _, _, more, rest in parts[1:]:
+            G, bias = tuple(a + b for a, b in zip(G, more, strict=True)), bias + rest
+        found_length = Taut(scene, graph).length(rope.ends, poses[rope.name])
+        found.append((label, FORCES[rope.kind].length(rope).express(graph) - found_length, G, bias))
+    return found
 
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
@@ -261,71 +290,7 @@ def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
     return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
 
 
-def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr]]]) -> _Relative:
-    """Return the motion of the child relative to J: inwards to the lowest common ancestor, then outwards.
-
-    `speeds` are the rate of every elementary joint, and the part of its acceleration that is quadratic in velocities.
-    """
-    graph = tree.graph
-    i, at_parent = tree.home[cut.parent]
-    j, at_child = tree.home[cut.child]
-    last = at_child @ cut.on_child
-    inner, outer = tree.paths(i, j)
-    rate, accelerated = speeds()
-    T = (at_parent @ cut.on_parent).inverse()  # pose of the current frame in J
-    still = zero_vector(graph)
-    omega, alpha = still, still  # of the current body
-    a = still  # acceleration of its origin
-    axes: list[tuple[int, Vec, Vec]] = []  # elementary joint, its axis z, s
-    steps = [T.p]  # from J to the first origin, from there to the next, ..., to P
-    for b in inner:  # to the common ancestor: the joint backwards
-        z, s = (neg(T.R @ part) for part in tree.S[b])
-        axes.append((b, z, s))
-        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
-        step = tree.T[b].inverse()
-        steps.append(T.R @ step.p)
-        a = add(a, _swing(omega, alpha, steps[-1]))
-        T = T @ step
-    for b in outer:
-        steps.append(T.R @ tree.T[b].p)
-        a = add(a, _swing(omega, alpha, steps[-1]))
-        T = T @ tree.T[b]
-        z, s = (T.R @ part for part in tree.S[b])
-        axes.append((b, z, s))
-        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
-    steps.append(T.R @ last.p)
-    a = add(a, _swing(omega, alpha, steps[-1]))
-    # a joint inwards is about the origin at which its step begins, one outwards about that at which it ends
-    levers = [still]
-    for d in reversed(steps[1:]):
-        levers.append(add(levers[-1], d))
-    levers.reverse()  # from the k-th origin to P
-    columns: dict[int, Twist] = {}
-    for place_of, (b, z, s) in enumerate(axes):
-        lever = levers[place_of] if place_of < len(inner) else levers[place_of + 1]
-        linear = add(s, cross(z, lever))
-        for k, x in tree.A[b]:
-            so_far = columns.get(k, (still, still))
-            columns[k] = (add(so_far[0], scale(x, z)), add(so_far[1], scale(x, linear)))
-    X = Transform(T.R @ last.R, add(steps[0], levers[0]))
-    return _Relative(X, dict(sorted(columns.items())), (alpha, a))
-
-
-def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
-    """Return α × d + ω × (ω × d), the last as (ω·d) ω - ω² d: one product less for planar motion."""
-    turned = sub(scale(dot(omega, d), omega), scale(dot(omega, omega), d))
-    return add(cross(alpha, d), turned)
-
-
-def _moved(omega: Vec, alpha: Vec, a: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr) -> tuple[Vec, Vec, Vec]:
-    """Return ω, α, a of the successor of an elementary joint about or along an axis through the origin."""
-    slide, spin = scale(rate, s), scale(rate, z)
-    a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
-    alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))
-    return add(omega, spin), alpha, a
-
-
-def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
+def _of_cut(cut: Cut, relative: Relative, state: State) -> list[Entry]:
     """Return label, residual, row of G and bias of every wrench of a cut."""
     zero = relative.X.p[0].graph.zero
     wrenches, residual = cut.wrenches(relative.X), cut.residual(relative.X)
@@ -346,7 +311,7 @@ def _label(cut: Cut, k: int, wrench: tuple[Vec, Vec]) -> Label:
     return Label(cut.owner, k, wrench, cut.holonomic[k], cut.joint is not None, cut.names[k] if cut.names else "")
 
 
-def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:
+def _wrench_rates(cut: Cut, relative: Relative, state: State) -> list[tuple[Vec, Vec]]:
     """Return the rates of a cut's wrenches, which may depend on X: a joint's by d/dt R = ω̃ R and d/dt P = Ṗ.
 
     A contact's are differentiated along q̇, for the simplifications that its axis allows are lost on symbols for R.
@@ -404,12 +369,20 @@ def _linear_row(name: str, left: Quantity, scene: Scene, state: State, graph: Gr
 
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
-    """Return the constraint rows of a scene by differentiating poses in the ground frame."""
-    placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
+    """Return the constraint rows of a scene by differentiating poses in the ground frame, and lengths of ropes."""
+    placed, there = body_placements(scene, graph), cuts(scene, graph)
+    entries: list[Entry] = []
     for cut in there:
         X = (placed[cut.parent] @ cut.on_parent).inverse() @ placed[cut.child] @ cut.on_child
         velocity = tangents(X.p, state.velocity)
         turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
+        if cut.names == (TENSION,):
+            if not any(label.owner == cut.owner and label.is_rope for label, *_ in entries):
+                rope = next(one for one in scene.lasting_ropes if one.name == cut.owner)
+                gap = FORCES[rope.kind].length(rope).express(graph) - Taut(scene, graph).placed(rope.ends, placed)
+                (rate,) = tangents([gap], state.velocity)
+                entries.append((_label(cut, 0, cut.wrenches(X)[0]), gap, *_slopes(rate, state)))
+            continue
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))

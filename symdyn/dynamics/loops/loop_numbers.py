@@ -188,7 +188,12 @@ class Numbers:
     def _valueless(self, entries: Sequence[Expr], values: Mapping[Expr, float], q: Array) -> str:
         """Return whose formula has no real value, and where."""
         rows = zip(self.constraints.labels, self.constraints.residual, self.constraints.G, strict=True)
-        owners = {entry: label.words for label, residual, row in rows for entry in (residual, *row)}
+        inside = " (two of its places meet, or one is inside of a wheel)"
+        owners = {
+            entry: f"{label.words}{inside * label.is_rope}"
+            for label, residual, row in rows
+            for entry in (residual, *row)
+        }
         place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.scene.coordinates, q.tolist(), strict=True))
         for entry in entries:
             try:

@@ -57,6 +57,8 @@ def spoken(numbers: Numbers, q: Array) -> tuple[str, ...]:
 def missed(label: Label, numbers: Numbers, q: Array, by: float) -> str:
     """Return by how much a residual misses zero: "its gap along y is 25.8 m", "its direction about x is off by 0.3"."""
     assert label.wrench is not None, "a formula of the user has no residual"
+    if label.is_rope:
+        return f"its length is off by {by:.3g} m"
     force, moment = (numbers.at(part, q) for part in label.wrench)
     if np.abs(force).max() > 1e-12:
         return f"its gap along {direction_words(force)} is {by:.3g} m"

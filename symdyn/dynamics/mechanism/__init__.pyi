@@ -3,6 +3,7 @@
 from .angles import angles_of as angles_of
 from .cost import cost as cost
 from .linear_solve import RowSolve as RowSolve, solve as solve
+from .ropes import Taut as Taut
 from .state import (
     TIME as TIME,
     State as State,
@@ -18,7 +19,7 @@ from .state import (
     pull as pull,
     quaternions as quaternions,
     refuse_ideal_friction as refuse_ideal_friction,
-    squared_length as squared_length,
+    strut_way as strut_way,
     vector as vector,
 )
 from .tree import body_inertia as body_inertia

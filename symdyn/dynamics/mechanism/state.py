@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
@@ -215,8 +216,8 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     placed = body_placements(scene, graph) if struts else {}
     return graph.total(
         stored_between(strut, squared_length(placed, strut, graph))
-        if strut.ends
-        else stored(strut, joint_of(scene, strut).position(graph))
+        if strut.ends and not strut.is_rope
+        else stored(strut, strut_way(scene, placed, strut, graph))
         for strut in struts
     )
 
@@ -230,11 +231,11 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
     placed = body_placements(scene, graph) if struts else {}
     found = [graph.zero] * len(scene.velocities)
     for strut in struts:
-        if strut.ends:
+        if strut.ends and not strut.is_rope:
             x = squared_length(placed, strut, graph)
             force = pull(strut, x, graph.zero) / 2
         else:
-            x = joint_of(scene, strut).position(graph)
+            x = strut_way(scene, placed, strut, graph)
             force = FORCES[strut.kind].pull.force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
@@ -248,6 +249,15 @@ def resisting(scene: Scene) -> tuple[Strut, ...]:
 def joint_of(scene: Scene, strut: Strut) -> Joint:
     """Return the joint that a strut acts at."""
     return next(joint for joint in scene.joints if joint.name == strut.joint)
+
+
+def strut_way(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    """Return the way that a strut pulls along: position of a joint, distance of two points, length of a rope."""
+    if strut.joint:
+        return joint_of(scene, strut).position(graph)
+    if strut.is_rope:
+        return Taut(scene, graph).placed(strut.ends, placed)
+    return graph.sqrt(squared_length(placed, strut, graph))
 
 
 def squared_length(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
@@ -272,7 +282,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:
-            s = graph.sqrt(squared_length(placed, strut, graph))
+            s = strut_way(scene, placed, strut, graph)
             (rate,) = tangents([s], state.velocity)
             _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, s, rate), state)
     for load in scene.loads:

@@ -144,7 +144,7 @@ class Output:
         when_constrained: what it is where loops or rows close a scene, or what its row says there.
         formulations: derivations by name; the first is the one that code is generated from, unless `prefer` says
             otherwise.
-        place: "" for a whole-scene output, "body", "point" or "output" where a name must be given.
+        place: "" for a whole-scene output, "body", "point", "output" or "rope" where a name must be given.
         exists: which of those that may have it have it without being asked.
         default_in: who takes it then.
         may_fail: whether a scene may lack it after all, for its mass matrix is singular or its loops cannot be closed;
@@ -168,7 +168,7 @@ class Output:
     units: str
     when_constrained: WhenConstrained | Constrained
     formulations: dict[str, Formulation]
-    place: Literal["", "body", "point", "output"] = ""
+    place: Literal["", "body", "point", "output", "rope"] = ""
     exists: Callable[[Scene], bool] = lambda scene: True
     default_in: DefaultIn = "load"
     may_fail: Literal["never", "reported", "silently"] = "never"

@@ -209,7 +209,7 @@ def request_of(name: str, scene: Scene) -> str:
     if not isinstance(name, str):
         return name
     places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
-    places += [one.name for one in scene.outputs]
+    places += [*(one.name for one in scene.outputs), *(one.name for one in scene.ropes)]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
     plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_constrained else []))
     tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places

@@ -14,14 +14,17 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
+from symdyn.dynamics.mechanism.state import body_placements, strut_way
 from symdyn.dynamics.outputs import constrained_outputs as loops, result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.constrained_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.dynamics.recursive.wrenches import along
 from symdyn.errors import DerivationError, choice, suggestion
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import LETTERS, spell
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import LETTERS, Element, Strut, spell
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
@@ -80,6 +83,7 @@ class Moving:
         w = self.w
         named = self.check(formulas)
         graph, state = w.graph, w.state
+        recursive = placed is None
         placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
         found: dict[Expr, Expr] = dict(inputs or {})
         accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
@@ -92,6 +96,9 @@ class Moving:
             names = [f"point_{point.name}_{axis}" for axis in "xyz"]
             if any(name in named for name in names):
                 found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+        for rope in w.scene.ropes:
+            if f"{LETTERS.tension}{rope.name}" in named:
+                found[graph.symbol(f"{LETTERS.tension}{rope.name}")] = self._tension(rope, recursive)
         axes = w.scene.reaction_axes
         for one in dict.fromkeys(axes[name] for name in named if name in axes):
             told = reaction_names(w.scene, w.once(unique_entries, one), one)
@@ -100,6 +107,25 @@ class Moving:
             told = w.once(independent_multipliers)
             found |= zip(map(graph.symbol, told), self.multipliers(), strict=False)  # of prescribed motions, others
         return substitute([one.express(graph) for one in formulas], found)
+
+    def _tension(self, rope: Element, recursive: bool) -> Expr:
+        """Return the tension of a rope, N, positive where it pulls; a length along the tree or of placements."""
+        w, graph = self.w, self.w.graph
+        if not isinstance(rope, Strut):
+            told: tuple[str, ...] = w.once(independent_multipliers)
+            if f"{LETTERS.multiplier}{rope.name}" not in told:
+                raise DerivationError(
+                    f"{w.scene.name}: the tension of rope {rope.name} is not unique: other constraints hold what it "
+                    "holds; leave one of them out, or make it elastic"
+                )
+            return self.multipliers()[told.index(f"{LETTERS.multiplier}{rope.name}")]
+        if recursive:
+            length, rates = along(rope, w.scene, w.tree)
+            rate = graph.total(x * u for x, u in zip(rates, w.state.qd, strict=True))
+        else:
+            length = strut_way(w.scene, body_placements(w.scene, graph), rope, graph)
+            (rate,) = tangents([length], w.state.velocity)
+        return FORCES[rope.kind].pull.force(rope, length, rate)
 
     def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
         """Return the letters of formulas.
@@ -201,8 +227,12 @@ def _recursive(w: Workspace, name: str = "") -> list[Expr]:
 
 
 def _differentiated(w: Workspace, name: str = "") -> list[Expr]:
+    return _by_placements(w, _formulas(w, name))
+
+
+def _by_placements(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
     moving = Moving.driven(w, "lagrange")
-    return moving.expressed(_formulas(w, name), lambda point: kinematics.placed(w.scene, point, w.graph).p)
+    return moving.expressed(formulas, lambda point: kinematics.placed(w.scene, point, w.graph).p)
 
 
 def _told(w: Workspace, name: str = "") -> str:
@@ -228,11 +258,36 @@ _USUAL = partial(
     remark=_told,
 )
 
+
+def _tension(w: Workspace, name: str) -> list[Quantity]:
+    """Return the letter of the tension of a rope.
+
+    Raises:
+        DerivationError: there is no such rope.
+    """
+    there = [one.name for one in w.scene.ropes]
+    if name not in there:
+        raise DerivationError(f"{w.scene.name}: there is no rope {name!r} in [ropes]; {choice(name, there)}")
+    return [Quantity.symbol(f"{LETTERS.tension}{name}")]
+
+
 SIGNALS: dict[str, Output] = {
     "outputs": _USUAL(
         "outputs",
         axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
     ),
     "output": _USUAL("output {name}", axes=(), place="output"),
+    "tension": _USUAL(
+        "tension of rope {name}, positive where it pulls",
+        axes=(),
+        units="N",
+        formulations={
+            "recursive": Formulation(lambda w, name: Moving.driven(w).expressed(_tension(w, name))),
+            "lagrange": Formulation(lambda w, name: _by_placements(w, _tension(w, name)), up_to=4),
+        },
+        place="rope",
+        exists=lambda scene: bool(scene.ropes),
+        remark=None,
+    ),
 }
 """Rows of the table, about what the scene declares in [outputs]."""

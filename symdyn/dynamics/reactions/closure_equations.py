@@ -46,15 +46,19 @@ class ClosureEquation:
 
     Attributes:
         owner: name of the loop or row.
-        loop: number of the loop or contact, -1 for a row.
-        wrench: W at unit size; None for a row, which acts on the velocities alone.
+        acts: number of the loop, contact or straight part of a rope, and W at unit size; of a rope one for each part,
+            none for a formula, which acts on the velocities alone.
         G: its row of G, shape (nv,).
     """
 
     owner: str
-    loop: int
-    wrench: Wrench | None
+    acts: tuple[tuple[int, Wrench], ...]
     G: tuple[Expr, ...]
+
+    def __add__(self, other: ClosureEquation) -> ClosureEquation:
+        """Return one unknown for two parts of a rope."""
+        G = tuple(a + b for a, b in zip(self.G, other.G, strict=True))
+        return ClosureEquation(self.owner, self.acts + other.acts, G)
 
 
 def why_no_reactions(scene: Scene) -> str:
@@ -96,9 +100,11 @@ def all_ties(hanging: FreeBodies, whole: bool = False) -> list[ClosureEquation]:
     zero, every = hanging.graph.zero, range(hanging.state.n)
     for number, loop in enumerate(hanging.cuts):
         name, twists = loop.joint.name, hanging.relative_twists(loop)
-        wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
+        wrenches = loop.wrenches if whole or hanging.of_rope(loop) else taken_wrenches(hanging, loop, twists)
         rows = [(W, tuple(W.power(twists[k]) if k in twists else zero for k in every)) for W in wrenches]
-        found[number < len(hanging.loops), name] = [ClosureEquation(name, number, wrench, row) for wrench, row in rows]
+        each = [ClosureEquation(name, ((number, wrench),), row) for wrench, row in rows]
+        key = number < len(hanging.loops), name
+        found[key] = [found[key][0] + each[0]] if key in found else each  # of a rope
     found |= {(False, one.owner): [one] for one in rows_of(hanging)}
     loops, others = hanging.scene.loops, hanging.scene.constraints
     names = [*((True, one.name) for one in loops), *((False, one.name) for one in others)]
@@ -111,7 +117,7 @@ def rows_of(hanging: FreeBodies) -> list[ClosureEquation]:
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)
     pairs = zip(every.labels, every.G, strict=True)
-    return [ClosureEquation(label.owner, -1, None, G) for label, G in pairs if label.wrench is None]
+    return [ClosureEquation(label.owner, (), G) for label, G in pairs if label.wrench is None]
 
 
 def sizes(hanging: FreeBodies, unknown: Sequence[ClosureEquation], forces: Sequence[Expr]) -> list[Expr]:

@@ -28,7 +28,7 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -355,15 +355,18 @@ def _unknowns(hanging: FreeBodies, normal: int | None, whole: bool) -> list[Unkn
         for i, k in enumerate(hinge.velocities)
     }
     passive = _passive(hanging, normal is None and not whole)
-    found = []
+    found: list[Unknown] = []
     for h, hinge in enumerate(hanging.hinges):
         W = reactions_of(hinge, hanging.samples)
         if axes is not None:
             flat = flattened(W, axes)
             W = tuple(flat[k] for k in independent_in_plane(hanging, W, axes))
-        elif h >= len(hanging.joints) and not whole:
+        elif h >= len(hanging.joints) and not whole and not hanging.of_rope(hinge):
             W = _in_its_plane(hanging, hinge)
         name = hinge.joint.name
+        if found and hanging.of_rope(hinge) and found[-1].joint == name:  # another part of the same rope
+            found[-1] = replace(found[-1], acts=(*found[-1].acts, (h, W[0])))
+            continue
         found += [Unknown(REACTION, name, k, ((h, wrench),)) for k, wrench in enumerate(W)]
         if hinge.joint.coupling is not None:
             back = ((*feels[k], ratio) for k, _, ratio in hinge.moved_by)

@@ -178,7 +178,7 @@ class FreeBodies:
 
     @cached_property
     def hinges(self) -> tuple[JointFrames, ...]:
-        """The joints of the tree, then those of the loops, then contacts."""
+        """The joints of the tree, then those of the loops, contacts, and straight parts of ropes."""
         return hinges(self.scene, self.graph)
 
     @cached_property
@@ -205,6 +205,12 @@ class FreeBodies:
     def cuts(self) -> tuple[JointFrames, ...]:
         """The joints that close loops, and contacts."""
         return self.hinges[len(self.scene.joints) :]
+
+    def of_rope(self, cut: JointFrames) -> bool:
+        """Tell whether a cut is a straight part of a rope."""
+        return cut in self.cuts[len(self.loops) :] and any(
+            one.name == cut.joint.name for one in self.scene.lasting_ropes
+        )
 
     @cached_property
     def placements(self) -> list[Transform]:
@@ -250,7 +256,7 @@ class FreeBodies:
     @property
     def closing(self) -> list[Expr]:
         """Entries of the wrenches at unit size that close loops and keep contacts, of the rows that are kept."""
-        return [x for one in ties(self) for part in one.wrench or () for x in part]
+        return [x for one in ties(self) for _, wrench in one.acts for part in wrench for x in part]
 
     def carried(self) -> list[tuple[ClosureEquation, Expr]]:
         """Return what closes loops, contacts and rows of a closed mechanism, each with its size in `reactions`."""
@@ -398,8 +404,8 @@ def with_loops(
     f = list(f)
     closing = [Wrench.none(hanging.graph)] * len(hanging.cuts)
     for one, size in zip(unknown, multipliers, strict=True):
-        if one.wrench is not None:
-            closing[one.loop] = closing[one.loop] + one.wrench.scaled(size)
+        for number, wrench in one.acts:
+            closing[number] = closing[number] + wrench.scaled(size)
     for loop, wrench in zip(hanging.cuts, closing, strict=True):
         hanging.carry(f, loop, wrench)
     ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=False)]

@@ -36,6 +36,7 @@ import numpy as np
 from symdyn.dynamics.loops.constraint_rows import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.linear_solve import solve, vanishes
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import State, joint_resistance, load_vectors, pull, vector
 from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, body_inertia, spherical_rotor
 from symdyn.graph import Expr, Graph, tangents
@@ -293,6 +294,15 @@ def acting(scene: Scene, tree: Sequence[JointFrames], state: State) -> list[Wren
         wrench = load_vectors(load, graph)
         act(k, load.place, wrench.rotated(placed[k].R) if load.frame == "body" and k >= 0 else wrench)
     for strut in apart:
+        if strut.is_rope:
+            taut, bodies = Taut(scene, graph), {Scene.GROUND: Transform.unit(graph)}
+            bodies |= {body.name: T for body, T in zip(scene.bodies, placed, strict=True)}
+            length = taut.placed(strut.ends, bodies)
+            (rate,) = tangents([length], state.velocity)
+            tension = FORCES[strut.kind].pull.force(strut, length, rate)
+            for place, wrench in taut.pulls(strut.ends, bodies):
+                act(number[place.body], place, wrench.scaled(tension))
+            continue
         way, square = way_apart(scene, strut, placed, graph)
         if square.is_zero:  # points that never part
             continue

@@ -13,7 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 
+from symdyn.dynamics.mechanism.relative_motion import relative_motion
+from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import (
     State,
     declared_forces,
@@ -64,6 +68,11 @@ def elastic(scene: Scene, tree: Tree, reduced: ReducedTree) -> Elastic:
             for k, ratio in moved:
                 forces[k] = forces[k] + force * ratio
             energy = energy + stored(strut, position)
+        elif strut.is_rope:
+            length, rates = along(strut, scene, tree)
+            pulled = FORCES[strut.kind].pull.force(strut, length, graph.zero)
+            forces = [a + pulled * b for a, b in zip(forces, rates, strict=True)]
+            energy = energy + stored(strut, length)
         else:
             apart = distance(strut, tree, reduced)
             share = pull(strut, apart.square, graph.zero)
@@ -90,6 +99,12 @@ def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
             for k, ratio in moved:
                 forces[k] = forces[k] - force * ratio
             continue
+        if strut.is_rope:
+            length, slopes = along(strut, scene, tree)
+            speed = graph.total(slope * u for slope, u in zip(slopes, state.qd, strict=True))
+            pulled = FORCES[strut.kind].pull.force(strut, length, speed)
+            forces = [a - pulled * b for a, b in zip(forces, slopes, strict=True)]
+            continue
         apart, rates = distance(strut, tree, reduced), reduced.rates(state.qd)
         if apart.square.is_zero:  # points that never part
             continue
@@ -98,6 +113,20 @@ def joint_forces(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Expr]:
         share = FORCES[strut.kind].pull.force(strut, s, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(reduced, apart, share), strict=True)]
     return forces
+
+
+def along(strut: Strut, scene: Scene, tree: Tree) -> tuple[Expr, list[Expr]]:
+    """Return the length of a strut that is a rope, m, and its rate for a unit of every velocity, shape (n,)."""
+    taut, state = Taut(scene, tree.graph), State.of(scene, tree.graph)
+    poses, rates = [], [tree.graph.zero] * tree.n
+    speeds = cache(lambda: (tree.rates(state.qd), tree.bias(state.qd)))
+    for near, far in pairwise(strut.ends):
+        relative = relative_motion(tree, taut.seat(near), taut.seat(far), speeds)
+        poses.append(relative.X)
+        force, moment = taut.straight(near, far, relative.X).wrench
+        for k, (turn, way) in relative.columns.items():
+            rates[k] = rates[k] - dot(force, way) - dot(moment, turn)
+    return taut.length(strut.ends, poses), rates
 
 
 def body_wrenches(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Wrench]:

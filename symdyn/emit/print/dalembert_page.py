@@ -107,7 +107,7 @@ def length_symbols(
 ) -> tuple[dict[Expr, Expr], list[tuple[tuple[Strut, ...], tuple[str, ...], str, Expr, Expr]]]:
     """Return symbols in place of lengths and their rates; and of each length its name, its square and its rate."""
     scene, graph, state = system.hanging.scene, system.hanging.graph, system.hanging.state
-    apart = [one for one in scene.struts if one.ends]
+    apart = [one for one in scene.struts if one.ends and not one.is_rope]
     together: dict[Expr, list[Strut]] = {}
     for strut in apart:
         square = system.hanging.squared_length(strut)

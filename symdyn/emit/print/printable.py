@@ -60,7 +60,8 @@ class NamedLength:
     @property
     def text(self) -> str:
         """What it is, in words, such as "distance of the ends of spring sf and damper df"."""
-        return f"distance of the ends of {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
+        what = "length along" if self.struts[0].is_rope else "distance of the ends of"
+        return f"{what} {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
 
 
 @dataclass(frozen=True)
@@ -411,7 +412,7 @@ def _text(scene: Scene, row: ClosedRow) -> str:
     if not row.loop:
         one = next((one for one in scene.contacts if one.name == row.owner), None)
         if one is None:
-            return f"of row {row.owner}"
+            return f"tension of rope {row.owner}" if row.words == "tension" else f"of row {row.owner}"
         return f"{row.words} of contact {row.owner}, exerted by {one.plane.body} on {one.place.body}"
     loop = next(joint for joint in scene.loops if joint.name == row.owner)
     return f"{row.words} of loop {row.owner}, exerted by {loop.parent} on {loop.child}"

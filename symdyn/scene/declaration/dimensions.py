@@ -67,6 +67,8 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
             return letters[name]
         if name.startswith("point_"):
             return LENGTH
+        if name.startswith(LETTERS.tension):
+            return FORCE
         if name.startswith((LETTERS.reaction, LETTERS.multiplier)):
             parts = name.split("_")
             return next((FORCE if one[0] == "f" else TORQUE for one in parts[::-1] if one[1:] in "xyz"), None)
@@ -261,15 +263,16 @@ class SceneUnits:
 
     @property
     def constraints(self) -> dict[str, str]:
-        """The unit of the multiplier of every constraint that is a formula, by its name; "" where it is not known.
+        """The unit of the multiplier of every formula and rope, by the row's name; "" where it is not known.
 
         The multiplier times the formula is a power: N where the formula is a speed in m/s, N m where one in rad/s.
         """
         rows = [row for row in self.scene.constraints if isinstance(row, Formula)]
+        ropes = {row.name: self.scene.shown_unit("N") for row in self.scene.lasting_ropes}
         if not rows or self.scene.dimensionless:
-            return {row.name: "" for row in rows}
+            return ropes | {row.name: "" for row in rows}
         found = {row.name: self.dimensions.of(row.formula) for row in rows}
-        return {k: "" if x.letters or x.numbers else (POWER / x.dimension).text for k, x in found.items()}
+        return ropes | {k: "" if x.letters or x.numbers else (POWER / x.dimension).text for k, x in found.items()}
 
     @property
     def dimensions(self) -> Analysis:

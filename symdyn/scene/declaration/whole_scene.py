@@ -44,7 +44,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
     taken: dict[str, dict[str, str]] = {}
     for kind in KINDS:
         for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
-            family = FAMILIES.get(kind) or FORCES[one.kind].section
+            family = FAMILIES.get(kind) or FORCES[one.kind].section.replace("ropes", "constraints")
             _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
             if family == "frame" and one.name == Scene.GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")

@@ -1,4 +1,4 @@
-"""Where elements act: at a joint or between two points, at a place of a body, at a plane."""
+"""Where elements act: at a joint or between points, along a rope, at a place of a body, at a plane."""
 
 from __future__ import annotations
 
@@ -9,12 +9,23 @@ from typing import Any
 from symdyn.errors import suggestion
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.body import translation
-from symdyn.scene.values.entry import EntryReader, plain, show
+from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown
 from symdyn.scene.values.joint import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import KeyedQuantity, Names, Part, Stand, along, indexed
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector, spell
-from symdyn.scene.values.shape import NAMED, VECTOR, Shape, described, exactly_one, not_both, table_shape
+from symdyn.scene.values.shape import (
+    NAMED,
+    NUMBER,
+    VECTOR,
+    Shape,
+    choice_of,
+    described,
+    exactly_one,
+    not_both,
+    several,
+    table_shape,
+)
 
 End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""
@@ -37,6 +48,114 @@ END: Shape = {
     "description": "name of a body or point, or { body = NAME, at = [0, 0, 0] }",
     "anyOf": [NAMED, {**table_shape(AT_BODY), "allOf": BODY_OR_POINT}],
 }
+
+
+TURNS = {"left": 1, "right": -1}
+"""How a rope turns around a wheel, seen with the wheel's axis towards the eye."""
+
+WHEEL: Mapping[str, Shape] = {
+    **AT_BODY,
+    "radius": described("of a wheel that the rope runs around, m", NUMBER),
+    "axis": described("of that wheel, in the frame of the body; z when left out", VECTOR),
+    "turn": described("how the rope turns around it, seen with the axis towards the eye", choice_of(*TURNS)),
+}
+
+ROUTE = (
+    'write through = ["hook", "pulley", "load"], each the name of a body or point or { body = "NAME", at = [0, 0, 0] '
+    '}, or a wheel, { body = "NAME", radius = 0.1, turn = "left" }'
+)
+
+
+class Through(Part):
+    """The places that a rope runs through."""
+
+    words: Mapping[str, Shape] = {
+        "through": {
+            "description": "places that it runs through, in order: points, and wheels with a radius",
+            **several({"anyOf": [NAMED, {**table_shape(WHEEL), "allOf": BODY_OR_POINT}]}, 2, 99),
+        }
+    }
+    rules = ({"required": ["through"]},)
+
+    def fields(self, table: EntryReader, scope: Scope) -> dict[str, Any]:
+        """Return the places."""
+        raw = plain(table.raw.get("through"))
+        if not isinstance(raw, (list, tuple)) or len(raw) < 2:
+            told = " is missing" if raw is None else f" = {show(raw)} is no list of two places or more"
+            table.fault(f"through{told}; {ROUTE}")
+            return {}
+        return {"ends": tuple(_via(table, f"through[{k}]", one, scope) for k, one in enumerate(raw))}
+
+    def raw(self, one: Any, scope: Scope) -> dict[str, object]:
+        """Return the places as tables."""
+        return {"through": [table_of(place) | _around(place) for place in one.ends]}
+
+    def numbers(self, one: Any, slides: bool = True) -> Iterator[KeyedQuantity]:
+        """Return where the places are, and the radii of wheels."""
+        for k, place in enumerate(one.ends):
+            yield from (KeyedQuantity(f"through[{k}].at{index}", x, unit="m") for index, x in indexed(place.at))
+            if place.turn:
+                yield KeyedQuantity(f"through[{k}].radius", place.radius, unit="m")
+
+    def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
+        """Return it with its places, and the radii of wheels, named."""
+        if what != "geometry":
+            return one
+        ends = []
+        for i, place in enumerate(one.ends):
+            called = named_place(place, one.name, f"_{letter}{k}_{i}", names)
+            if called.turn:
+                text = f"radius of a wheel of {one.name}"
+                called = replace(called, radius=names.of(called.radius, f"r_{letter}{k}_{i}", "m", text, True))
+            ends.append(called)
+        return replace(one, ends=tuple(ends))
+
+    def check(self, one: Any, stand: Stand) -> None:
+        """Report places of no body, ends that do nothing, and wheels without a size."""
+        for k, place in enumerate(one.ends):
+            known_end(f"through[{k}]", place.body, stand)
+            if place.turn:
+                size = stand.value(place.radius)
+                if size is not None and size <= 0:
+                    stand.fault(
+                        f"through[{k}]: radius = {shown(place.radius)} is that of no wheel; give one above zero"
+                    )
+                stand.direction(f"through[{k}]: axis", place.axis, "turn the body's frame")
+        last = len(one.ends) - 2
+        for k in sorted({0, last}) if one.ends else ():
+            a, b = one.ends[k : k + 2]
+            if a.body and a.body == b.body and not (a.turn or b.turn):
+                stand.fault(
+                    f'through[{k}] and through[{k + 1}] are on one body, "{a.body}", so that this end of the rope '
+                    f"never changes and does nothing; {'begin' if k == 0 else 'end'} with through[{k + (k == 0)}]"
+                )
+
+
+def _via(table: EntryReader, key: str, raw: object, scope: Scope) -> Place:
+    """Return one place of a rope."""
+    one = EntryReader(Entry(key, {key: raw}, table.entry.where), table.faults, (key,))
+    if not isinstance(raw, Mapping):
+        return _end(one, key, scope, ROUTE)
+    own = one.inner(key, tuple(WHEEL), ROUTE)
+    place = place_of(own, scope)
+    if "radius" not in own:
+        for word in ("axis", "turn"):
+            if word in own:
+                own.fault(f"{word} goes with the radius of a wheel; write radius = 0.1, or leave {word} out")
+        return place
+    turn = own.text("turn")
+    if turn not in TURNS:
+        told = f'turn = "{turn}" is neither left nor right' if turn else "turn is missing"
+        own.fault(f'{told}; write turn = "left" or "right", as the rope turns, seen with the axis towards the eye')
+    return replace(place, radius=own.quantity("radius"), axis=own.vector("axis", place.axis), turn=TURNS.get(turn, 1))
+
+
+def _around(place: Place) -> dict[str, object]:
+    """Return what the table of a wheel says beside its place."""
+    if not place.turn:
+        return {}
+    axis = {} if place.axis == Place.axis else {"axis": place.axis}
+    return {"radius": place.radius, **axis, "turn": next(word for word, turn in TURNS.items() if turn == place.turn)}
 
 
 class Ends(Part):
@@ -77,7 +196,6 @@ class Ends(Part):
     def check(self, one: Strut, stand: Stand) -> None:
         """Report a joint that is none, or has not one coordinate, and ends that are none, or never part."""
         scene, faults = stand.scene, stand.faults
-        bodies = [*(body.name for body in scene.bodies), Scene.GROUND]
         if one.joint:
             joints = {joint.name: joint for joint in scene.joints}
             joint = joints.get(one.joint)
@@ -89,10 +207,7 @@ class Ends(Part):
         elif not one.ends:
             faults.nameless(stand.where, "joint", one.joint)
         for key, end in zip(self.keys[1:], one.ends, strict=False):
-            faults.nameless(stand.where, key, end.body)
-            if end.body and end.body not in bodies:
-                near = suggestion(end.body, [*bodies, *(point.name for point in scene.points)])
-                stand.fault(f'{key} = "{end.body}" is neither a body nor a point; {near}')
+            known_end(key, end.body, stand)
         if len(one.ends) == 2 and one.ends[0].body and one.ends[0].body == one.ends[1].body:
             stand.fault(f'from and to are on one body, "{one.ends[0].body}", so that it never changes its length')
 
@@ -124,6 +239,15 @@ class AtBody(Part):
     def check(self, one: Any, stand: Stand) -> None:
         """Report a body that is none."""
         known_body("body", one.place.body, stand)
+
+
+def known_end(key: str, body: str, stand: Stand) -> None:
+    """Report the end of an element that is neither a body nor a point."""
+    bodies = [*(one.name for one in stand.scene.bodies), Scene.GROUND]
+    stand.faults.nameless(stand.where, key, body)
+    if body and body not in bodies:
+        near = suggestion(body, [*bodies, *(point.name for point in stand.scene.points)])
+        stand.fault(f'{key} = "{body}" is neither a body nor a point; {near}')
 
 
 def known_body(key: str, body: str, stand: Stand) -> None:
@@ -165,16 +289,16 @@ def named_shift(at: Vector, text: str, where: str, names: Names) -> Vector:
     return along(at, ("a", "b", "d"), where, "m", text, names)
 
 
-def _end(table: EntryReader, key: str, scope: Scope) -> Place:
+def _end(table: EntryReader, key: str, scope: Scope, advice: str = ADVICE) -> Place:
     raw = plain(table.raw[key])
     if isinstance(raw, Place):
         return raw
     if isinstance(raw, str):
         return _at_point(raw, scope) if raw in scope.points else Place(raw)
     if not isinstance(raw, Mapping):
-        table.fault(f"{key} = {show(raw)} is no end; {ADVICE}")
+        table.fault(f"{key} = {show(raw)} is no end; {advice}")
         return Place("")
-    return place_of(table.inner(key, tuple(AT_BODY), ADVICE), scope)
+    return place_of(table.inner(key, tuple(AT_BODY), advice), scope)
 
 
 def _at_point(name: str, scope: Scope) -> Place:

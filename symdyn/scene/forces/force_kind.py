@@ -133,6 +133,13 @@ class Forbid:
 
 
 @dataclass(frozen=True)
+class Hold:
+    """The law of a row that holds the length of a rope through its places."""
+
+    length: Callable[[Any], Quantity]
+
+
+@dataclass(frozen=True)
 class Touch:
     """The law of a row that is a contact of a place P with a plane; X places the frame at P in that of the plane.
 
@@ -178,7 +185,7 @@ class Rim:
     """How a contact is drawn that rolls: the circle of its radius about its axis, a ball's from everywhere."""
 
 
-Law = Pull | Push | Rub | Forbid | Touch
+Law = Pull | Push | Rub | Forbid | Hold | Touch
 
 
 @dataclass(frozen=True)
@@ -253,6 +260,11 @@ class ForceKind:
         """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
         return any(self.touch.holonomic(contact))
 
+    def length(self, rope: Row) -> Quantity:
+        """Return the length that a rope keeps."""
+        assert isinstance(self.law, Hold), "a rope holds a length"
+        return self.law.length(rope)
+
     def formula(self, row: Row) -> Quantity | None:
-        """Return the left side of a row that is a formula, which vanishes; None for a contact."""
+        """Return the left side of a row that is a formula, which vanishes; None for a contact or a rope."""
         return self.law.formula(row) if isinstance(self.law, Forbid) else None

@@ -22,6 +22,7 @@ Letters that formulas of outputs, events and `--outputs` may use:
     point_tip_x                 places of declared points, ground axes, m
     reaction_hinge_fx           what the parent exerts on the child at a joint or loop, axes of the child's body, N and
                                 N m; `.._joint` and `.._ground` in other axes
+    tension_hoist               tension of a rope, positive where it pulls, N
     multiplier_cut_fx_joint     multipliers of rows that close loops, as `simulate --reactions` calls them
 
 All but the last are known from the scene; which rows are kept is decided where equations are derived.
@@ -341,7 +342,7 @@ class SignalLetters:
     """What letters of what is looked at are made of.
 
     Attributes:
-        reaction, multiplier: what the letters of these begin with.
+        reaction, multiplier, tension: what the letters of these begin with.
         components: of a reaction, force and moment.
         axes: what reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground.
         loose: ends the names of what rigid bodies do not determine; their numbers are one choice among many.
@@ -350,6 +351,7 @@ class SignalLetters:
 
     reaction: str = "reaction_"
     multiplier: str = "multiplier_"
+    tension: str = "tension_"
     components: tuple[str, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
     axes: tuple[str, ...] = ("body", "joint", "ground")
     loose: str = "_not_unique"
@@ -360,7 +362,9 @@ class SignalLetters:
 
     def has_column(self, name: str) -> bool:
         """Tell whether runs have a column of this name that no person names."""
-        return name in self.columns or name.startswith(("point_", "momentum_", self.reaction, self.multiplier))
+        return name in self.columns or name.startswith(
+            ("point_", "momentum_", self.reaction, self.multiplier, self.tension)
+        )
 
 
 LETTERS = SignalLetters()

@@ -30,10 +30,21 @@ from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a body (or of the ground): body name and place in body coordinates, m."""
+    """A point of a body (or of the ground), or the centre of a wheel that a rope runs around, slipping freely.
+
+    Attributes:
+        body: its name.
+        at: in body coordinates, m.
+        radius: of the wheel, m.
+        axis: of the wheel, body axes, any length but zero, free of symbols.
+        turn: 1 where the rope turns left around it, seen with the axis towards the eye, -1 right; 0 at a point.
+    """
 
     body: str
     at: Vector = NULL
+    radius: Quantity = Quantity.ZERO
+    axis: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
+    turn: int = 0
 
 
 @dataclass(frozen=True)
@@ -52,6 +63,11 @@ class Element:
         """The points of bodies that it acts at."""
         return ()
 
+    @property
+    def is_taut(self) -> bool:
+        """Whether it is a rope, which pulls and never pushes."""
+        return False
+
 
 @dataclass(frozen=True)
 class Strut(Element):
@@ -59,11 +75,16 @@ class Strut(Element):
 
     Attributes:
         joint: name of the joint, with one coordinate, whose position is the way; "" between points.
-        ends: the two points whose distance is the way; () at a joint.
+        ends: the two points whose distance is the way, or the places of a rope whose length is; () at a joint.
     """
 
     joint: str = ""
     ends: tuple[Place, ...] = ()
+
+    @property
+    def is_rope(self) -> bool:
+        """Whether it runs through more than two points, or around a wheel."""
+        return len(self.ends) > 2 or any(end.turn for end in self.ends)
 
 
 @dataclass(frozen=True)

@@ -251,6 +251,16 @@ class Scene(Shown):
         """The constraints that are contacts with planes."""
         return tuple(one for one in self.constraints if isinstance(one, Contact))
 
+    @cached_property
+    def ropes(self) -> tuple[Element, ...]:
+        """The ropes, elastic ones too."""
+        return tuple(one for one in self.elements if one.is_taut)
+
+    @cached_property
+    def lasting_ropes(self) -> tuple[Row, ...]:
+        """The ropes that keep their length, which are constraints."""
+        return tuple(one for one in self.constraints if one.is_taut)
+
     @property
     def is_constrained(self) -> bool:
         """Whether loops, contacts or other constraints constrain it."""
@@ -358,7 +368,8 @@ class Scene(Shown):
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
         late = (name for name in specified if name.startswith(LETTERS.multiplier) and self.is_constrained)
-        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *late)
+        pulls = (f"{LETTERS.tension}{one.name}" for one in self.ropes)
+        names = (*self.plain_names, *accelerations, *drives, *self.point_names, *self.reaction_axes, *pulls, *late)
         return tuple(dict.fromkeys(names))
 
     @property

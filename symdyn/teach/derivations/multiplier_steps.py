@@ -17,6 +17,9 @@ from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 
+ROPE = "tie.tension"
+"""Key of the sentence about the multiplier of a rope."""
+
 MOST_SLOPES = 8
 """Velocities up to which all slopes are shown as one matrix."""
 
@@ -99,8 +102,13 @@ def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.rate) for tie in ties])))
     first = ties[0]
     key = "ties.loop" if first.loop else "ties.contact" if first.parent else "ties.formula"
-    claim = lesson.say(key, owner=first.owner, parent=lesson.body(first.parent), child=lesson.body(first.child))
-    reason = lesson.say("ties.loop.reason") if first.loop and first.words == "tie.force" else Words(())
+    places = {"parent": lesson.body(first.parent), "child": lesson.body(first.child)}
+    if first.words == ROPE:
+        rope = next(one for one in lesson.scene.lasting_ropes if one.name == first.owner)
+        key, places = "ties.rope", {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
+    claim = lesson.say(key, owner=first.owner, **places)
+    told = first.words == ROPE or (first.loop and first.words == "tie.force")
+    reason = lesson.say(f"{key}.reason") if told else Words(())
     show = (f"joint:{first.owner}", "velocities") if first.loop else ("velocities",)
     return Step(f"tie:{first.owner}", claim, tuple(blocks), reason, show=show)
 

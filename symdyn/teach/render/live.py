@@ -27,7 +27,7 @@ from typing import Any
 
 from symdyn.draw import Sheet
 from symdyn.dynamics import OUTPUTS, Equations, Function, LoopChoices, Workspace, coefficients, derive_one
-from symdyn.dynamics.mechanism import declared_forces, joint_resistance, pull, vector
+from symdyn.dynamics.mechanism import Taut, body_placements, declared_forces, joint_resistance, pull, strut_way, vector
 from symdyn.dynamics.outputs import unique
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, substitute, tangents
@@ -132,7 +132,16 @@ def _actions(w: Workspace, result: Found) -> Iterator[tuple[tuple[str, str], lis
     scene, graph = w.scene, w.graph
     still = zero_vector(graph)
     for strut in scene.struts:
-        if strut.ends:
+        if strut.is_rope:
+            placed = body_placements(scene, graph)
+            length = strut_way(scene, placed, strut, graph)
+            (rate,) = tangents([length], w.state.velocity)
+            tension = FORCES[strut.kind].pull.force(strut, length, rate)
+            for place, wrench in Taut(scene, graph).pulls(strut.ends, placed):
+                if place.body != Scene.GROUND:
+                    where = placed[place.body].point(vector(place.at, graph))
+                    yield (strut.name, place.body), [*where, *(x for part in wrench.scaled(tension) for x in part)]
+        elif strut.ends:
             a, b = (result["end", strut, k] for k in range(2))
             way = sub((b[0], b[1], b[2]), (a[0], a[1], a[2]))
             square = dot(way, way)
