@@ -12,7 +12,7 @@ from typing import ClassVar
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
-from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -134,8 +134,28 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
     """Return a small scene of numbers alone with letters in their place, which keep the numbers as values."""
     if scene.parameters or len(scene.velocities) > SMALL_SCENE:
         return scene
-    named, said = with_symbols(scene, "all"), language_of(language).letter
+    named, said = _with_equal_letters(with_symbols(scene, "all")), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
+
+
+def _with_equal_letters(scene: Scene) -> Scene:
+    """Return a scene in which equal moments of inertia of one body are one letter: what is symmetric is seen to be."""
+    parameters = {one.name: one for one in scene.parameters}
+    bodies = []
+    for body in scene.bodies:
+        inertia, kept = list(body.inertia), dict[object, Quantity]()
+        for k, moment in enumerate(body.inertia[:3]):
+            names = moment.symbols
+            if len(names) == 1 and moment == Quantity.symbol(names[0]):
+                inertia[k] = first = kept.setdefault(parameters[names[0]].value, moment)
+                if first != moment:
+                    gone, one = parameters.pop(names[0]), parameters[first.symbols[0]]
+                    entry = gone.text.partition(", entry ")[2].partition(" of ")[0]
+                    text = one.text.replace(" of ", f" = {entry} of ", 1)
+                    parameters[one.name] = replace(one, text=text)
+        xx, yy, zz, xy, xz, yz = inertia
+        bodies.append(replace(body, inertia=(xx, yy, zz, xy, xz, yz)))
+    return replace(scene, bodies=tuple(bodies), parameters=tuple(parameters.values()))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,352 @@
+"""Steps: what turns steadily, in closed form from cyclic coordinates: precession, critical spin, nutation.
+
+    r     what stays                          c     a cyclic coordinate whose rate is looked for
+    s     the other cyclic ones, whose spins ω_s = p_s/M_ss stay; every M_ss is constant
+    N     M_cc - Σ M_cs²/M_ss                 m     M_rr - M_rc M_cc⁻¹ M_cr, the inertia of r, momenta kept
+    V     P + ½ (p_c - Σ M_cs ω_s)²/N + Σ ½ p_s²/M_ss, in which r moves alone
+
+r stays where a ċ² + b ċ + d = 0. Next to such a motion it swings with ω² = V''/m, where a weight is put in from there.
+Where the axes of c and s coincide, N and the bracket above it vanish; the limit of V tells from which spin on a motion
+stands upright.
+
+Reference: Goldstein, Classical Mechanics, 5.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbol
+from symdyn.dynamics.mechanism import vector
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.teach.derivations.reduced import Reduced
+from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.velocities import length
+from symdyn.teach.document import Block, Formula, Letter, Step, Words
+from symdyn.teach.lesson import Lesson, named, together
+
+LONGEST = 60
+"""Terms and factors of a formula that is shown."""
+
+NO_FORM = (*NO_SHORT_FORM, DerivationError)
+"""What says that something has no closed form."""
+
+TWO = Number(Fraction(2))
+
+
+@dataclass(frozen=True)
+class Precession:
+    """Where r stays while a cyclic coordinate turns: a ċ² + b ċ + d = 0.
+
+    Attributes:
+        c: the cyclic coordinate.
+        M: entries of the mass matrix by numbers of coordinates.
+        spins: by the other cyclic ones, the symbol of the spin.
+        a, b, d: nodes in r, spins and parameters.
+        still: whether r stays where ċ = 0, too.
+    """
+
+    left: Reduced
+    c: int
+    M: Mapping[tuple[int, int], Expr]
+    spins: Mapping[int, Expr]
+    a: Expr
+    b: Expr
+    d: Expr
+    still: bool
+
+    @property
+    def rate(self) -> Expr:
+        """Return ċ."""
+        return self.left.lesson.state.qd[self.c]
+
+    @property
+    def size(self) -> int:
+        """Return how long it is."""
+        return sum(length(Form.of(x)) for x in (self.a, self.b, self.d))
+
+    @property
+    def around(self) -> Expr:
+        """Return N, what turns about c beside the spins."""
+        less = [self.M[self.c, s] ** 2 / self.M[s, s] for s in self.spins]
+        return lowest(self.M[self.c, self.c] - self.left.lesson.graph.total(less))
+
+    def held(self, node: Expr) -> Expr:
+        """Return a node with the rates of the others put in."""
+        u = self.left.lesson.state.qd
+        return substitute([node], _rates(self.left, self.c, self.M, self.spins) | {u[self.left.r]: node.graph.zero})[0]
+
+
+def precession_steps(left: Reduced, momenta: Mapping[int, Symbol] | None = None) -> list[Step]:
+    """Return the steps on steady motions in closed form; none where a motion is prescribed, or nothing is short.
+
+    Args:
+        left: the one freedom that is left.
+        momenta: by cyclic coordinate, what its momentum is called; p1, p2 by the number of the coordinate.
+    """
+    if not left.cyclic or not left.couples:
+        return []
+    p = momenta or {k: Symbol(f"p:{k + 1}") for k in left.cyclic}
+    try:
+        M = _inertia(left)
+        found = [one for c in left.cyclic if (one := _condition(left, c, M)) is not None]
+        one = min(found, key=lambda one: one.size)
+        told = _named_spins(one)
+    except (*NO_FORM, ValueError):
+        return []
+    steps = list[Step]()
+    kinds: tuple[Callable[[], list[Step]], ...] = (
+        lambda: _effective(one, p, told), lambda: _steady(one), lambda: _upright(one), lambda: _nutation(one)
+    )  # fmt: skip
+    for kind in kinds:
+        try:
+            steps += kind()
+        except NO_FORM:
+            continue
+    return steps
+
+
+def shortened(lesson: Lesson, node: Expr) -> Form:
+    """Return a node as a quotient in print; one of `NO_FORM` is raised where it has none that is short."""
+    form = in_sines(lesson, node)
+    if form is None or (
+        not isinstance(form, Sum) and any(isinstance(x, Power) and x.exponent < 0 for x in form.factors)
+    ):
+        write = Quotients(lesson, [node])
+        form = quotient(*write.parts(write.known[node]))
+    if length(form) > LONGEST:
+        raise OverflowError("a formula that is no short one")
+    return form
+
+
+def lowest(node: Expr) -> Expr:
+    """Return a quotient in lowest terms."""
+    field = Ratios([node])
+    return field.form(evaluate([node], field, field.values())[0]).express(node.graph)
+
+
+def _inertia(left: Reduced) -> dict[tuple[int, int], Expr]:
+    """Return the mass matrix of r and the cyclic coordinates."""
+    lesson, order = left.lesson, (left.r, *left.cyclic)
+    none = {lesson.state.q[k]: lesson.graph.zero for k in left.cyclic}
+    rows = {i: gradient(substitute([lesson.momenta[i]], none)[0], lesson.state.qd) for i in order}
+    return {(i, j): lowest(rows[i][j]) for i in order for j in order}
+
+
+def _rates(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr], spins: Mapping[int, Expr]) -> dict[Expr, Expr]:
+    """Return the rates of the others by ċ and their spins."""
+    u = left.lesson.state.qd
+    return {u[s]: spin - M[s, c] / M[s, s] * u[c] for s, spin in spins.items()}
+
+
+def _condition(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr]) -> Precession | None:
+    """Return the condition for one cyclic coordinate; None where the others have no constant spin."""
+    lesson, u, others = left.lesson, left.lesson.state.qd[c], [k for k in left.cyclic if k != c]
+    alone = all(M[s, k].is_zero for s in others for k in others if s != k)
+    if not alone or any(M[s, s].is_zero or left.q in reachable([M[s, s]]) for s in others):
+        return None
+    spins = {s: lesson.graph.symbol(f"spin:{s + 1}") for s in others}
+    (slope,) = substitute(gradient(left.static, [left.q]), _rates(left, c, M, spins))
+    turning = [x for x in Ratios.form_of(slope).factors if str(u.value) in x.symbols]
+    found = [x for x in turning if x != named(u)]
+    if len(found) != 1 or isinstance(found[0], Power):
+        return None
+    node, none = found[0].express(lesson.graph), {u: lesson.graph.zero}
+    (first,) = gradient(node, [u])
+    (second,) = gradient(first, [u])
+    b, d = substitute([first, node], none)
+    a = second / 2
+    if u in reachable([a]) or (b.is_zero and d.is_zero):
+        return None
+    if not a.is_zero and left.chosen.of(a)[0] < 0:
+        a, b, d = -a, -b, -d
+    return Precession(left, c, M, spins, a, b, d, named(u) in turning)
+
+
+def _named_spins(one: Precession) -> list[Block]:
+    """Name the spins, and return what those are that have not been named."""
+    lesson, blocks = one.left.lesson, list[Block]()
+    for s in one.spins:
+        if f"spin:{s + 1}" not in lesson.names:
+            node = lesson.momenta[s] / one.M[s, s]
+            symbol = lesson.name(f"spin:{s + 1}", "omega", str(s + 1), node=node)
+            blocks.append(Formula(symbol.name, shortened(lesson, node)))
+    return blocks
+
+
+def _effective(one: Precession, p: Mapping[int, Symbol], told: list[Block]) -> list[Step]:
+    """Return the potential in which r moves alone, the momenta put in, and the spins."""
+    lesson, graph, left = one.left.lesson, one.left.lesson.graph, one.left
+    momenta = {k: graph.symbol(p[k].name) for k in left.cyclic}
+    moment = momenta[one.c] - graph.total(one.M[one.c, s] * momenta[s] / one.M[s, s] for s in one.spins)
+    under = Form.product((TWO, *shortened(lesson, one.around).factors))
+    parts = [Form.product((shortened(lesson, moment).power(2), under.power(-1)))]
+    parts += [shortened(lesson, momenta[s] ** 2 / one.M[s, s] / 2) for s in one.spins]
+    form = Form.sum((*parts, *shortened(lesson, lesson.energy.P).terms))
+    (node,) = substitute([form.express(graph)], {momenta[k]: lesson.momenta[k] for k in left.cyclic})
+    symbol = lesson.called("V:kept", Letter("V"), node)
+    q, names = named(left.q), together([p[k] for k in left.cyclic])
+    blocks: list[Block] = [Formula(symbol.name, form)]
+    if told:
+        said = [lesson.say("effective.spin", momentum=p[s], inertia=shortened(lesson, one.M[s, s])) for s in one.spins]
+        blocks += [*said[:1], *told]
+    claim, reason = lesson.say("effective", q=q, names=names), lesson.say("effective.reason", V=symbol)
+    return [Step("effective", claim, tuple(blocks), reason, show=("phase", "momenta"))]
+
+
+def _steady(one: Precession) -> list[Step]:
+    """Return the rates at which r stays: of a quadratic equation both, and where they are real."""
+    lesson, q, u = one.left.lesson, named(one.left.q), named(one.rate)
+    a, b, d = (shortened(lesson, x) if not x.is_zero else Number.ZERO for x in (one.a, one.b, one.d))
+    terms = [*Form.product((a, u.power(2))).terms, *b.signed_product(u).terms, *d.terms]
+    blocks: list[Block] = [Formula("", Form.sum(terms), right=Number.ZERO)]
+    if one.a.is_zero:
+        blocks.append(Formula("", u, right=shortened(lesson, -one.d / one.b)))
+    elif one.b.is_zero:
+        blocks.append(Formula("", u.power(2), right=shortened(lesson, -one.d / one.a)))
+        blocks += [lesson.say("precession.conical")] if _hangs_alone(one) else []
+    else:
+        blocks += _both(one, a, b)
+    blocks += [lesson.say("precession.still", rate=u)] if one.still else []
+    claim = lesson.say("precession", q=q, rate=u)
+    return [Step("precession", claim, tuple(blocks), show=("centrifugal", "weights"))]
+
+
+def _both(one: Precession, a: Form, b: Form) -> list[Block]:
+    """Return both rates, where they are real, and what they tend to as the spin grows."""
+    lesson, rate = one.left.lesson, one.rate
+    under = shortened(lesson, one.b**2 - 4 * one.a * one.d)
+    root, below = Function(Op.SQRT, (under,)), Form.product((TWO, *a.factors))
+    at = one.left.chosen.with_values(dict.fromkeys(one.spins.values(), 1.0))
+    slow = -1 if at.of(one.b)[0] < 0 else 1  # the root that takes from the size of b
+    blocks: list[Block] = [lesson.say("precession.both")]
+    for sign in (slow, -slow):
+        above = Form.sum((*b.negative.terms, *Form.product((Number(Fraction(sign)), root)).terms))
+        blocks.append(Formula("", named(rate), right=quotient([above], list(below.factors))))
+    if len(one.spins) == 1:
+        (spin,) = one.spins.values()
+        slope = one.b / spin
+        if spin not in reachable([lowest(slope)]):
+            least = shortened(lesson, 4 * one.a * one.d / lowest(slope) ** 2)
+            blocks.append(lesson.say("precession.real", square=named(spin).power(2), least=least))
+            ends = (shortened(lesson, -one.d / one.b), shortened(lesson, -one.b / one.a))
+            blocks.append(lesson.say("precession.fast", spin=named(spin), slow=ends[0], fast=ends[1]))
+    return blocks
+
+
+def _hangs_alone(one: Precession) -> bool:
+    """Tell whether one particle moves on a sphere about a fixed point under gravity."""
+    lesson = one.left.lesson
+    weighs = [mass for mass in lesson.masses if not mass.m.is_zero or mass.spins]
+    if len(weighs) != 1 or not weighs[0].particle or lesson.scene.elements:
+        return False
+    square = lesson.graph.total(x * x for x in weighs[0].place)
+    return all(lesson.vanishes(x) for x in gradient(square, lesson.state.q))
+
+
+def _upright(one: Precession) -> list[Step]:
+    """Return, of places where the axes of c and s coincide, from which spin on they are stable."""
+    lesson, left, graph, steps = one.left.lesson, one.left, one.left.lesson.graph, list[Step]()
+    if not left.turns or len(one.spins) > 1 or not one.M[left.r, one.c].is_zero:
+        return []
+    for number, place in enumerate((graph.zero, graph.pi)):
+        here = {left.q: place}
+        if not substitute([one.around], here)[0].is_zero:
+            continue
+        P = lesson.energy.P
+        push = graph.zero
+        for s, spin in one.spins.items():
+            mixed = one.M[one.c, s]
+            push = spin * (substitute([mixed], here)[0] - mixed)
+        V = P + lowest(push**2 / one.around / 2) if one.spins else P
+        (slope,) = gradient(V, [left.q])
+        m, curvature, level = substitute([one.M[left.r, left.r], *gradient(slope, [left.q]), slope], here)
+        square = lowest(curvature / m)
+        if not level.is_zero or (not one.spins and left.chosen.of(square)[0] <= 0):
+            continue
+        where = Words((named(left.q), " = ", Pi() if number else Number.ZERO))
+        names = together([named(lesson.state.q[k]) for k in left.cyclic])
+        steps.append(_stands(one, square, where, names, f"upright:{number}"))
+    return steps
+
+
+def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str) -> Step:
+    """Return when one upright place is stable, ω² there being given."""
+    lesson, left = one.left.lesson, one.left
+    omega = lesson.name("nutation:omega", "omega", "n", node=None).power(2)
+    if not one.spins:
+        c = named(lesson.state.q[one.c])
+        told = lesson.say("upright.plain", square=omega, value=shortened(lesson, square))
+        return Step(
+            key, lesson.say("upright.singular", where=where, c=c), (told,), lesson.say("upright.singular.reason", c=c)
+        )
+    (spin,) = one.spins.values()
+    (rest,) = substitute([square], {spin: square.graph.zero})
+    gain = lowest((square - rest) / spin**2)
+    value = Form.sum((shortened(lesson, gain * spin**2), *shortened(lesson, rest).terms))
+    blocks: list[Block] = [lesson.say("upright.omega", square=omega, value=value)]
+    claim = lesson.say("upright", where=where, names=names, spin=named(spin))
+    if left.chosen.of(rest)[0] < 0 < left.chosen.of(gain)[0]:
+        least = lowest(-rest / gain)
+        number = f"{lesson.about(left.chosen.of(least)[0] ** 0.5)} rad/s"
+        told = named(spin).power(2), shortened(lesson, least)
+        blocks.append(lesson.say("upright.from", square=told[0], least=told[1], value=number))
+    else:
+        blocks.append(lesson.say("upright.always" if left.chosen.of(rest)[0] >= 0 else "upright.never"))
+    return Step(key, claim, tuple(blocks), lesson.say("upright.reason", names=names))
+
+
+def _nutation(one: Precession) -> list[Step]:
+    """Return ω² of swings about a steady motion, a weight put in from the condition."""
+    lesson, left, graph, u = one.left.lesson, one.left, one.left.lesson.graph, one.left.lesson.state.qd
+    r, order = left.r, left.cyclic
+    moved = [graph.total(gradient(one.M[i, j], [left.q])[0] * u[j] for j in order) for i in order]
+    field_nodes = [*(one.M[i, j] for i in order for j in order), *moved, *(one.M[k, r] for k in order), one.M[r, r]]
+    bent = gradient(gradient(left.static, [left.q])[0], [left.q])[0]
+    field = Ratios([*field_nodes, bent])
+    known = dict(zip([*field_nodes, bent], evaluate([*field_nodes, bent], field, field.values()), strict=True))
+    inverse = field.solved(
+        [[known[one.M[i, j]] for j in order] for i in order],
+        [[known[x], known[one.M[k, r]]] for x, k in zip(moved, order, strict=True)],
+    )
+    V, m = known[bent], known[one.M[r, r]]
+    for (x, y), a, k in zip(inverse, moved, order, strict=True):
+        V = field.add(V, field.mul(x, known[a]))
+        m = field.sub(m, field.mul(y, known[one.M[k, r]]))
+    held = one.held(field.form(field.div(V, m)).express(graph))
+    node = _without_weight(one, held)
+    if one.a.is_zero:
+        (node,) = substitute([node], {one.rate: -one.d / one.b})
+    node = lowest(node)
+    q, omega = named(left.q), lesson.name("nutation:omega", "omega", "n", node=None)
+    key = "nutation" if one.spins else "nutation.plain"
+    blocks: list[Block] = [Formula("", omega.power(2), right=shortened(lesson, node))]
+    if one.still:
+        (still,) = substitute([held], {one.rate: graph.zero})
+        blocks += [
+            lesson.say("nutation.still", rate=named(one.rate)),
+            Formula("", omega.power(2), right=shortened(lesson, still)),
+        ]
+    if len(one.spins) == 1 and not one.a.is_zero:
+        (spin,) = one.spins.values()
+        (second,) = gradient(gradient(node, [spin])[0], [spin])
+        fast = shortened(lesson, lowest(second / 2) * spin**2)
+        if fast != Number.ZERO:
+            blocks.append(lesson.say("nutation.fast", square=omega.power(2), value=fast))
+    return [Step("nutation", lesson.say(key, q=q), tuple(blocks), lesson.say("nutation.reason"), show=("phase",))]
+
+
+def _without_weight(one: Precession, node: Expr) -> Expr:
+    """Return a node with the letter of gravity put in from the condition, as it is where there is none."""
+    lesson = one.left.lesson
+    condition = one.a * one.rate**2 + one.b * one.rate + one.d
+    for g in sorted({x for x in reachable(vector(lesson.scene.gravity, lesson.graph)) if x.op is Op.SYMBOL}, key=str):
+        (slope,) = gradient(condition, [g])
+        if slope.is_zero or g in reachable([slope]):
+            continue
+        (rest,) = substitute([condition], {g: node.graph.zero})
+        return substitute([node], {g: -rest / slope})[0]
+    return node
