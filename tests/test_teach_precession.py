@@ -99,7 +99,7 @@ def test_the_critical_spin_is_told_in_numbers() -> None:
 def test_a_body_without_moments_turns_over_about_its_middle_axis() -> None:
     (table,) = (block for block in step_of("free_body", "spins:flight").blocks if isinstance(block, Table))
     rows = [(row[0].parts[0], row[1].parts[0], row[2].parts[0]) for row in table.rows]
-    found = [(axis, form.to_sympy(), kind) for axis, form, kind in rows]
+    found = [(axis, form.to_sympy(), kind) for axis, form, kind in rows if not isinstance(form, str)]
     third = sympy.Rational(1, 3)
     assert found == [("x", -third, "stable"), ("y", third, "unstable"), ("z", -1, "stable")]
 

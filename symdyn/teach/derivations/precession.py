@@ -292,8 +292,8 @@ def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str)
     if left.chosen.of(rest)[0] < 0 < left.chosen.of(gain)[0]:
         least = lowest(-rest / gain)
         number = f"{lesson.about(left.chosen.of(least)[0] ** 0.5)} rad/s"
-        told = named(spin).power(2), shortened(lesson, least)
-        blocks.append(lesson.say("upright.from", square=told[0], least=told[1], value=number))
+        shown = shortened(lesson, least)
+        blocks.append(lesson.say("upright.from", square=named(spin).power(2), least=shown, value=number))
     else:
         blocks.append(lesson.say("upright.always" if left.chosen.of(rest)[0] >= 0 else "upright.never"))
     return Step(key, claim, tuple(blocks), lesson.say("upright.reason", names=names))

@@ -162,7 +162,7 @@ def _top(lesson: Turning) -> list[Step]:
     momentum = lowest(A) * lesson.graph.sin(theta) ** 2 * twin.state.qd[0] + lowest(C) * spin * turn
     lesson.name("p:euler", "p", "psi", node=momentum)
     lesson.names["spin:3"] = Name(Letter(latex_symbols(scene)[str(spin.value)]), spin)
-    places = {
+    places: dict[str, str | Form] = {
         "up": AXES[up], "axis": AXES[axis], "psi": named(psi), "theta": named(theta), "phi": named(phi),
         "cosine": Form.of(turn), "entry": Symbol(f"R:{joint.name},{up + 1}{axis + 1}"),
     }  # fmt: skip
