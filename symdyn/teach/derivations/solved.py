@@ -150,9 +150,9 @@ def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
 def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     """Return the equations solved for the accelerations, and the drives of prescribed motions."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
-    put = _put_in(lesson)
+    put = motions_put_in(lesson)
     free = led.free
-    told = _equations(lesson, free, put)
+    told = vanishing(lesson, free, put)
     steps: list[Step] = []
     if free:
         M = [gradient(node, [state.qdd[j] for j in free]) for node in told]
@@ -182,7 +182,7 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     return steps
 
 
-def _put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
+def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     """Return what coordinates, rates and accelerations with a prescribed motion are, in time."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
     found: dict[Expr, Expr] = {}
@@ -191,7 +191,7 @@ def _put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     return found
 
 
-def _equations(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
+def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
     """Return what vanishes in a motion: inertia and other forces less the drive, with prescribed motions put in."""
     graph, drives = lesson.graph, lesson.scene.drives
     nodes = [lesson.drives[i] - (graph.symbol(str(drives[i])) if drives[i] else graph.zero) for i in of]
