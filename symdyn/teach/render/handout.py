@@ -134,28 +134,28 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
     """Return a small scene of numbers alone with letters in their place, which keep the numbers as values."""
     if scene.parameters or len(scene.velocities) > SMALL_SCENE:
         return scene
-    named, said = _with_equal_letters(with_symbols(scene, "all")), language_of(language).letter
+    named, said = _axes_alike(with_symbols(scene, "all")), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
 
 
-def _with_equal_letters(scene: Scene) -> Scene:
-    """Return a scene in which equal moments of inertia of one body are one letter: what is symmetric is seen to be."""
-    parameters = {one.name: one for one in scene.parameters}
-    bodies = []
+def _axes_alike(scene: Scene) -> Scene:
+    """Return a scene whose moments of inertia of one body, where they are equal, are one letter."""
+    known, bodies = {Quantity.symbol(one.name): one for one in scene.parameters}, []
     for body in scene.bodies:
-        inertia, kept = list(body.inertia), dict[object, Quantity]()
-        for k, moment in enumerate(body.inertia[:3]):
-            names = moment.symbols
-            if len(names) == 1 and moment == Quantity.symbol(names[0]):
-                inertia[k] = first = kept.setdefault(parameters[names[0]].value, moment)
-                if first != moment:
-                    gone, one = parameters.pop(names[0]), parameters[first.symbols[0]]
-                    entry = gone.text.partition(", entry ")[2].partition(" of ")[0]
-                    text = one.text.replace(" of ", f" = {entry} of ", 1)
-                    parameters[one.name] = replace(one, text=text)
-        xx, yy, zz, xy, xz, yz = inertia
+        moments, first = [*body.inertia], dict[Quantity | None, int]()
+        for k, axes in enumerate(("xx", "yy", "zz")):
+            if (letter := known.get(moments[k])) is None:
+                continue
+            at = first.setdefault(letter.value, k)
+            if at != k:
+                kept = known[moments[at]]
+                text = kept.text.replace(" of ", f" = {axes} of ", 1)
+                known[moments[at]] = replace(kept, text=text)
+                del known[moments[k]]
+                moments[k] = moments[at]
+        xx, yy, zz, xy, xz, yz = moments
         bodies.append(replace(body, inertia=(xx, yy, zz, xy, xz, yz)))
-    return replace(scene, bodies=tuple(bodies), parameters=tuple(parameters.values()))
+    return replace(scene, bodies=tuple(bodies), parameters=tuple(known.values()))
 
 
 @dataclass(frozen=True)
