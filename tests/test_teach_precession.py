@@ -9,7 +9,8 @@ import pytest
 
 from symdyn.scene import read
 from symdyn.table import Table
-from symdyn.teach.document import Document, Formula, Step, Words
+from symdyn.teach.document import Blank, Choice, Document, Formula, Step, Words
+from symdyn.teach.practice.exercises import with_exercises
 from tests.lessons import lesson_of
 
 sympy = pytest.importorskip("sympy")
@@ -107,3 +108,36 @@ def test_a_body_without_moments_turns_over_about_its_middle_axis() -> None:
 def test_nothing_is_told_of_precession_where_nothing_is_cyclic() -> None:
     keys = {step.key for section in lesson("hoop").sections for step in section.steps}
     assert not keys.intersection({"effective", "precession", "nutation"})
+
+
+def asked(name: str) -> dict[str, Choice | Blank]:
+    document = with_exercises(lesson(name), ask=("physics",))
+    return {block.key: block for _, block in document.blocks() if isinstance(block, (Choice, Blank))}
+
+
+def right(question: Choice | Blank) -> list[str]:
+    assert isinstance(question, Choice)
+    return [
+        "".join(str(x) for x in option.text.parts if isinstance(x, str)) for option in question.options if option.right
+    ]
+
+
+def test_questions_about_a_top_have_the_answers_of_its_lesson() -> None:
+    found = asked("heavy_top")
+    critical = found["physics:critical"]
+    assert isinstance(critical, Blank)
+    assert same(critical.answer.to_sympy(), "4*Ixx1*my1*g/Iyy1**2")
+    assert right(found["physics:stable"]) == ["centre of mass of top below the joint"]
+    assert [text.split(",")[0] for text in right(found["physics:conserved"])] == [
+        "the angular momentum along z of the ground",
+        "the angular momentum along an axis of the body",
+        "the energy ",
+    ]
+    assert len(right(found["physics:limit"])) == 2
+    assert right(found["physics:unit"]) == ["kg m²"]
+
+
+def test_a_free_body_is_asked_which_spin_lasts() -> None:
+    found = asked("free_body")
+    assert right(found["physics:spin"]) == ["x", "z"]
+    assert len(right(found["physics:conserved"])) == 4

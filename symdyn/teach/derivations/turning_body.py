@@ -10,7 +10,7 @@ perturbed: λ² = D_ij D_ji/(I_i I_j), D the slopes of Euler's equations by the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME
@@ -56,35 +56,62 @@ def _zero(lesson: Turning, node: Expr) -> bool:
         return False
 
 
+@dataclass(frozen=True)
+class Kept:
+    """What stays of the angular momentum of a joint: along axes of the ground, and of the body, by 0, 1, 2.
+
+    Attributes:
+        own: numbers of the angular velocities.
+    """
+
+    own: range
+    ground: tuple[int, ...]
+    body: tuple[int, ...]
+
+
+def kept(lesson: Turning, joint: Joint) -> Kept | None:
+    """Return what stays; None where a drive, a load or friction acts on the rotation."""
+    own = _free(lesson, joint)
+    if own is None:
+        return None
+    change = {i: lesson.p_rates[i] - lesson.needed[i] for i in own}
+    e = tuple(lesson.graph.symbol(name) for name in joint.coordinates[-4:])
+    ground = []
+    for a, row in enumerate(Mat.of_quaternion(e) if joint.parent == Scene.GROUND else ()):
+        turned = tangents(row, lesson.state.velocity)
+        rate = [x * lesson.p[i] + y * change[i] for x, y, i in zip(turned, row, own, strict=True)]
+        if _zero(lesson, lesson.graph.total(rate)):
+            ground.append(a)
+    return Kept(own, tuple(ground), tuple(k for k, i in enumerate(own) if _zero(lesson, change[i])))
+
+
+def along_ground(joint: Joint, found: Kept, a: int) -> Form:
+    """Return the angular momentum along an axis of the ground, by the rotation matrix and the momenta."""
+    names = [Symbol(f"R:{joint.name},{a + 1}{b}") for b in (1, 2, 3)]
+    return Form.sum(Form.product((x, Symbol(f"p:{i + 1}"))) for x, i in zip(names, found.own, strict=True))
+
+
 def _conserved(lesson: Turning) -> list[Step]:
     """Return the momenta that stay, along axes of the ground and of the body, and the energy."""
     steps = list[Step]()
     for joint in lesson.balls:
-        own = _free(lesson, joint)
-        if own is None:
+        found = kept(lesson, joint)
+        if found is None:
             continue
-        change = {i: lesson.p_rates[i] - lesson.needed[i] for i in own}
-        e = tuple(lesson.graph.symbol(name) for name in joint.coordinates[-4:])
-        kept = list[Form]()
-        for a, row in enumerate(Mat.of_quaternion(e) if joint.parent == Scene.GROUND else (), 1):
-            turned = tangents(row, lesson.state.velocity)
-            rate = [x * lesson.p[i] + y * change[i] for x, y, i in zip(turned, row, own, strict=True)]
-            if _zero(lesson, lesson.graph.total(rate)):
-                names = [Symbol(f"R:{joint.name},{a}{b}") for b in (1, 2, 3)]
-                kept.append(Form.sum(Form.product((x, Symbol(f"p:{i + 1}"))) for x, i in zip(names, own, strict=True)))
-                axis = AXES[a - 1]
-        if len(kept) == 3:
-            claim = lesson.say("turning.whole", momenta=together(kept))
+        whole = [along_ground(joint, found, a) for a in found.ground]
+        if len(whole) == 3:
+            claim = lesson.say("turning.whole", momenta=together(whole))
             steps.append(Step(f"kept:{joint.name}", claim, (), lesson.say("turning.whole.reason"), show=("momenta",)))
-        elif kept:
-            claim = lesson.say("turning.along", axis=axis, momentum=kept[0])
+        elif whole:
+            axis = AXES[found.ground[0]]
+            claim = lesson.say("turning.along", axis=axis, momentum=whole[0])
             reason = lesson.say("turning.along.reason", axis=axis)
             steps.append(Step(f"kept:{joint.name}", claim, (), reason, show=("momenta",)))
-        for k, i in enumerate(own):
-            if _zero(lesson, change[i]):
-                places = {"momentum": Symbol(f"p:{i + 1}"), "rate": Symbol(lesson.scene.velocities[i])}
-                claim = lesson.say("turning.own", axis=AXES[k], **places)
-                steps.append(Step(f"kept:{i + 1}", claim, (), lesson.say("turning.own.reason", axis=AXES[k])))
+        for k in found.body:
+            i = found.own[k]
+            rate = Symbol(lesson.scene.velocities[i])
+            claim = lesson.say("turning.own", axis=AXES[k], momentum=Symbol(f"p:{i + 1}"), rate=rate)
+            steps.append(Step(f"kept:{i + 1}", claim, (), lesson.say("turning.own.reason", axis=AXES[k])))
     timed = lesson.graph.symbol(TIME) in reachable([lesson.L, *lesson.acting])
     if not timed and all(x.is_zero for x in lesson.acting):
         total = Form.sum((Symbol("K:"), Symbol("P:")))

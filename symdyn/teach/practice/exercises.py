@@ -39,8 +39,9 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.mathematics import Spelling
+from symdyn.teach.practice.asked import with_physics
 from symdyn.teach.practice.derived import with_given
-from symdyn.teach.practice.physics import PHYSICS, with_physics
+from symdyn.teach.practice.physics import PHYSICS
 from symdyn.teach.student.course import acting
 from symdyn.teach.student.diagnosis import BOUND, points_of
 from symdyn.teach.student.grammar import Names, Target
