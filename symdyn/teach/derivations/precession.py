@@ -20,6 +20,7 @@ from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbol
 from symdyn.dynamics.mechanism import vector
+from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
@@ -33,6 +34,12 @@ LONGEST = 60
 
 NO_FORM = (*NO_SHORT_FORM, DerivationError)
 """What says that something has no closed form."""
+
+LARGE = 20
+"""A number below the line that is no fraction of a textbook."""
+
+WIDEST = 240
+"""Characters of the frequency of nutation."""
 
 TWO = Number(Fraction(2))
 
@@ -112,14 +119,31 @@ def precession_steps(left: Reduced, momenta: Mapping[int, Symbol] | None = None)
 def shortened(lesson: Lesson, node: Expr) -> Form:
     """Return a node as a quotient in print; one of `NO_FORM` is raised where it has none that is short."""
     form = in_sines(lesson, node)
-    if form is None or (
-        not isinstance(form, Sum) and any(isinstance(x, Power) and x.exponent < 0 for x in form.factors)
-    ):
+    parts = () if form is None else form.factors
+    if form is None or any(_divides(x) for x in parts) or any(_divides(x, Sum) for x in form.walk()):
         write = Quotients(lesson, [node])
-        form = quotient(*write.parts(write.known[node]))
+        form = quotient(*_in_decimals(lesson, *write.parts(write.known[node])))
     if length(form) > LONGEST:
         raise OverflowError("a formula that is no short one")
     return form
+
+
+def _divides(form: Form, base: type[Form] = Form) -> bool:
+    return isinstance(form, Power) and form.exponent < 0 and isinstance(form.base, base)
+
+
+def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
+    """Return a quotient without a number below the line that decimals of the scene have made: 981/100 is 9.81."""
+    number = under[0].value if under and isinstance(under[0], Number) else Fraction(1)
+    if number < LARGE or 10**9 % number:
+        return above, under
+    sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
+    small = not isinstance(above[0], Number) or abs(above[0].value) < LARGE
+    if len(sums) == 1 and small:
+        divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
+        if divided is not None:
+            return [*above[: sums[0]], divided, *above[sums[0] + 1 :]], under[1:]
+    return [Form.product((Number(1 / number), *above))], under[1:]
 
 
 def lowest(node: Expr) -> Expr:
@@ -150,11 +174,15 @@ def _condition(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr]) -> Prec
         return None
     spins = {s: lesson.graph.symbol(f"spin:{s + 1}") for s in others}
     (slope,) = substitute(gradient(left.static, [left.q]), _rates(left, c, M, spins))
-    turning = [x for x in Ratios.form_of(slope).factors if str(u.value) in x.symbols]
+    factors = Ratios.form_of(slope).factors
+    turning = [x for x in factors if str(u.value) in x.symbols]
+    scale = [x.base for x in factors if isinstance(x, Power) and x.exponent == -1 and isinstance(x.base, Number)]
     found = [x for x in turning if x != named(u)]
     if len(found) != 1 or isinstance(found[0], Power):
         return None
     node, none = found[0].express(lesson.graph), {u: lesson.graph.zero}
+    for x in scale:  # of decimals of the scene
+        node = node / x.value
     (first,) = gradient(node, [u])
     (second,) = gradient(first, [u])
     b, d = substitute([first, node], none)
@@ -296,7 +324,8 @@ def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str)
         blocks.append(lesson.say("upright.from", square=named(spin).power(2), least=shown, value=number))
     else:
         blocks.append(lesson.say("upright.always" if left.chosen.of(rest)[0] >= 0 else "upright.never"))
-    return Step(key, claim, tuple(blocks), lesson.say("upright.reason", names=names))
+    reason = lesson.say("upright.reason", names=names) if key.endswith("0") else Words(())
+    return Step(key, claim, tuple(blocks), reason)
 
 
 def _nutation(one: Precession) -> list[Step]:
@@ -323,7 +352,10 @@ def _nutation(one: Precession) -> list[Step]:
     node = lowest(node)
     q, omega = named(left.q), lesson.name("nutation:omega", "omega", "n", node=None)
     key = "nutation" if one.spins else "nutation.plain"
-    blocks: list[Block] = [Formula("", omega.power(2), right=shortened(lesson, node))]
+    form = shortened(lesson, node)
+    if len(text_of(form)) > WIDEST:
+        return []
+    blocks: list[Block] = [Formula("", omega.power(2), right=form)]
     if one.still:
         (still,) = substitute([held], {one.rate: graph.zero})
         blocks += [

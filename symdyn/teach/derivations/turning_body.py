@@ -16,7 +16,7 @@ from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, gradient, reachable, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Body, Joint, Pose
 from symdyn.spatial import Mat
@@ -139,23 +139,22 @@ def _spins(lesson: Turning, chosen: Chosen) -> list[Step]:
 
 
 def _spin(lesson: Turning, own: range, k: int, chosen: Chosen) -> tuple[str, Form, Words] | None:
-    """Return an axis, λ² of a spin about it, and the verdict; None where it is no steady motion by itself."""
-    u, faster, graph = lesson.state.qd, lesson.state.qdd, lesson.graph
-    i, j = (own[n] for n in range(3) if n != k)
-    alone = {x: graph.zero for x in (*u, *faster) if x is not u[own[k]]}
-    rows = [lesson.needed[n] for n in (i, j)]
-    M = [substitute(gradient(row, [faster[n] for n in own]), alone) for row in rows]
-    D = [substitute(gradient(row, [u[i], u[j]]), alone) for row in rows]
-    at = [own.index(i), own.index(j)]
-    still = substitute([lesson.needed[n] for n in own], alone)
-    none = [*still, D[0][0], D[1][1], M[0][k], M[1][k], M[0][at[1]], M[1][at[0]]]
-    if not all(_zero(lesson, x) for x in none):
+    """Return an axis, λ²/ω² of a spin about it, and the verdict; None where it is no steady motion by itself."""
+    names, (i, j) = lesson.names, (x for x in own if x != own[k])
+
+    def key(kind: str, row: int, *columns: int) -> str:
+        return f"{kind}:{row + 1},{','.join(str(x + 1) for x in sorted(columns))}"
+
+    others = [key("k_z", row, x) for row in (i, j) for x in range(lesson.state.n) if x != row]
+    others += [x for row in (i, j) for x in (key("k_D", row, own[k]), key("k_C", row, row, own[k]))]
+    if any(x in names for x in others):
         return None
+    slopes = [names.get(key("k_C", row, x, own[k])) for row, x in ((i, j), (j, i))]
+    a, b = (lesson.graph.zero if x is None or x.node is None else x.node for x in slopes)
     try:
-        a, b, c, d = (lesson.short(x).express(graph) for x in (D[0][1], D[1][0], M[0][at[0]], M[1][at[1]]))
-        square = a * b / (c * d)
-        form = Ratios.form_of(square / u[own[k]] ** 2)
-    except NO_FORM:
+        square = a * b / (lesson.node(key("k_z", i, i)) * lesson.node(key("k_z", j, j)))
+        form = Ratios.form_of(lesson.shape(square).express(lesson.graph))
+    except (*NO_FORM, KeyError):
         return None
     (value,) = chosen.of(square)
     kind = "stable" if value < 0 else "unstable" if value > 0 else "undecided"
