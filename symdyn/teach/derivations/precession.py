@@ -81,10 +81,16 @@ class Precession:
         less = [self.M[self.c, s] ** 2 / self.M[s, s] for s in self.spins]
         return lowest(self.M[self.c, self.c] - self.left.lesson.graph.total(less))
 
-    def held(self, node: Expr) -> Expr:
-        """Return a node with the rates of the others put in."""
-        u = self.left.lesson.state.qd
-        return substitute([node], _rates(self.left, self.c, self.M, self.spins) | {u[self.left.r]: node.graph.zero})[0]
+    @property
+    def carried(self) -> Expr:
+        """Return Σ M_cs ω_s, the momentum of c that the spins carry."""
+        return self.left.lesson.graph.total(self.M[self.c, s] * spin for s, spin in self.spins.items())
+
+    def potential(self, push: Expr) -> Expr:
+        """Return P + ½ push²/N, what r moves in."""
+        lesson = self.left.lesson
+        (P,) = substitute([lesson.energy.P], {lesson.state.q[k]: lesson.graph.zero for k in self.left.cyclic})
+        return P if push.is_zero else P + lowest(push**2 / self.around / 2)
 
 
 def precession_steps(left: Reduced, momenta: Mapping[int, Symbol] | None = None) -> list[Step]:
@@ -160,12 +166,6 @@ def _inertia(left: Reduced) -> dict[tuple[int, int], Expr]:
     return {(i, j): lowest(rows[i][j]) for i in order for j in order}
 
 
-def _rates(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr], spins: Mapping[int, Expr]) -> dict[Expr, Expr]:
-    """Return the rates of the others by ċ and their spins."""
-    u = left.lesson.state.qd
-    return {u[s]: spin - M[s, c] / M[s, s] * u[c] for s, spin in spins.items()}
-
-
 def _condition(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr]) -> Precession | None:
     """Return the condition for one cyclic coordinate; None where the others have no constant spin."""
     lesson, u, others = left.lesson, left.lesson.state.qd[c], [k for k in left.cyclic if k != c]
@@ -173,7 +173,8 @@ def _condition(left: Reduced, c: int, M: Mapping[tuple[int, int], Expr]) -> Prec
     if not alone or any(M[s, s].is_zero or left.q in reachable([M[s, s]]) for s in others):
         return None
     spins = {s: lesson.graph.symbol(f"spin:{s + 1}") for s in others}
-    (slope,) = substitute(gradient(left.static, [left.q]), _rates(left, c, M, spins))
+    rates = {lesson.state.qd[s]: spin - M[s, c] / M[s, s] * u for s, spin in spins.items()}
+    (slope,) = substitute(gradient(left.static, [left.q]), rates)
     factors = Ratios.form_of(slope).factors
     turning = [x for x in factors if str(u.value) in x.symbols]
     scale = [x.base for x in factors if isinstance(x, Power) and x.exponent == -1 and isinstance(x.base, Number)]
@@ -284,12 +285,7 @@ def _upright(one: Precession) -> list[Step]:
         here = {left.q: place}
         if not substitute([one.around], here)[0].is_zero:
             continue
-        P = lesson.energy.P
-        push = graph.zero
-        for s, spin in one.spins.items():
-            mixed = one.M[one.c, s]
-            push = spin * (substitute([mixed], here)[0] - mixed)
-        V = P + lowest(push**2 / one.around / 2) if one.spins else P
+        V = one.potential(substitute([one.carried], here)[0] - one.carried)
         (slope,) = gradient(V, [left.q])
         m, curvature, level = substitute([one.M[left.r, left.r], *gradient(slope, [left.q]), slope], here)
         square = lowest(curvature / m)
@@ -308,9 +304,8 @@ def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str)
     if not one.spins:
         c = named(lesson.state.q[one.c])
         told = lesson.say("upright.plain", square=omega, value=shortened(lesson, square))
-        return Step(
-            key, lesson.say("upright.singular", where=where, c=c), (told,), lesson.say("upright.singular.reason", c=c)
-        )
+        claim, reason = lesson.say("upright.singular", where=where, c=c), lesson.say("upright.singular.reason", c=c)
+        return Step(key, claim, (told,), reason)
     (spin,) = one.spins.values()
     (rest,) = substitute([square], {spin: square.graph.zero})
     gain = lowest((square - rest) / spin**2)
@@ -330,22 +325,13 @@ def _stands(one: Precession, square: Expr, where: Words, names: Words, key: str)
 
 def _nutation(one: Precession) -> list[Step]:
     """Return ω² of swings about a steady motion, a weight put in from the condition."""
-    lesson, left, graph, u = one.left.lesson, one.left, one.left.lesson.graph, one.left.lesson.state.qd
-    r, order = left.r, left.cyclic
-    moved = [graph.total(gradient(one.M[i, j], [left.q])[0] * u[j] for j in order) for i in order]
-    field_nodes = [*(one.M[i, j] for i in order for j in order), *moved, *(one.M[k, r] for k in order), one.M[r, r]]
-    bent = gradient(gradient(left.static, [left.q])[0], [left.q])[0]
-    field = Ratios([*field_nodes, bent])
-    known = dict(zip([*field_nodes, bent], evaluate([*field_nodes, bent], field, field.values()), strict=True))
-    inverse = field.solved(
-        [[known[one.M[i, j]] for j in order] for i in order],
-        [[known[x], known[one.M[k, r]]] for x, k in zip(moved, order, strict=True)],
-    )
-    V, m = known[bent], known[one.M[r, r]]
-    for (x, y), a, k in zip(inverse, moved, order, strict=True):
-        V = field.add(V, field.mul(x, known[a]))
-        m = field.sub(m, field.mul(y, known[one.M[k, r]]))
-    held = one.held(field.form(field.div(V, m)).express(graph))
+    lesson, left, M, r = one.left.lesson, one.left, one.M, one.left.r
+    if any(not M[r, s].is_zero for s in one.spins):
+        return []
+    p = lesson.graph.symbol("precession:p")
+    (slope,) = gradient(one.potential(p - one.carried), [left.q])
+    square = gradient(slope, [left.q])[0] / (M[r, r] - M[r, one.c] ** 2 / one.around)
+    (held,) = substitute([square], {p: one.around * one.rate + one.carried})
     node = _without_weight(one, held)
     if one.a.is_zero:
         (node,) = substitute([node], {one.rate: -one.d / one.b})
@@ -357,7 +343,7 @@ def _nutation(one: Precession) -> list[Step]:
         return []
     blocks: list[Block] = [Formula("", omega.power(2), right=form)]
     if one.still:
-        (still,) = substitute([held], {one.rate: graph.zero})
+        (still,) = substitute([held], {one.rate: lesson.graph.zero})
         blocks += [
             lesson.say("nutation.still", rate=named(one.rate)),
             Formula("", omega.power(2), right=shortened(lesson, still)),
