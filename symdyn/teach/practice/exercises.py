@@ -105,8 +105,7 @@ class Hidden:
 
     @staticmethod
     def _alike(result: list[float], answer: list[float], sign: int) -> bool:
-        pairs = zip(result, answer, strict=True)
-        return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in pairs)
+        return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in zip(result, answer, strict=True))
 
     def _values(self, node: Expr) -> list[float]:
         """Return the values at points that are the same for all, NaN where there is none, which is like nothing."""
