@@ -125,7 +125,7 @@ class Prose:
     scene: Scene
     language: str
     names: dict[str, Name] = field(default_factory=dict)
-    references: dict[str, str | Form | Words] = field(default_factory=dict, repr=False)
+    told: set[str] = field(default_factory=set, repr=False)
 
     # Names
 
@@ -167,11 +167,11 @@ class Prose:
         """All words of the language."""
         return language_of(self.language)
 
-    def once(self, key: str, of: str | Form | Words, **places: str | Form | Words) -> Words:
-        """Return prose the first time that it is asked for; later a reference to what it was told of."""
-        if key in self.references:
-            return self.say("as.before", of=self.references[key])
-        self.references[key] = of
+    def once(self, key: str, **places: str | Form | Words) -> Words:
+        """Return prose the first time that it is asked for; later nothing, as the reasoning is the same."""
+        if key in self.told:
+            return Words(())
+        self.told.add(key)
         return self.say(key, **places)
 
     def written(self, value: float) -> str:

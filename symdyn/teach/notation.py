@@ -117,7 +117,7 @@ def notation_step(lesson: Prose) -> Step:
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), measure, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
-    return Step("notation", lesson.say("notation"), (table,), level="full")
+    return Step("notation", lesson.say("notation"), (table,))
 
 
 def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:

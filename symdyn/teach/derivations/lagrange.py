@@ -88,7 +88,7 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         (value,) = chosen.of(node_of(lesson, key))
         rows.append((Symbol(key), lesson.written(value), coefficient_unit(c.of, c.indices, slides)))
     table = lesson.table(("coefficient", "value", "unit"), rows)
-    return Step("values", lesson.say("values"), (table,), level="full")
+    return Step("values", lesson.say("values"), (table,))
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:

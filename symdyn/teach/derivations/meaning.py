@@ -227,7 +227,7 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
     tags = ", ".join(mass.tag for mass in carried)
     claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags, axis=along)
-    reason, reference = lesson.once(f"{kind}.reason", Symbol(k_z)), lesson.reference(k_z, f"J:{here}", torque)
+    reason, reference = lesson.once(f"{kind}.reason"), lesson.reference(k_z, f"J:{here}", torque)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
 
 
@@ -274,8 +274,8 @@ def _check(lesson: Lesson, a: str, b: str) -> Box:
     """Return the box that says that two values are one function, decided in the ring."""
     equal = lesson.vanishes(node_of(lesson, a) - node_of(lesson, b))
     assert equal, f"{a} and {b} differ: one of the two derivations is wrong"
-    key = "check.again" if "check.equal" in lesson.references else "check.equal"
-    lesson.references["check.equal"] = ""
+    key = "check.again" if "check.equal" in lesson.told else "check.equal"
+    lesson.told.add("check.equal")
     return Box("check", lesson.say("check.title"), (lesson.say(key, first=Symbol(a), second=Symbol(b)),))
 
 
@@ -315,7 +315,7 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], resul
     blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
     claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
     reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)
-    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason", Symbol(k_z)), reference)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason"), reference)
 
 
 def _called(lesson: Lesson, torque: str, i: int, rate: Expr, axis: Axis) -> Words:
@@ -352,5 +352,5 @@ def _weights(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step:
     lesson.name(key, "F" if axis.slides else "M", "G", here, node=node)
     blocks: list[Block] = [folded(lesson, Formula(key, lesson.short(node))), _check(lesson, f"k_G:{here}", key)]
     claim = lesson.say("weights.slide" if axis.slides else "weights", name=Symbol(f"k_G:{here}"), joint=axis.joint.name)
-    reason = lesson.once("weights.slide.reason" if axis.slides else "weights.reason", Symbol(f"k_G:{here}"), drive=here)
+    reason = lesson.once("weights.slide.reason" if axis.slides else "weights.reason", drive=here)
     return Step(f"meaning:k_G:{here}", claim, tuple(blocks), reason)

@@ -66,7 +66,7 @@ def symbols_step(lesson: Turning) -> Step:
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
-    return Step("notation", lesson.say("notation"), (table,), level="full")
+    return Step("notation", lesson.say("notation"), (table,))
 
 
 def rotation_steps(lesson: Turning) -> list[Step]:

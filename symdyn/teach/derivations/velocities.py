@@ -67,7 +67,7 @@ def velocity_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
         claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
-        reason = lesson.once("velocity.reason", lesson.say("place", tag=mass.tag))
+        reason = lesson.once("velocity.reason")
         reference = _range([block for block in blocks if isinstance(block, Formula)])
         steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
         if mass.spins:
@@ -83,7 +83,7 @@ def _turning(lesson: Lesson, mass: Mass, result: list[Mass]) -> Step:
     key = "turning.plane" if read is None else "turning.sum" if mass.body.name in _carried(lesson) else "turning.reason"
     key = "turning.still" if all(map(lesson.vanishes, w)) else key
     blocks = _components(lesson, names, w, read or [Number.ZERO] * 3)
-    return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key, mass.body.name))
+    return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key))
 
 
 def _carried(lesson: Lesson) -> set[str]:
@@ -274,13 +274,13 @@ def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
     key = f"Kw:{tag}"
     blocks: list[Block] = [Formula(key, Form.sum(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
     claim = lesson.say("spin", body=mass.body.name)
-    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason", mass.body.name), level="full")
+    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason"))
 
 
 def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
     claim = lesson.say("offset", body=mass.body.name)
     block = folded(lesson, Formula(f"Kh:{mass.tag}", kinetic_form(lesson, term)))
-    return Step(f"offset:{mass.tag}", claim, (block,), lesson.once("offset.reason", mass.body.name), level="full")
+    return Step(f"offset:{mass.tag}", claim, (block,), lesson.once("offset.reason"))
 
 
 def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
@@ -330,7 +330,7 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
         blocks.append(Formula(key, Form.sum(places), lesson.number(f"P.definition:{tag}")))
     blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
     claim = lesson.say("potential", body=mass.body.name, tag=tag)
-    reason = lesson.once("potential.reason", Symbol(key))
+    reason = lesson.once("potential.reason")
     return [Step(f"potential:{tag}", claim, tuple(blocks), reason, _reference(lesson, key))]
 
 

@@ -270,19 +270,9 @@ def html_page(document: Document) -> str:
             "key": section.key,
             "title": in_html(section.title),
             "waits": any(step.needs for step in section.steps),
-            "steps": [
-                {
-                    "key": _anchor(step.key),
-                    "claim": page.words(step.claim),
-                    "reference": in_html(step.reference),
-                    "blocks": page.blocks(step),
-                    "result": step.is_result,
-                    "tries": [page.tried(one) for one in step.tries],
-                    "reason": page.words(step.reason),
-                    "show": in_html(" ".join(page.numbered.shown(step))),
-                    "needs": page.numbers(step.needs),
-                }
-                for step in section.steps
+            "runs": [
+                (page.text["page.more"].format(count=len(run)) if folded else "", [page.step(step) for step in run])
+                for folded, run in section.runs(document.folds)
             ],
         }
         for section in document.sections
@@ -342,6 +332,20 @@ class _Page:
         """Return a formula in a line of text; a long one in pieces."""
         latex = self.spell.inline(form)
         return inline(latex) if latex_width(latex) < SHORT else f'<span class="run">{flow("", self.spell(form))}</span>'
+
+    def step(self, step: Step) -> dict[str, object]:
+        """Return the places of the template."""
+        return {
+            "key": _anchor(step.key),
+            "claim": self.words(step.claim),
+            "reference": in_html(step.reference),
+            "blocks": self.blocks(step),
+            "result": step.is_result,
+            "tries": [self.tried(one) for one in step.tries],
+            "reason": self.words(step.reason),
+            "show": in_html(" ".join(self.numbered.shown(step))),
+            "needs": self.numbers(step.needs),
+        }
 
     def blocks(self, step: Step) -> list[str]:
         """Return the elements of a step; the last formula of a result gets the class that frames it."""

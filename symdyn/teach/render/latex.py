@@ -58,7 +58,7 @@ COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
 
 def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
-    document = solutions_last(document)
+    document = solutions_last(document.kept())
     page = _Page(document)
     sections = [
         {

@@ -21,6 +21,7 @@ from symdyn.teach.document import (
     Picture,
     Room,
     Shares,
+    Step,
     Words,
 )
 from symdyn.teach.languages import language_of
@@ -35,14 +36,14 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
-    document = solutions_last(document)
+    document = solutions_last(document.in_folds())
     page = Page(document)
     sections = [
         {
             "title": in_markdown(section.title),
             "steps": [
                 {
-                    "claim": page.words(step.claim),
+                    "claim": page.claim(step),
                     "reference": in_markdown(step.reference),
                     "blocks": page.blocks(step.blocks),
                     "reason": page.words(step.reason),
@@ -73,6 +74,11 @@ class Page:
     def words(self, words: Words) -> str:
         """Return prose."""
         return self.spell.words(words, in_markdown)
+
+    def claim(self, step: Step) -> str:
+        """Return what a step says first, of a result in bold."""
+        text = self.words(step.claim)
+        return f"**{text}**" if step.is_result and text else text
 
     def blocks(self, blocks: Sequence[Block]) -> list[str]:
         """Return the paragraphs of blocks."""

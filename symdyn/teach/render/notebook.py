@@ -271,7 +271,7 @@ def notebook(document: Document) -> dict[str, str]:
 
 
 def _cells(document: Document) -> Iterator[Cell]:
-    document = solutions_last(document)
+    document = solutions_last(document.in_folds())
     page = _Page(document)
     yield _text("title", f"# {in_markdown(document.title)}")
     asked = any(isinstance(block, Questions) for _, block in document.blocks())
@@ -325,7 +325,8 @@ def _step(page: _Page, step: Step) -> Iterator[Cell]:
     """Yield the cells of a step: its text, then what can be run."""
     reference = f" {in_markdown(step.reference)}" if step.reference else ""
     reason = [page.words(step.reason)] if step.reason.parts else []
-    parts = [f"**{page.words(step.claim)}**{reference}", *page.blocks(step.blocks), *reason]
+    claim = [f"{page.claim(step)}{reference}"] if step.claim.parts or reference else []
+    parts = [*claim, *page.blocks(step.blocks), *reason]
     pictures = {f"{block.key}.svg": block.svg for block in step.blocks if isinstance(block, Picture)}
     yield _text(f"step-{step.key}", "\n\n".join(parts), pictures)
     if step.key.startswith("coefficients"):
