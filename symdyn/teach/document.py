@@ -274,9 +274,9 @@ RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated")
 BRIEF = frozenset(
     (
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
-        *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
-        *("equilibria", "near", "amended", "steady", "cyclic", "energy", "momentum.sum", "limits", "swings"),
-        *("state", "power", "formulations", "solution", "follows", "later", "errata"),
+        *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions.state", "reactions"),
+        *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations"),
+        *("solution", "follows", "later", "errata"),
     )
 )
 """Steps of a brief lesson, by their key or what stands there before a colon: task, equations, what follows from them,
@@ -404,8 +404,12 @@ class Document:
         """Return what paper has of a brief document: brief steps, questions, and sections that keep one."""
         if not self.brief:
             return self
-        kept = [replace(s, steps=tuple(one for one in s.steps if one.is_brief or one.asks)) for s in self.sections]
-        return replace(self, sections=tuple(section for section in kept if section.steps))
+        cited = {"state"} if any(section.key == "errata" for section in self.sections) else set()  # where they are checked
+        sections = [
+            replace(part, steps=tuple(x for x in part.steps if x.is_brief or x.asks or x.key in cited))
+            for part in self.sections
+        ]
+        return replace(self, sections=tuple(section for section in sections if section.steps))
 
     def folds(self, step: Step) -> bool:
         """Whether a page has a step in a fold: of a brief document what is not brief, and what a textbook has wrong."""

@@ -26,7 +26,7 @@ from symdyn.teach.derivations.multiplier_steps import (
     name_ties,
     system_step,
 )
-from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_step
+from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_steps
 from symdyn.teach.derivations.quaternion_steps import (
     Turning,
     energy_steps,
@@ -40,7 +40,7 @@ from symdyn.teach.derivations.rotations import angular_velocity
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, called, named, silent_steps, together
-from symdyn.teach.notation import acting_steps, parameter_rows, scene_step
+from symdyn.teach.notation import acting_steps, joints_step, parameter_rows, scene_step
 from symdyn.teach.shown_state import Chosen, choose_state
 
 TWO, HALF = Number(Fraction(2)), Number(Fraction(1, 2))
@@ -230,7 +230,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     sections = [
         lesson.section(
             "scene",
-            [shown, *silent_steps(lesson), task_step(lesson), *acting_steps(lesson), symbols_step(lesson)],
+            [shown, *silent_steps(lesson), task_step(lesson), *acting_steps(lesson), symbols_step(lesson), joints_step(lesson)],
         ),
         lesson.section("rotations.quaternion", rotation_steps(lesson)),
     ]
@@ -241,7 +241,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         sections += _equations(lesson, right)
     if last >= 3:
         sections += closed_sections(lesson)
-        steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, right, chosen)]
+        steps = [state_step(lesson, chosen), forces_step(lesson, chosen), *tied_power_steps(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]
     title = lesson.text("title.quaternions", scene=called(lesson.scene))

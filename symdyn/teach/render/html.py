@@ -88,7 +88,7 @@ BY_STEP: Mapping[str, tuple[str, ...]] = {
     "coefficients:k_C": ("coriolis",),
     "coefficients:k_D": ("centrifugal",),
     "coefficients:k_G": ("weights",),
-    "state": ("angles",),
+    "reactions.state": ("angles",),
     "torque": ("inertia", "coriolis", "centrifugal", "weights"),
     "moved": ("accelerations", "inertia"),
     "about": ("accelerations", "inertia"),
