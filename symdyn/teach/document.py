@@ -323,6 +323,15 @@ class Step:
         return self.key.partition(":")[0] in RESULTS
 
     @property
+    def framed(self) -> slice:
+        """Which blocks stand in a frame: of a result the last formulas that follow each other."""
+        known = [k for k, block in enumerate(self.blocks) if isinstance(block, (Formula, Braced))]
+        if not self.is_result or not known:
+            return slice(0, 0)
+        first = next(k for k in reversed(known) if k - 1 not in known)
+        return slice(first, known[-1] + 1)
+
+    @property
     def is_brief(self) -> bool:
         """Whether a brief lesson has it."""
         return not BRIEF.isdisjoint((self.key, self.key.partition(":")[0]))

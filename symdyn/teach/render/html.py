@@ -254,7 +254,6 @@ def _attribute(name: str, entries: list[str]) -> str:
 
 
 SHORT = 150.0  # of a formula between words
-DISPLAYED = '<div class="formula"'
 
 
 def html(document: Document) -> dict[str, str]:
@@ -348,13 +347,12 @@ class _Page:
         }
 
     def blocks(self, step: Step) -> list[str]:
-        """Return the elements of a step; the last formula of a result gets the class that frames it."""
-        shown = [text for block in step.blocks for text in self.block(block)]
-        if step.is_result:
-            last = max((k for k, text in enumerate(shown) if text.startswith(DISPLAYED)), default=None)
-            if last is not None:
-                shown[last] = shown[last].replace(DISPLAYED, '<div class="formula last"', 1)
-        return shown
+        """Return the elements of a step, a result in its frame."""
+        before, framed, after = (
+            [text for block in step.blocks[part] for text in self.block(block)]
+            for part in (slice(step.framed.start), step.framed, slice(step.framed.stop, None))
+        )
+        return [*before, *(['<div class="frame">', *framed, "</div>"] if framed else []), *after]
 
     def tried(self, one: Try) -> dict[str, str | int]:
         """Return the slider of a threshold: twice as far, in the middle where what the sentence says changes."""
@@ -445,4 +443,4 @@ class _Page:
 
 def _numbered(formula: str, number: str, marks: str = "") -> str:
     tag = f'<span class="number">({in_html(number)})</span>' if number else ""
-    return f'{DISPLAYED}><div class="flow"{marks}>{formula}</div>{tag}</div>'
+    return f'<div class="formula"><div class="flow"{marks}>{formula}</div>{tag}</div>'
