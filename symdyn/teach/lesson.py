@@ -327,6 +327,16 @@ class Lesson(Prose):
         """Particles and rigid bodies, the ground's side first."""
         return masses(self.scene, self.graph, self.placed)
 
+    def of(self, mass: Mass, whole: bool = False) -> Words:
+        """Return what a mass is called behind "of": a particle by its letter, a body by its centre or as a whole."""
+        if not mass.particle:
+            key = "mass.whole" if whole else "mass.centre" if mass.h is None else "mass.origin"
+            return self.say(key, body=mass.body.name)
+        letter = Form.of(mass.m)
+        if isinstance(letter, Symbol) and sum(one.m == mass.m for one in self.masses) == 1:
+            return self.say("mass.point", m=letter)
+        return self.say("mass.point.of", body=mass.body.name, tag=mass.tag)
+
     @cached_property
     def ring(self) -> TrigonometricRing:
         """The ring in which positions, velocities and what is made of them are written.

@@ -225,8 +225,8 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step
     moved = lesson.say(f"{kind}.torque", rate=named(qdd), torque=Symbol(torque), axis=along)
     product = Form.product((Symbol(k_z), named(qdd)))
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
-    tags = ", ".join(mass.tag for mass in carried)
-    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags, axis=along)
+    bodies = ", ".join(dict.fromkeys(mass.body.name for mass in carried))
+    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, bodies=bodies, axis=along)
     reason, reference = lesson.once(f"{kind}.reason"), lesson.reference(k_z, f"J:{here}", torque)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
 

@@ -171,7 +171,7 @@ def body_velocity_steps(lesson: Turning) -> list[Step]:
             for axis, node in zip(AXES, entries, strict=True):
                 name = lesson.name(f"{key}:{tag}{axis}", letter, tag, axis, node=node).name
                 blocks.append(folded(lesson, Formula(name, lesson.shape(node))))
-        claim = lesson.say("body.velocity", body=mass.body.name, tag=tag)
+        claim = lesson.say("body.velocity", mass=lesson.of(mass), body=mass.body.name)
         reason = lesson.say("body.velocity.reason") if not steps else Words(())
         steps.append(Step(f"velocity:{tag}", claim, tuple(blocks), reason, show=("velocities",)))
     return steps

@@ -37,7 +37,7 @@ def position_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
     for mass in result:
         names = [lesson.name(f"{axis}:{mass.tag}", axis, mass.tag, node=node) for axis, node in _along(mass.place)]
         blocks = _components(lesson, names, mass.place)
-        claim = lesson.say(f"position.{_kind(mass)}", body=mass.body.name, tag=mass.tag)
+        claim = lesson.say("position", mass=lesson.of(mass))
         steps.append(Step(f"position:{mass.tag}", claim, tuple(blocks), reference=_range(blocks)))
     return steps
 
@@ -61,12 +61,12 @@ def velocity_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
             details.append(lesson.table(("velocity.term", "velocity.rate"), rows))
             blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
         if not blocks:
-            blocks = [lesson.say("velocity.rests", tag=mass.tag)]
+            blocks = [lesson.say("velocity.rests")]
         if details:
             shown = len(lesson.scene.velocities) <= SMALL_SCENE
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
-        claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
+        claim = lesson.say("velocity", mass=lesson.of(mass))
         reason = lesson.once("velocity.reason")
         reference = _range([block for block in blocks if isinstance(block, Formula)])
         steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
@@ -140,10 +140,6 @@ def _length(form: Form, known: dict[int, int]) -> int:
     return known[id(form)]
 
 
-def _kind(mass: Mass) -> str:
-    return "particle" if mass.particle else "centre" if mass.h is None else "origin"
-
-
 def _range(blocks: list[Block]) -> str:
     """Return the equation numbers of some formulas: "5.28, 5.29"."""
     return ", ".join(f"({b.number})" for b in blocks if isinstance(b, Formula) and b.number)
@@ -205,7 +201,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
     definition = Form.sum(parts)
     blocks: list[Block] = [Formula(key, definition, lesson.number(f"K.definition:{tag}"))]
     blocks.append(folded(lesson, Formula(key, kinetic_form(lesson, node), lesson.number(key))))
-    claim = lesson.say("kinetic", body=mass.body.name, tag=tag)
+    claim = lesson.say("kinetic", mass=lesson.of(mass, whole=True))
     steps.append(Step(f"kinetic:{tag}", claim, tuple(blocks), reference=_reference(lesson, key)))
     return steps
 
@@ -222,7 +218,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     groups = expanded_squares(components.values())
     if groups is None:
         blocks.append(lesson.say("square.long"))
-        return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
+        return Step(f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key))
     simple = []
     identities: list[Block] = []
     for group in groups:
@@ -240,7 +236,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
         blocks += [*multiplied, lesson.say("square.result")]
     ordered = Form.sum(_rates_last(term) for term in simple)
     blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
-    return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
+    return Step(f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key))
 
 
 def _rates_last(term: Form) -> Form:
@@ -329,7 +325,7 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
     if mass.h is None:
         blocks.append(Formula(key, Form.sum(places), lesson.number(f"P.definition:{tag}")))
     blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
-    claim = lesson.say("potential", body=mass.body.name, tag=tag)
+    claim = lesson.say("potential", mass=lesson.of(mass, whole=True))
     reason = lesson.once("potential.reason")
     return [Step(f"potential:{tag}", claim, tuple(blocks), reason, _reference(lesson, key))]
 
