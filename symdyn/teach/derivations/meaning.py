@@ -10,6 +10,7 @@ k_G,i = -Σ m g·a_i. Products and squares of rates have k_C and k_D.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Union
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import vector
@@ -22,23 +23,30 @@ from symdyn.spatial import Vec, add, cross, dot, sub, zero_vector
 from symdyn.teach.derivations.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.derivations.rotations import angular_velocity
 from symdyn.teach.derivations.velocities import folded, length
-from symdyn.teach.document import Block, Box, Formula, Name, Step, Words
-from symdyn.teach.lesson import AXES, Lesson, Mass, named
+from symdyn.teach.document import Block, Box, Fold, Formula, Name, Step, Words
+from symdyn.teach.lesson import AXES, Lesson, Mass, named, together
+
+Row = tuple[Symbol, Union[Form, Words], Words]
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""
 
 
 def rates_step(lesson: Lesson, page: Printable, kind: str, mass: list[Mass]) -> Step:
-    """Return a table: each coefficient of a product of velocities, and why it is there or not."""
-    rows, slides = [], [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
+    """Return a table: each coefficient of a product of velocities, and why it is there; folded, why others are zero."""
+    rows: tuple[list[Row], list[Row]] = [], []
+    slides = [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
             value = c.form if short else lesson.say("long.short", terms=str(length(c.form)))
             why = lesson.say(_why(lesson, c.indices, slides, kind, mass), **_places(lesson, c.indices))
-            rows.append((Symbol(coefficient_key(c)), value, why))
-    blocks: list[Block] = [lesson.table(("coefficient", "value", "why"), rows)]
+            rows[c.vanishes].append((Symbol(coefficient_key(c)), value, why))
+    there, zero = (lesson.table(("coefficient", "value", "why"), some) for some in rows)
+    blocks: list[Block] = [there] if there.rows else []
+    if zero.rows:
+        names = together([name for name, *_ in rows[True]])
+        blocks.append(Fold(lesson.say("meaning.zero", names=names), (zero,)))
     reference = lesson.reference(f"{kind}:1,1") if kind == "k_D" else ""
     if reference:
         node, rate = node_of(lesson, "k_D:1,1"), lesson.state.qd[0]
