@@ -23,7 +23,7 @@ from symdyn.spatial import add, cross
 from symdyn.table import Table
 from symdyn.teach.derivations.rotations import angular_velocity, is_rate, rate_of
 from symdyn.teach.derivations.velocities import MOST_TERMS, folded, length
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Words
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Letter, Name, Step, Words
 from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -245,7 +245,8 @@ def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
         if zero:
             blocks.append(lesson.say("coefficients.zero", names=together(zero)))
-        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks)))
+        claim = lesson.say(f"coefficients.{kind}", entry=lesson.called("M:ij", Letter("M", ("ij",))))
+        steps.append(Step(f"coefficients:{kind}", claim, tuple(blocks)))
     return steps
 
 

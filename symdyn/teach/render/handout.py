@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symdyn.arguments import argument
-from symdyn.emit.print import refuse_too_long
+from symdyn.emit.print import Letters, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
@@ -111,7 +111,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = with_letters(scene.in_language(language), language)
+    scene = apart(with_letters(scene.in_language(language), language), language)
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
@@ -136,6 +136,22 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
         return scene
     named, said = with_symbols(scene, "all"), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
+
+
+def apart(scene: Scene, language: str = "en") -> Scene:
+    """Return a scene whose parameters print as no letter of the textbook, K, P, L or k_z; each says what it was."""
+    shown, said = Letters(scene).apart(), language_of(language).lesson
+    renamed = [
+        replace(
+            one,
+            latex=shown[one.name],
+            text=said["notation.apart"].format(text=one.text or said["notation.parameter"], name=one.name),
+        )
+        if one.name in shown
+        else one
+        for one in scene.parameters
+    ]
+    return replace(scene, parameters=tuple(renamed)) if shown else scene
 
 
 @dataclass(frozen=True)
