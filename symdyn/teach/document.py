@@ -274,7 +274,7 @@ RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated")
 BRIEF = frozenset(
     (
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
-        *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions.state", "reactions"),
+        *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations"),
         *("solution", "follows", "later", "errata"),
     )
@@ -413,7 +413,8 @@ class Document:
         """Return what paper has of a brief document: brief steps, questions, and sections that keep one."""
         if not self.brief:
             return self
-        cited = {"state"} if any(section.key == "errata" for section in self.sections) else set()  # where they are checked
+        told = {"errata", "reactions"} & {section.key for section in self.sections}  # whose numbers are of that state
+        cited = {"state"} if told else set()
         sections = [
             replace(part, steps=tuple(x for x in part.steps if x.is_brief or x.asks or x.key in cited))
             for part in self.sections

@@ -88,7 +88,7 @@ BY_STEP: Mapping[str, tuple[str, ...]] = {
     "coefficients:k_C": ("coriolis",),
     "coefficients:k_D": ("centrifugal",),
     "coefficients:k_G": ("weights",),
-    "reactions.state": ("angles",),
+    "state": ("angles",),
     "torque": ("inertia", "coriolis", "centrifugal", "weights"),
     "moved": ("accelerations", "inertia"),
     "about": ("accelerations", "inertia"),

@@ -246,8 +246,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "form
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
         sections.append(lesson.section("bodies", steps))
     if last >= 2:
-        state = replace(state_step(lesson, chosen), key="reactions.state")
-        steps = [system_step(lesson), *solved_steps(lesson), state, numbers_step(lesson, chosen)]
+        steps = [system_step(lesson), *solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
         sections.append(lesson.section("reactions", steps))
     if last >= 3:
         if (proof := formulations_step(lesson, chosen)) is not None:
