@@ -12,7 +12,7 @@ from typing import ClassVar
 from symdyn.arguments import argument
 from symdyn.emit.print import Letters, refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
-from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -134,8 +134,27 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
     """Return a small scene of numbers alone with letters in their place, which keep the numbers as values."""
     if scene.parameters or len(scene.velocities) > SMALL_SCENE:
         return scene
-    named, said = with_symbols(scene, "all"), language_of(language).letter
+    named, said = _axes_alike(with_symbols(scene, "all")), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
+
+
+def _axes_alike(scene: Scene) -> Scene:
+    """Return a scene whose moments of inertia of one body, where they are equal, are one letter."""
+    known, bodies = {Quantity.symbol(one.name): one for one in scene.parameters}, []
+    for body in scene.bodies:
+        moments, first = list(body.inertia), dict[Quantity | None, int]()
+        for k, axes in enumerate(("xx", "yy", "zz")):
+            if (letter := known.get(moments[k])) is None:
+                continue
+            at = first.setdefault(letter.value, k)
+            if at != k:
+                kept = known[moments[at]]
+                text = kept.text.replace(" of ", f" = {axes} of ", 1)
+                known[moments[at]] = replace(kept, text=text)
+                del known[moments[k]]
+                moments[k] = moments[at]
+        bodies.append(replace(body, inertia=tuple(moments)))
+    return replace(scene, bodies=tuple(bodies), parameters=tuple(known.values()))
 
 
 def apart(scene: Scene, language: str = "en") -> Scene:
