@@ -336,6 +336,11 @@ class Step:
         """Whether a brief lesson has it."""
         return not BRIEF.isdisjoint((self.key, self.key.partition(":")[0]))
 
+    def opened(self) -> Iterator[Block]:
+        """Yield every block, those inside boxes, folds and solutions too."""
+        for block in self.blocks:
+            yield from _opened(block)
+
     def spoken(self) -> tuple[Block, ...]:
         """Return all that it says as blocks."""
         reference = (f" {self.reference}",) if self.reference else ()
@@ -387,9 +392,7 @@ class Document:
         """Yield every block with its step, those inside boxes, folds and solutions too."""
         for section in self.sections:
             for step in section.steps:
-                for block in step.blocks:
-                    for inner in _opened(block):
-                        yield step, inner
+                yield from ((step, block) for block in step.opened())
 
     def forms(self) -> Iterator[Form]:
         """Yield every form that stands in a display."""
@@ -425,18 +428,19 @@ class Document:
         """Whether a page has a step in a fold: of a brief document what is not brief, and what a textbook has wrong."""
         return self.brief and (not step.is_brief or step.key.startswith(ERRATA))
 
-    def in_folds(self) -> Document:
-        """Return a document whose folded steps, but for questions, are blocks of a fold."""
+    def in_folds(self, section: Section) -> Iterator[tuple[Step, tuple[Step, ...]]]:
+        """Yield what a text without an order of its own for folds has of a section, and the steps that it is made of.
+
+        Folded steps, but for questions, are blocks of one fold.
+        """
         summary = language_of(self.language).lesson["page.more"]
-        sections = []
-        for section in self.sections:
-            steps: list[Step] = []
-            for folded, run in section.runs(lambda step: self.folds(step) and not step.asks):
-                inside = tuple(block for step in run for block in step.spoken())
-                said = Words((summary.format(count=len(run)),))
-                steps += [Step(f"more:{run[0].key}", Words(()), (Fold(said, inside),))] if folded else run
-            sections.append(replace(section, steps=tuple(steps)))
-        return replace(self, sections=tuple(sections))
+        for folded, run in section.runs(lambda step: self.folds(step) and not step.asks):
+            if not folded:
+                yield from ((step, (step,)) for step in run)
+                continue
+            inside = tuple(block for step in run for block in step.spoken())
+            fold = Fold(Words((summary.format(count=len(run)),)), inside)
+            yield Step(f"more:{run[0].key}", Words(()), (fold,)), run
 
 
 def _opened(block: Block) -> Iterator[Block]:

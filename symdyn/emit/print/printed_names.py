@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, count
 from typing import ClassVar
 
@@ -302,8 +302,9 @@ class Letters:
         symbols, found = latex_symbols(self.scene), dict[str, str]()
         for name in (parameter.name for parameter in self.scene.parameters):
             if self._clashes(symbols[name]):
-                first, subscript = re.fullmatch(r"([^_]*)_?\{?(.*?)\}?", symbols[name]).groups()
-                offered = (f"{first}_{{{subscript + ',' if subscript else ''}{'p' * k}}}" for k in count(1))
+                shown = _declared(symbols[name])
+                index = (",".join(filter(None, (shown.subscript, "p" * k))) for k in count(1))
+                offered = (str(replace(shown, subscript=one)) for one in index)
                 found[name] = next(x for x in offered if x not in symbols.values() and not self._clashes(x))
         return found
 

@@ -36,7 +36,7 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
-    document = solutions_last(document.in_folds())
+    document = solutions_last(document)
     page = Page(document)
     sections = [
         {
@@ -48,7 +48,7 @@ def markdown(document: Document) -> dict[str, str]:
                     "blocks": page.blocks(step.blocks),
                     "reason": page.words(step.reason),
                 }
-                for step in section.steps
+                for step, _ in document.in_folds(section)
             ],
         }
         for section in document.sections
