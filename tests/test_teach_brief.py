@@ -77,7 +77,9 @@ def test_the_next_question_opens_its_fold_and_print_has_what_is_open(
         assert page.evaluate(shut) == before - 1
         page.locator('nav a[href="#part-positions"]').click()
         assert page.locator("#step-position-1").is_visible()
-        numbered = page.evaluate("[...document.querySelectorAll('.text h2')].filter(one => one.checkVisibility()).length")
+        numbered = page.evaluate(
+            "[...document.querySelectorAll('.text h2')].filter(one => one.checkVisibility()).length"
+        )
         assert numbered == page.locator("nav li").count()
         page.emulate_media(media="print")
         assert page.locator("#step-position-1").is_visible()

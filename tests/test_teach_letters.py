@@ -131,7 +131,9 @@ def test_the_energy_of_all_is_no_watt() -> None:
     document = lesson_of(read(EXAMPLES / "two_link.toml"))
 
     step = next(step for section in document.sections for step in section.steps if step.key == "power.numbers")
-    said = " ".join(Spelling(document).words(block, str) for block in (step.claim, *step.blocks) if hasattr(block, "parts"))
+    said = " ".join(
+        Spelling(document).words(block, str) for block in (step.claim, *step.blocks) if hasattr(block, "parts")
+    )
     assert " W," in said
     assert r"\mathrm{d}t} W$" not in said
 

@@ -276,7 +276,7 @@ BRIEF = frozenset(
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
         *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations"),
-        *("solution", "follows", "later", "errata"),
+        *("variant", "given", "physics", "solution", "follows", "later", "errata"),
     )
 )
 """Steps of a brief lesson, by their key or what stands there before a colon: task, equations, what follows from them,
@@ -320,7 +320,7 @@ class Step:
     @property
     def is_result(self) -> bool:
         """Whether its last formula is a result, which is framed."""
-        return self.key.partition(":")[0] in RESULTS
+        return bool(self.blocks) and self.key.partition(":")[0] in RESULTS
 
     @property
     def framed(self) -> slice:

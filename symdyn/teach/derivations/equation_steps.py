@@ -23,7 +23,7 @@ from symdyn.spatial import add, cross
 from symdyn.table import Table
 from symdyn.teach.derivations.rotations import angular_velocity, is_rate, rate_of
 from symdyn.teach.derivations.velocities import MOST_TERMS, folded, length
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Letter, Name, Step, Words
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Words
 from symdyn.teach.lesson import AXES, SMALL_SCENE, Lesson, Mass, Prose, named, together
 from symdyn.teach.shown_state import Chosen
 
@@ -84,9 +84,7 @@ def _momentum(lesson: Lesson, i: int) -> Step:
     symbol = lesson.slope("L:", qd, lesson.momenta[i])
     block = folded(lesson, Formula(symbol.name, momentum_form(lesson, i), lesson.number(f"momentum:{i + 1}")))
     claim, key = lesson.say("momentum", slope=symbol), f"momentum:{i + 1}"
-    return Step(
-        key, claim, (block,), lesson.once("momentum.reason", rate=_qd(lesson, i)), lesson.reference(key)
-    )
+    return Step(key, claim, (block,), lesson.once("momentum.reason", rate=_qd(lesson, i)), lesson.reference(key))
 
 
 def momentum_form(lesson: Lesson, i: int) -> Form:
@@ -245,8 +243,7 @@ def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
         if zero:
             blocks.append(lesson.say("coefficients.zero", names=together(zero)))
-        claim = lesson.say(f"coefficients.{kind}", entry=lesson.called("M:ij", Letter("M", ("ij",))))
-        steps.append(Step(f"coefficients:{kind}", claim, tuple(blocks)))
+        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks)))
     return steps
 
 

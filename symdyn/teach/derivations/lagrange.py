@@ -335,6 +335,8 @@ SHOWS: Mapping[str, tuple[str, ...]] = {
     "state": ("angles", "velocities", "accelerations"),
     "torque": ("inertia", "weights", "forces"),
     "power": ("energies", "plots"),
+    "power.numbers": ("energies", "plots"),
+    "joints": ("frames", "names"),
 }
 """Words of `symdyn.teach.render.html`; of two beginnings the longer one counts."""
 
@@ -376,7 +378,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]),
+        lesson.section(
+            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
+        ),
         lesson.section("principle", principle_steps(lesson, page)),
         *([lesson.section("rotations", turned)] if (turned := rotation_steps(lesson, found)) else []),
         lesson.section("positions", position_steps(lesson, found)),

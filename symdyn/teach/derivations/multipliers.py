@@ -198,7 +198,9 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]),
+        lesson.section(
+            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
+        ),
         lesson.section("conditions", condition_steps(lesson)),
     ]
     if last >= 1:

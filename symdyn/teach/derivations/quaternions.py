@@ -230,7 +230,14 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     sections = [
         lesson.section(
             "scene",
-            [shown, *silent_steps(lesson), task_step(lesson), *acting_steps(lesson), symbols_step(lesson), joints_step(lesson)],
+            [
+                shown,
+                *silent_steps(lesson),
+                task_step(lesson),
+                *acting_steps(lesson),
+                symbols_step(lesson),
+                joints_step(lesson),
+            ],
         ),
         lesson.section("rotations.quaternion", rotation_steps(lesson)),
     ]

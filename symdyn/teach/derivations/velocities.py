@@ -218,7 +218,12 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     groups = expanded_squares(components.values())
     if groups is None:
         blocks.append(lesson.say("square.long"))
-        return Step(f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key))
+        return Step(
+            f"square:{tag}",
+            lesson.say("square", mass=lesson.of(mass)),
+            tuple(blocks),
+            reference=_reference(lesson, key),
+        )
     simple = []
     identities: list[Block] = []
     for group in groups:
@@ -236,7 +241,9 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
         blocks += [*multiplied, lesson.say("square.result")]
     ordered = Form.sum(_rates_last(term) for term in simple)
     blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
-    return Step(f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key))
+    return Step(
+        f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key)
+    )
 
 
 def _rates_last(term: Form) -> Form:

@@ -228,7 +228,8 @@ def sheet(document: Document, solutions: bool = False) -> Document:
                 steps.append(Step(f"question:{block.key}", claim, (*before, *answer)))
                 before = []
     sections = (*known, Section("questions", texts["section.questions"], tuple(steps)))
-    return replace(document, title=texts["sheet.title"].format(scene=called(document.scene)), sections=sections)
+    title = texts["sheet.title"].format(scene=called(document.scene))
+    return replace(document, title=title, sections=sections, brief=False)
 
 
 def _lines(solution: Sequence[Block]) -> int:

@@ -76,9 +76,9 @@ class Page:
         return self.spell.words(words, in_markdown)
 
     def claim(self, step: Step) -> str:
-        """Return what a step says first, of a result in bold."""
+        """Return what a step says first, in bold of a result and of a question of a sheet."""
         text = self.words(step.claim)
-        return f"**{text}**" if step.is_result and text else text
+        return f"**{text}**" if text and (step.is_result or step.key.startswith("question:")) else text
 
     def blocks(self, blocks: Sequence[Block]) -> list[str]:
         """Return the paragraphs of blocks."""

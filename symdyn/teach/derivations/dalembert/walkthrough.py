@@ -235,7 +235,13 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "form
     lesson = Balance(scene, language)
     chosen = choose_motion(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, *acting_steps(lesson), *defined_lengths(lesson, lesson.lengths), notation_step(lesson), joints_step(lesson)]
+    first = [
+        shown,
+        *acting_steps(lesson),
+        *defined_lengths(lesson, lesson.lengths),
+        notation_step(lesson),
+        joints_step(lesson),
+    ]
     method = [step for law in law_steps(lesson) for step in (law, *law_errata(lesson, law.key))]
     sections = [lesson.section("scene", first), lesson.section("method", method)]
     if tied := loop_steps(lesson, chosen):
