@@ -42,9 +42,9 @@ from symdyn.teach.notation import (
     acting_steps,
     coordinate_step,
     errata,
+    joints_step,
     notation_step,
     numbers_for,
-    joints_step,
     scene_step,
     with_appendix,
 )

@@ -75,7 +75,8 @@ DETAILS = ("brief", "full")
 
 def _shorter() -> str:
     """Return what to ask for where a lesson is too long."""
-    return f"ask for less of it ({argument('until')}), or for {argument('format', 'sliders')}; generated code has no such limit"
+    less = argument("until")
+    return f"ask for less of it ({less}), or for {argument('format', 'sliders')}; generated code has no such limit"
 
 
 def walkthrough(
@@ -87,8 +88,8 @@ def walkthrough(
         scene: by Lagrange's method an open chain or tree with a closed form; with multipliers one with loops,
             rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
         language: "en" or "sk".
-        detail: brief has the task, the equations, what follows from them and checks, all other steps folded, and left out
-            of LaTeX and PDF; full has every step open.
+        detail: brief has the task, the equations, what follows from them and checks, all other steps folded, and left
+            out of LaTeX and PDF; full has every step open.
         until: the last part, "" for all: by Lagrange's method "energies", "lagrangian", "equations",
             "coefficients" or "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system"
             or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; by D'Alembert's "count",
@@ -142,7 +143,7 @@ def _axes_alike(scene: Scene) -> Scene:
     """Return a scene whose moments of inertia of one body, where they are equal, are one letter."""
     known, bodies = {Quantity.symbol(one.name): one for one in scene.parameters}, []
     for body in scene.bodies:
-        moments, first = list(body.inertia), dict[Quantity | None, int]()
+        moments, first = [*body.inertia], dict[Quantity | None, int]()
         for k, axes in enumerate(("xx", "yy", "zz")):
             if (letter := known.get(moments[k])) is None:
                 continue
@@ -153,7 +154,8 @@ def _axes_alike(scene: Scene) -> Scene:
                 known[moments[at]] = replace(kept, text=text)
                 del known[moments[k]]
                 moments[k] = moments[at]
-        bodies.append(replace(body, inertia=tuple(moments)))
+        xx, yy, zz, xy, xz, yz = moments
+        bodies.append(replace(body, inertia=(xx, yy, zz, xy, xz, yz)))
     return replace(scene, bodies=tuple(bodies), parameters=tuple(known.values()))
 
 

@@ -116,7 +116,7 @@ class _Page:
         return self.spell.words(words, in_latex)
 
     def body(self, blocks: Sequence[Block], room: float, framed: slice = slice(0, 0)) -> str:
-        """Return blocks one after the other; formulas in a row share a display, which ends a paragraph or has a frame."""
+        """Return blocks one after the other; formulas in a row share a display, that of a result in a frame."""
         text = ""
         for alike, pairs in groupby(enumerate(blocks), lambda pair: isinstance(pair[1], (Formula, Braced))):
             places, group = zip(*pairs, strict=True)
