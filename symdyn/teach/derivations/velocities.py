@@ -360,10 +360,9 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
         if len(keys) != 1 or name == "K":
             total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    blocks: list[Block] = [
-        folded(lesson, Formula("L:", Form.sum((page.K, page.P.negative)), lesson.number("L"))),
-    ]
-    steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
+    block = folded(lesson, Formula("L:", Form.sum((page.K, page.P.negative)), lesson.number("L")))
+    claim = lesson.say("lagrangian", difference=Form.sum((Symbol("K:"), Symbol("P:").negative)))
+    steps.append(Step("lagrangian", claim, (block,), reference="(5.23)"))
     return steps
 
 
