@@ -94,6 +94,22 @@ SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
 
 
+def apart(scene: Scene, language: str = "en") -> Scene:
+    """Return a scene whose parameters print as no letter of the textbook, K, P, L or k_z; each says what it was."""
+    shown, said = Letters(scene).apart(), language_of(language).lesson
+    renamed = [
+        replace(
+            one,
+            latex=shown[one.name],
+            text=said["notation.apart"].format(text=one.text or said["notation.parameter"], name=one.name),
+        )
+        if one.name in shown
+        else one
+        for one in scene.parameters
+    ]
+    return replace(scene, parameters=tuple(renamed)) if shown else scene
+
+
 def refuse_quaternions(scene: Scene) -> None:
     """Say where quaternions have their lesson, before anything else that a formulation asks of a scene.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symdyn.arguments import argument
-from symdyn.emit.print import Letters, refuse_too_long
+from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
@@ -18,7 +18,7 @@ from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose, is_tied
+from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
@@ -157,22 +157,6 @@ def _axes_alike(scene: Scene) -> Scene:
         xx, yy, zz, xy, xz, yz = moments
         bodies.append(replace(body, inertia=(xx, yy, zz, xy, xz, yz)))
     return replace(scene, bodies=tuple(bodies), parameters=tuple(known.values()))
-
-
-def apart(scene: Scene, language: str = "en") -> Scene:
-    """Return a scene whose parameters print as no letter of the textbook, K, P, L or k_z; each says what it was."""
-    shown, said = Letters(scene).apart(), language_of(language).lesson
-    renamed = [
-        replace(
-            one,
-            latex=shown[one.name],
-            text=said["notation.apart"].format(text=one.text or said["notation.parameter"], name=one.name),
-        )
-        if one.name in shown
-        else one
-        for one in scene.parameters
-    ]
-    return replace(scene, parameters=tuple(renamed)) if shown else scene
 
 
 @dataclass(frozen=True)
