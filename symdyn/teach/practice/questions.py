@@ -120,7 +120,11 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
             continue
         if left.startswith(BALANCED):
             i = int(left.partition(":")[2]) - 1
-            asked[key] = {"equation": i, "drive": scene.drives[i], "front": _on(motions.values(front(diagnosis, left), i))}
+            asked[key] = {
+                "equation": i,
+                "drive": scene.drives[i],
+                "front": _on(motions.values(front(diagnosis, left), i)),
+            }
         else:
             asked[key] = {"values": _on(motions.values(form))}
         asked[key]["left"] = left
