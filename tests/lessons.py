@@ -11,10 +11,10 @@ from symdyn.teach.render.handout import usual_formulation
 
 
 def lesson_of(scene: Scene, language: str = "en", formulation: str = "") -> Document:
-    """Return `walkthrough` of the same."""
+    """Return `walkthrough` of the same, every step open."""
     return _lesson_of(scene, language, formulation or usual_formulation(scene))
 
 
 @lru_cache(maxsize=64)
 def _lesson_of(scene: Scene, language: str, formulation: str) -> Document:
-    return walkthrough(scene, language, formulation=formulation)
+    return walkthrough(scene, language, "full", formulation=formulation)

@@ -83,7 +83,7 @@ MOVED: dict[str, Verb] = {
             "--digits": "2",
             **read(),
             "--symbolic": f"inertia | {ROD}",  # lessons have letters for all numbers
-            "--detail": "brief",
+            "--detail": "full",
             "--until": "energies",
             "--format": "latex",
             "--language": "sk",

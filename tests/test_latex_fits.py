@@ -40,7 +40,7 @@ def lesson(formulation: str) -> Callable[[Scene], str]:
     def written(scene: Scene) -> str:
         from symdyn.teach import rendered, walkthrough
 
-        files = rendered(walkthrough(scene, formulation=formulation), "latex")
+        files = rendered(walkthrough(scene, detail="full", formulation=formulation), "latex")
         return next(str(text) for name, text in files.items() if name.endswith(".tex"))
 
     return written

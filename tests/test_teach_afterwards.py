@@ -105,7 +105,7 @@ def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: s
         here |= {q: value(document, node) for q, node in place.items()} | point
         for i in range(n):
             for j in range(n):
-                for letter, energy, by in (("A", K, tree.u), ("C", P, tree.q)):
+                for letter, energy, by in (("M", K, tree.u), ("K", P, tree.q)):
                     key = f"near:{tag}:{letter}:{i + 1},{j + 1}"
                     node = document.names[key].node
                     assert node is not None
@@ -123,7 +123,7 @@ def test_formulas_of_frequencies_are_roots_of_the_determinant(name: str) -> None
         found = {key: value(document, node) for key, node in nodes.items()}
         A, C = (
             np.array([[found[f"near:{tag}:{letter}:{i + 1},{j + 1}"] for j in range(n)] for i in range(n)])
-            for letter in "AC"
+            for letter in "MK"
         )
         squares = sorted(np.linalg.eigvals(np.linalg.solve(A, C)).real)
         told = [found[key] for key in found if re.fullmatch(rf"near:{tag}:omega:\d", key)]

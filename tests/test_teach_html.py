@@ -128,7 +128,7 @@ def test_a_formula_may_part_at_its_terms_and_in_long_brackets_only() -> None:
 
 @pytest.mark.long
 def test_the_page_is_the_same_in_every_run(cart: Path) -> None:
-    again = html_page(with_exercises(walkthrough(read(EXAMPLES / "cart_pole.toml"))))
+    again = html_page(with_exercises(walkthrough(read(EXAMPLES / "cart_pole.toml"), detail="full")))
 
     assert again == cart.read_text(encoding="utf-8")
 

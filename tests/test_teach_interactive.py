@@ -508,7 +508,7 @@ def test_sliders_begin_at_the_state_of_the_lesson_and_come_back_to_it(browser: A
         assert [float(f"{float(x):.4g}") for x in begun] == [float(x) for x in told]
         assert len(begun) == n + 3 * len(scene.coordinates)
         for i, torque in enumerate(values(page, "tau") if name == "two_link" else (), 1):  # the lesson's are without Q
-            claim = page.inner_text(f"#step-torque-{i} .claim").replace("−", "-")
+            claim = str(page.text_content(f"#step-torque-{i} .claim")).replace("−", "-")
             assert f"{torque:.4g}" in claim
         move(page, "q", 0, 1.7)
         assert shown() != begun

@@ -130,8 +130,10 @@ def test_a_quantity_is_never_said_to_be_itself_and_more() -> None:
 def test_the_energy_of_all_is_no_watt() -> None:
     document = lesson_of(read(EXAMPLES / "two_link.toml"))
 
-    step = next(step for section in document.sections for step in section.steps if step.key == "power")
-    said = " ".join(Spelling(document).words(block, str) for block in step.blocks if hasattr(block, "parts"))
+    step = next(step for section in document.sections for step in section.steps if step.key == "power.numbers")
+    said = " ".join(
+        Spelling(document).words(block, str) for block in (step.claim, *step.blocks) if hasattr(block, "parts")
+    )
     assert " W," in said
     assert r"\mathrm{d}t} W$" not in said
 

@@ -42,7 +42,7 @@ def book(name: str, exercises: bool, language: str = "en") -> str:
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 def test_a_notebook_is_valid_and_the_same_in_every_run(name: str, exercises: bool) -> None:
     text = book(name, exercises)
-    again = walkthrough(read(EXAMPLES / f"{name}.toml"))
+    again = walkthrough(read(EXAMPLES / f"{name}.toml"), detail="full")
 
     nbformat.validate(json.loads(text))
     assert rendered(with_exercises(again) if exercises else again, "notebook")[f"{name}.ipynb"] == text

@@ -1,4 +1,4 @@
-"""A lesson as PDF has a title, a language, bookmarks, and no page that is half empty."""
+"""A lesson as PDF has a title, a language, bookmarks, no page that is half empty, and few pages where it is brief."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def texts(found: str) -> list[str]:
     ("name", "language", "formulation"), [("two_link", "sk", "lagrange"), ("four_bar", "en", "dalembert")]
 )
 def test_a_pdf_tells_what_it_is_and_fills_its_pages(tmp_path: Path, name: str, language: str, formulation: str) -> None:
-    document = walkthrough(EXAMPLES / f"{name}.toml", language, formulation=formulation)
+    document = walkthrough(EXAMPLES / f"{name}.toml", language, "full", formulation=formulation)
     (pdf,) = rendered(document, "pdf").values()
     assert isinstance(pdf, bytes)
 
@@ -56,3 +56,13 @@ def test_a_pdf_tells_what_it_is_and_fills_its_pages(tmp_path: Path, name: str, l
     for number, page in enumerate(pages[:-1], 1):
         dark = np.flatnonzero(page[: int(FOOT * len(page))].min(axis=1) < 0.7)
         assert dark.max() > 0.5 * len(page), f"page {number}"
+
+
+@pytest.mark.runs("pdflatex")
+@pytest.mark.parametrize(
+    ("name", "language", "most"), [("pendulum", "en", 2), ("pendulum", "sk", 2), ("two_link", "en", 6)]
+)
+def test_a_brief_pdf_has_few_pages(name: str, language: str, most: int) -> None:
+    (pdf,) = rendered(walkthrough(EXAMPLES / f"{name}.toml", language), "pdf").values()
+    assert isinstance(pdf, bytes)
+    assert 0 < len(re.findall(r"/Type\s*/Page\b", objects(pdf))) <= most

@@ -84,7 +84,7 @@ def test_the_equations_of_the_heavy_top_are_eulers_about_its_point() -> None:
     """I_O ω̇ + ω × I_O ω = h × Rᵀ g, typed in SymPy, with the letters that the lesson gives to numbers."""
     document = lesson("heavy_top")
     e0, e1, e2, e3, a, b, c = sp.symbols("e0 e1 e2 e3 a b c")
-    inertia = sp.diag(*(value_of_symbol(f"I{axis}{axis}1") for axis in "xyx"))
+    inertia = sp.diag(*(value_of_symbol(f"I{axis}{axis}1") for axis in "xyx"))  # the top is round: I_zz = I_xx
     first, w = sp.Matrix([0, value_of_symbol("my1"), 0]), sp.Matrix([a, b, c])
     up = sp.Matrix([2 * (e1 * e3 - e0 * e2), 2 * (e2 * e3 + e0 * e1), 1 - 2 * (e1**2 + e2**2)])
     rest = w.cross(inertia * w) + first.cross(value_of_symbol("g") * up)

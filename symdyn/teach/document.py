@@ -7,14 +7,16 @@ every rendered text against the graph by value.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Union
 
 from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.table import Table
+from symdyn.teach.languages import language_of
 
 # Names
 
@@ -266,8 +268,21 @@ ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 
-RESULTS = ("lagrangian", "equation", "reduced")
+RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated", "nutation")
 """Steps that end in what a lesson is for, by their key or what stands there before a colon; others are the way."""
+
+BRIEF = frozenset(
+    (
+        *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
+        *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
+        *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta"),
+        *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response"),
+        *("kept", "spins", "euler", "precession", "upright:0", "nutation"),
+        *("variant", "given", "physics", "solution", "follows", "later", "errata"),
+    )
+)
+"""Steps of a brief lesson, by their key or what stands there before a colon: task, equations, what follows from them,
+checks; of the rest a page has folds, and paper nothing."""
 
 
 @dataclass(frozen=True)
@@ -289,7 +304,6 @@ class Step:
         blocks: the mathematics.
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.
-        level: "brief" for what a short document keeps, "full" for the rest.
         show: what the figure of a page shows while the step is read, words of `symdyn.teach.render.html`; none
             for what the step before showed.
         needs: keys of blanks that are answered or given up before the step is shown.
@@ -301,7 +315,6 @@ class Step:
     blocks: tuple[Block, ...]
     reason: Words = Words(())
     reference: str = ""
-    level: str = "brief"
     show: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     tries: tuple[Try, ...] = ()
@@ -309,7 +322,37 @@ class Step:
     @property
     def is_result(self) -> bool:
         """Whether its last formula is a result, which is framed."""
-        return self.key.partition(":")[0] in RESULTS
+        return bool(self.blocks) and self.key.partition(":")[0] in RESULTS
+
+    @property
+    def framed(self) -> slice:
+        """Which blocks stand in a frame: of a result the last formulas that follow each other."""
+        known = [k for k, block in enumerate(self.blocks) if isinstance(block, (Formula, Braced))]
+        if not self.is_result or not known:
+            return slice(0, 0)
+        first = next(k for k in reversed(known) if k - 1 not in known)
+        return slice(first, known[-1] + 1)
+
+    @property
+    def is_brief(self) -> bool:
+        """Whether a brief lesson has it."""
+        return not BRIEF.isdisjoint((self.key, self.key.partition(":")[0]))
+
+    def opened(self) -> Iterator[Block]:
+        """Yield every block, those inside boxes, folds and solutions too."""
+        for block in self.blocks:
+            yield from _opened(block)
+
+    def spoken(self) -> tuple[Block, ...]:
+        """Return all that it says as blocks."""
+        reference = (f" {self.reference}",) if self.reference else ()
+        claim = Words((*self.claim.parts, *reference))
+        return tuple(one for one in (claim, *self.blocks, self.reason) if not isinstance(one, Words) or one.parts)
+
+    @property
+    def asks(self) -> bool:
+        """Whether it waits for an answer."""
+        return any(isinstance(block, Questions) for block in self.blocks)
 
 
 @dataclass(frozen=True)
@@ -319,6 +362,11 @@ class Section:
     key: str
     title: str
     steps: tuple[Step, ...]
+
+    def runs(self, folded: Callable[[Step], bool]) -> Iterator[tuple[bool, tuple[Step, ...]]]:
+        """Yield steps that follow each other and are folded, or are not."""
+        for hidden, steps in groupby(self.steps, folded):
+            yield hidden, tuple(steps)
 
 
 @dataclass(frozen=True)
@@ -330,6 +378,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         formulation: a key of `FORMULATIONS` in `handout.py`.
+        brief: whether steps that are not `Step.is_brief` are folded, or left out of what cannot fold.
     """
 
     title: str
@@ -339,14 +388,13 @@ class Document:
     names: Mapping[str, Name]
     sections: tuple[Section, ...]
     formulation: str = "lagrange"
+    brief: bool = False
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""
         for section in self.sections:
             for step in section.steps:
-                for block in step.blocks:
-                    for inner in _opened(block):
-                        yield step, inner
+                yield from ((step, block) for block in step.opened())
 
     def forms(self) -> Iterator[Form]:
         """Yield every form that stands in a display."""
@@ -366,10 +414,35 @@ class Document:
         known = {x: found.node for x in symbols if (found := self.names.get(str(x.value))) and found.node is not None}
         return substitute([node], known)[0]
 
-    def brief(self) -> Document:
-        """Return the short document: steps of level "brief" and sections that keep one."""
-        kept = [replace(s, steps=tuple(step for step in s.steps if step.level == "brief")) for s in self.sections]
-        return replace(self, sections=tuple(section for section in kept if section.steps))
+    def kept(self) -> Document:
+        """Return what paper has of a brief document: brief steps, questions, and sections that keep one."""
+        if not self.brief:
+            return self
+        told = {"errata", "reactions"} & {section.key for section in self.sections}  # whose numbers are of that state
+        cited = {"state"} if told else set()
+        sections = [
+            replace(part, steps=tuple(x for x in part.steps if x.is_brief or x.asks or x.key in cited))
+            for part in self.sections
+        ]
+        return replace(self, sections=tuple(section for section in sections if section.steps))
+
+    def folds(self, step: Step) -> bool:
+        """Whether a page has a step in a fold: of a brief document what is not brief, and what a textbook has wrong."""
+        return self.brief and (not step.is_brief or step.key.startswith(ERRATA))
+
+    def in_folds(self, section: Section) -> Iterator[tuple[Step, tuple[Step, ...]]]:
+        """Yield what a text without an order of its own for folds has of a section, and the steps that it is made of.
+
+        Folded steps, but for questions, are blocks of one fold.
+        """
+        summary = language_of(self.language).lesson["page.more"]
+        for folded, run in section.runs(lambda step: self.folds(step) and not step.asks):
+            if not folded:
+                yield from ((step, (step,)) for step in run)
+                continue
+            inside = tuple(block for step in run for block in step.spoken())
+            fold = Fold(Words((summary.format(count=len(run)),)), inside)
+            yield Step(f"more:{run[0].key}", Words(()), (fold,)), run
 
 
 def _opened(block: Block) -> Iterator[Block]:

@@ -94,6 +94,22 @@ SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
 
 
+def apart(scene: Scene, language: str = "en") -> Scene:
+    """Return a scene whose parameters print as no letter of the textbook, K, P, L or k_z; each says what it was."""
+    shown, said = Letters(scene).apart(), language_of(language).lesson
+    renamed = [
+        replace(
+            one,
+            latex=shown[one.name],
+            text=said["notation.apart"].format(text=one.text or said["notation.parameter"], name=one.name),
+        )
+        if one.name in shown
+        else one
+        for one in scene.parameters
+    ]
+    return replace(scene, parameters=tuple(renamed)) if shown else scene
+
+
 def refuse_quaternions(scene: Scene) -> None:
     """Say where quaternions have their lesson, before anything else that a formulation asks of a scene.
 
@@ -125,7 +141,7 @@ class Prose:
     scene: Scene
     language: str
     names: dict[str, Name] = field(default_factory=dict)
-    references: dict[str, str | Form | Words] = field(default_factory=dict, repr=False)
+    told: set[str] = field(default_factory=set, repr=False)
 
     # Names
 
@@ -167,11 +183,11 @@ class Prose:
         """All words of the language."""
         return language_of(self.language)
 
-    def once(self, key: str, of: str | Form | Words, **places: str | Form | Words) -> Words:
-        """Return prose the first time that it is asked for; later a reference to what it was told of."""
-        if key in self.references:
-            return self.say("as.before", of=self.references[key])
-        self.references[key] = of
+    def once(self, key: str, **places: str | Form | Words) -> Words:
+        """Return prose the first time that it is asked for; later nothing, as the reasoning is the same."""
+        if key in self.told:
+            return Words(())
+        self.told.add(key)
         return self.say(key, **places)
 
     def written(self, value: float) -> str:
@@ -327,6 +343,16 @@ class Lesson(Prose):
     def masses(self) -> list[Mass]:
         """Particles and rigid bodies, the ground's side first."""
         return masses(self.scene, self.graph, self.placed)
+
+    def of(self, mass: Mass, whole: bool = False) -> Words:
+        """Return what a mass is called behind "of": a particle by its letter, a body by its centre or as a whole."""
+        if not mass.particle:
+            key = "mass.whole" if whole else "mass.centre" if mass.h is None else "mass.origin"
+            return self.say(key, body=mass.body.name)
+        letter = Form.of(mass.m)
+        if isinstance(letter, Symbol) and sum(one.m == mass.m for one in self.masses) == 1:
+            return self.say("mass.point", m=letter)
+        return self.say("mass.point.of", body=mass.body.name, tag=mass.tag)
 
     @cached_property
     def ring(self) -> TrigonometricRing:

@@ -29,7 +29,17 @@ from symdyn.teach.shown_state import Chosen
 
 
 def scene_step(lesson: Prose, shown: Picture, numbered: bool = True) -> Step:
-    """Return the picture and the joints, and the source that equations have their numbers from."""
+    """Return the picture, and the source that equations have their numbers from."""
+    scene = lesson.scene
+    n, led = len(scene.velocities), len(scene.prescribed_velocities)
+    told = {"scene": called(scene), "bodies": str(len(scene.bodies)), "freedoms": str(n)}
+    key = "scene.closed" if scene.is_constrained else "scene.led" if led else "scene"
+    claim = lesson.say(key, **told, led=str(led), left=str(n - led))
+    return Step("scene", claim, (shown, lesson.say("source")) if numbered else (shown,))
+
+
+def joints_step(lesson: Prose) -> Step:
+    """Return the joints and what they carry."""
     scene = lesson.scene
     rows = []
     for joint in (*scene.joints, *scene.loops):
@@ -38,16 +48,10 @@ def scene_step(lesson: Prose, shown: Picture, numbered: bool = True) -> Step:
         if joint.coupling:
             places = [Form.of(joint.position(Graph()))]
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
-    key = "scene.closed" if scene.is_constrained else "scene"
-    n, led = len(scene.velocities), len(scene.prescribed_velocities)
-    told = {"scene": called(scene), "bodies": str(len(scene.bodies)), "freedoms": str(n)}
-    claim = lesson.say(
-        "scene.led" if led and not scene.is_constrained else key, **told, led=str(led), left=str(n - led)
-    )
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
-    reason = Words(()) if scene.is_constrained and not scene.loops else lesson.say(f"{key}.reason")
-    source = (lesson.say("source"),) if numbered else ()
-    return Step("scene", claim, (shown, joints, *source), reason)
+    key = "joints.closed" if scene.is_constrained else "joints.reason"
+    reason = Words(()) if scene.is_constrained and not scene.loops else lesson.say(key)
+    return Step("joints", lesson.say("joints"), (joints,), reason)
 
 
 def acting_steps(lesson: Prose) -> list[Step]:
@@ -108,16 +112,15 @@ def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
     scene = lesson.scene
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    for (joint, q, measure), rate in zip(SceneUnits(scene).each_coordinate(), scene.velocities, strict=True):
+    for joint, q, measure in SceneUnits(scene).each_coordinate():
         kind = lesson.say("notation.angle" if measure == "rad" else "notation.way", joint=joint.name)
         rows.append((Symbol(q), kind, measure, ""))
-        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{measure}/s", ""))
     for joint, drive, measure in SceneUnits(scene).each_drive():
         key = "notation.force" if measure == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), measure, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
-    return Step("notation", lesson.say("notation"), (table,), level="full")
+    return Step("notation", lesson.say("notation"), (table,))
 
 
 def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
@@ -149,7 +152,7 @@ def coordinate_step(lesson: Prose, graph: Graph, chosen: Chosen) -> Step:
             )
             rows.append((Symbol(name), where, way))
     table = lesson.table(("coordinate", "zero.head", "way.head"), rows)
-    return Step("coordinates", lesson.say("zero"), (table,), lesson.say("zero.reason"), show=("angles",))
+    return Step("coordinates", lesson.say("zero"), (table,), show=("angles",))
 
 
 def _where(lesson: Prose, places: _Zero, joint: Joint) -> Words:

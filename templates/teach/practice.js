@@ -25,6 +25,8 @@
     const rest = open(), behind = here && rest.find(form => here.compareDocumentPosition(form) & Node.DOCUMENT_POSITION_FOLLOWING);
     const form = behind || rest[0];
     if (!form) return;
+    const fold = form.closest(".more");
+    if (fold) fold.open = true;
     form.scrollIntoView({block: "center"});
     form.querySelector("input").focus({preventScroll: true});
   }

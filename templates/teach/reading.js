@@ -93,6 +93,10 @@ const marked = section => {
 };
 document.body.classList.add("moves"); // the figure that moves stands for the one that does not
 contents.open = matchMedia("(min-width: 64rem)").matches;
+contents.addEventListener("click", event => { // a section that is folded as a whole is opened on the way to it
+  const whole = document.querySelector(`${event.target.closest("a")?.hash || "nothing"} > .whole`);
+  if (whole) whole.open = true;
+});
 
 // The step that is read: the first that begins in the upper part of what is seen of the text, else the last above it
 
@@ -114,7 +118,7 @@ const UPPER = 0.4;
 let scrolled = 0;
 const look = () => {
   scrolled = 0;
-  const steps = all.filter(step => step.getClientRects().length); // what waits for an answer is not there yet
+  const steps = all.filter(step => !step.hidden && !step.closest("details:not([open])")); // not yet there, or folded
   if (!steps.length) return;
   const top = wide.matches ? 0 : picture.getBoundingClientRect().bottom, at = top + UPPER * (innerHeight - top);
   const begins = k => steps[k].getBoundingClientRect().top;
@@ -130,6 +134,7 @@ const look = () => {
 const followed = () => { scrolled ||= requestAnimationFrame(look); };
 addEventListener("scroll", followed, { passive: true });
 addEventListener("resize", followed);
+document.addEventListener("toggle", () => { reachable(); followed(); }, true);
 
 // Terms and vectors
 

@@ -3,15 +3,15 @@ r"""How names look in print: `I1xx` is I_{1,xx}, `theta1` is θ_1, whatever the 
 Pages introduce letters beside the scene's own: K for the kinetic energy, x_2 for a place, I_1 for an inertia. A scene
 may call a stiffness K and a coordinate x1. A family of quantities that would print as one of its symbols takes its next
 letters, all of it together: places x_i, y_i, z_i become X_i, Y_i, Z_i. No two families share a letter, so every name on
-a page means one thing.
+a page means one thing. Lessons print a parameter with another index instead where it has a letter of every textbook.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain, count
 from typing import ClassVar
 
@@ -195,13 +195,24 @@ class Family:
     choices: tuple[tuple[str, ...], ...]
     requested: tuple[str, ...] = ()
 
+    def pattern(self, places: Mapping[str, str]) -> str:
+        """Return the pattern of its indices in a scene, where each place of `index` has one of some names."""
+        return self.index.format(**{key: f"(?:{some or NOBODY})" for key, some in places.items()})
+
+
+KINETIC = Family("kinetic energies", rf"|{_TAG}(?:h|omega)?|{_JOINT}", (("K",), ("T",)))
+POTENTIAL = Family("potential energies, direction cosines", rf"|{_TAG}|E|\d+|0j|j[0e]", (("P",), ("U",), ("Pi",)))
+LAGRANGIAN = Family("the Lagrangian", "", (("L",), ("Lambda",)))
+COEFFICIENTS = Family("coefficients", r"[zDGE]\d+|C\d+", (("k",), ("kappa",)))
+TEXTBOOK = (KINETIC, POTENTIAL, LAGRANGIAN, COEFFICIENTS)
+"""Families whose letter every reader knows."""
 
 FAMILIES = (
     Family("places", rf"{_TAG}|0j", (("x", "y", "z"), ("X", "Y", "Z"), ("xi", "eta", "zeta"))),
     Family("speeds", _TAG, (("v",), ("V",), ("nu",))),
-    Family("kinetic energies", rf"|{_TAG}(?:h|omega)?|{_JOINT}", (("K",), ("T",))),
-    Family("potential energies, direction cosines", rf"|{_TAG}|E|\d+|0j|j[0e]", (("P",), ("U",), ("Pi",))),
-    Family("the Lagrangian", "", (("L",), ("Lambda",))),
+    KINETIC,
+    POTENTIAL,
+    LAGRANGIAN,
     Family("the energy of all", "", (("E",), ("H",), ("Xi",))),
     Family("angular velocities", rf"{_TAG}{_AXIS}?|\d+|0j", (("omega",), ("Omega",))),
     Family("moments of inertia", r"\d+[a-h]?\d*|jj|[xyz]", (("I",), ("J",), ("Theta",))),
@@ -222,7 +233,7 @@ FAMILIES = (
     Family("coefficients of a loop", r"\d*", (("A", "B", "C"), ("U", "V", "W"))),
     Family("origins", r"\d+", (("O",), ("o",))),
     Family("products of inertia", "xy|xz|yz", (("D",), ("Delta",))),
-    Family("coefficients", r"[zDGE]\d+|C\d+", (("k",), ("kappa",))),
+    COEFFICIENTS,
     Family("conditions and slips", r"\d+", (("f", "c"), ("h", "b"))),
     Family("slopes of conditions", r"|\d+", (("J",), ("Gamma",))),
     Family("matrices of a system", "", ((r"\mathcal{B}",), (r"\mathcal{C}",))),
@@ -264,16 +275,9 @@ class Letters:
 
     @cached_property
     def _chosen(self) -> dict[str, str]:
-        scene = self.scene
-        units = SceneUnits(scene).velocities
-        places = {
-            "joints": [re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)],
-            "slides": [str(i) for i, unit in enumerate(units, 1) if unit == "m"],
-            "struts": [re.escape(bare(one.name)) for one in scene.struts if one.ends],
-        }
         taken, used, found = self._taken(), set[str](), dict[str, str]()
         for family in FAMILIES:
-            index = family.index.format(**{key: f"(?:{'|'.join(some) or NOBODY})" for key, some in places.items()})
+            index = family.pattern(self._places)
             if index == f"(?:{NOBODY})":  # it has no member, and leaves its letters to others
                 continue
             letters = next(
@@ -282,6 +286,30 @@ class Letters:
             used |= set(letters)
             found |= dict(zip(family.requested or family.choices[0], letters, strict=True))
         return found
+
+    @cached_property
+    def _places(self) -> Mapping[str, str]:
+        scene = self.scene
+        units = SceneUnits(scene).velocities
+        return {
+            "joints": "|".join(re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)),
+            "slides": "|".join(str(i) for i, unit in enumerate(units, 1) if unit == "m"),
+            "struts": "|".join(re.escape(bare(one.name)) for one in scene.struts if one.ends),
+        }
+
+    def apart(self) -> dict[str, str]:
+        """Return LaTeX with one more index for each parameter that prints as a letter of `TEXTBOOK`, by name."""
+        symbols, found = latex_symbols(self.scene), dict[str, str]()
+        for name in (parameter.name for parameter in self.scene.parameters):
+            if self._clashes(symbols[name]):
+                shown = _declared(symbols[name])
+                index = (",".join(filter(None, (shown.subscript, "p" * k))) for k in count(1))
+                offered = (str(replace(shown, subscript=one)) for one in index)
+                found[name] = next(x for x in offered if x not in symbols.values() and not self._clashes(x))
+        return found
+
+    def _clashes(self, latex: str) -> bool:
+        return any(_any(one.choices[0], one.pattern(self._places), [bare(latex)]) for one in TEXTBOOK)
 
     def _taken(self) -> list[str]:
         """Return the scene's symbols as they print, but for a drive tau_i of velocity i, which pages mean too."""

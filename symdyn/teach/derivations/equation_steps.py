@@ -84,9 +84,7 @@ def _momentum(lesson: Lesson, i: int) -> Step:
     symbol = lesson.slope("L:", qd, lesson.momenta[i])
     block = folded(lesson, Formula(symbol.name, momentum_form(lesson, i), lesson.number(f"momentum:{i + 1}")))
     claim, key = lesson.say("momentum", slope=symbol), f"momentum:{i + 1}"
-    return Step(
-        key, claim, (block,), lesson.once("momentum.reason", symbol, rate=_qd(lesson, i)), lesson.reference(key)
-    )
+    return Step(key, claim, (block,), lesson.once("momentum.reason", rate=_qd(lesson, i)), lesson.reference(key))
 
 
 def momentum_form(lesson: Lesson, i: int) -> Form:
@@ -116,7 +114,7 @@ def _rate(lesson: Lesson, i: int) -> Step:
     written = sum(length(_M(lesson, i, j)) for j in range(n)) <= MOST_TERMS
     table = _products(lesson, i) if written else _products_by_name(lesson, i)
     shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
-    claim, reason = lesson.say("rate", rate=symbol), lesson.once("rate.reason", symbol)
+    claim, reason = lesson.say("rate", rate=symbol), lesson.once("rate.reason")
     return Step(key, claim, (shown, lesson.say("rate.sum"), formula), reason, lesson.reference(key))
 
 
@@ -173,7 +171,7 @@ def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
     key = f"slope:{i + 1}"
     block = folded(lesson, Formula(symbol.name, Form.sum(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
-    reason = lesson.once("slope.absent" if absent else "slope.reason", symbol, q=named(q))
+    reason = lesson.once("slope.absent" if absent else "slope.reason", q=named(q))
     return Step(key, lesson.say("slope", slope=symbol), (block,), reason, lesson.reference(key))
 
 
@@ -245,7 +243,7 @@ def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
         if zero:
             blocks.append(lesson.say("coefficients.zero", names=together(zero)))
-        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks), level="full"))
+        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks)))
     return steps
 
 

@@ -42,6 +42,7 @@ from symdyn.teach.notation import (
     acting_steps,
     coordinate_step,
     errata,
+    joints_step,
     notation_step,
     numbers_for,
     scene_step,
@@ -88,7 +89,7 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         (value,) = chosen.of(node_of(lesson, key))
         rows.append((Symbol(key), lesson.written(value), coefficient_unit(c.of, c.indices, slides)))
     table = lesson.table(("coefficient", "value", "unit"), rows)
-    return Step("values", lesson.say("values"), (table,), level="full")
+    return Step("values", lesson.say("values"), (table,))
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
@@ -129,8 +130,8 @@ def _others(lesson: Lesson, page: Printable, i: int) -> list[Form]:
     return [term for term in page.right[i].terms if drive is None or term != Symbol(drive)]
 
 
-def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
-    """Return the check by energy: d/dt (K + P) = Σ (τ_i + Q_i) q̇_i, decided on the graph, and in numbers."""
+def power_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
+    """Return the check by energy: d/dt (K + P) = Σ (τ_i + Q_i) q̇_i, decided on the graph, then in numbers."""
     state, n = lesson.state, range(lesson.state.n)
     total = lesson.energy.K + lesson.energy.P
     rate = tangents([total], state.acceleration)[0]
@@ -145,17 +146,13 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
-    blocks: list[Block] = [
-        Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))),
-        Formula(symbol.name, Form.sum(power)),
-        lesson.say(
-            "power.numbers",
-            left=symbol,
-            value=lesson.equals(left),
-            parts=" + ".join(map(lesson.written, parts)).replace("+ −", "− "),
-        ),
+    blocks = (Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power)))
+    right = " + ".join(map(lesson.written, parts)).replace("+ −", "− ")
+    numbers = lesson.say("power.numbers", left=symbol, value=lesson.equals(left), parts=right)
+    return [
+        Step("power", lesson.say("power"), blocks, lesson.say("power.reason")),
+        Step("power.numbers", numbers, ()),
     ]
-    return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
 
 
 # Pictures
@@ -338,6 +335,8 @@ SHOWS: Mapping[str, tuple[str, ...]] = {
     "state": ("angles", "velocities", "accelerations"),
     "torque": ("inertia", "weights", "forces"),
     "power": ("energies", "plots"),
+    "power.numbers": ("energies", "plots"),
+    "joints": ("frames", "names"),
 }
 """Words of `symdyn.teach.render.html`; of two beginnings the longer one counts."""
 
@@ -379,7 +378,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson)]),
+        lesson.section(
+            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
+        ),
         lesson.section("principle", principle_steps(lesson, page)),
         *([lesson.section("rotations", turned)] if (turned := rotation_steps(lesson, found)) else []),
         lesson.section("positions", position_steps(lesson, found)),
@@ -405,7 +406,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         sections.append(lesson.section("coefficients", [*steps, *meanings]))
     if last >= 4:
         sections += after_sections(lesson, page, chosen)
-        steps = [*number_steps(lesson, page, chosen), power_step(lesson, page, chosen)]
+        steps = [*number_steps(lesson, page, chosen), *power_steps(lesson, page, chosen)]
         sections.append(lesson.section("numbers", steps))
     if lesson.numbers:
         sections = with_appendix(lesson, [errata(lesson, section, chosen) for section in sections])

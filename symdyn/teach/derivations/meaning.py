@@ -10,6 +10,7 @@ k_G,i = -Σ m g·a_i. Products and squares of rates have k_C and k_D.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Union
 
 from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import vector
@@ -22,23 +23,30 @@ from symdyn.spatial import Vec, add, cross, dot, sub, zero_vector
 from symdyn.teach.derivations.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.derivations.rotations import angular_velocity
 from symdyn.teach.derivations.velocities import folded, length
-from symdyn.teach.document import Block, Box, Formula, Name, Step, Words
-from symdyn.teach.lesson import AXES, Lesson, Mass, named
+from symdyn.teach.document import Block, Box, Fold, Formula, Name, Step, Words
+from symdyn.teach.lesson import AXES, Lesson, Mass, named, together
+
+Row = tuple[Symbol, Union[Form, Words], Words]
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""
 
 
 def rates_step(lesson: Lesson, page: Printable, kind: str, mass: list[Mass]) -> Step:
-    """Return a table: each coefficient of a product of velocities, and why it is there or not."""
-    rows, slides = [], [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
+    """Return a table: each coefficient of a product of velocities, and why it is there; folded, why others are zero."""
+    rows: tuple[list[Row], list[Row]] = [], []
+    slides = [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
             value = c.form if short else lesson.say("long.short", terms=str(length(c.form)))
             why = lesson.say(_why(lesson, c.indices, slides, kind, mass), **_places(lesson, c.indices))
-            rows.append((Symbol(coefficient_key(c)), value, why))
-    blocks: list[Block] = [lesson.table(("coefficient", "value", "why"), rows)]
+            rows[c.vanishes].append((Symbol(coefficient_key(c)), value, why))
+    there, zero = (lesson.table(("coefficient", "value", "why"), some) for some in rows)
+    blocks: list[Block] = [there] if there.rows else []
+    if zero.rows:
+        names = together([name for name, *_ in rows[True]])
+        blocks.append(Fold(lesson.say("meaning.zero", names=names), (zero,)))
     reference = lesson.reference(f"{kind}:1,1") if kind == "k_D" else ""
     if reference:
         node, rate = node_of(lesson, "k_D:1,1"), lesson.state.qd[0]
@@ -233,9 +241,9 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step
     moved = lesson.say(f"{kind}.torque", rate=named(qdd), torque=Symbol(torque), axis=along)
     product = Form.product((Symbol(k_z), named(qdd)))
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
-    tags = ", ".join(mass.tag for mass in carried)
-    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags, axis=along)
-    reason, reference = lesson.once(f"{kind}.reason", Symbol(k_z)), lesson.reference(k_z, f"J:{here}", torque)
+    bodies = ", ".join(dict.fromkeys(mass.body.name for mass in carried))
+    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, bodies=bodies, axis=along)
+    reason, reference = lesson.once(f"{kind}.reason"), lesson.reference(k_z, f"J:{here}", torque)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
 
 
@@ -282,8 +290,8 @@ def _check(lesson: Lesson, a: str, b: str) -> Box:
     """Return the box that says that two values are one function, decided in the ring."""
     equal = lesson.vanishes(node_of(lesson, a) - node_of(lesson, b))
     assert equal, f"{a} and {b} differ: one of the two derivations is wrong"
-    key = "check.again" if "check.equal" in lesson.references else "check.equal"
-    lesson.references["check.equal"] = ""
+    key = "check.again" if "check.equal" in lesson.told else "check.equal"
+    lesson.told.add("check.equal")
     return Box("check", lesson.say("check.title"), (lesson.say(key, first=Symbol(a), second=Symbol(b)),))
 
 
@@ -323,7 +331,7 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], resul
     blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
     claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
     reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)
-    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason", Symbol(k_z)), reference)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.once("induced.reason"), reference)
 
 
 def _called(lesson: Lesson, torque: str, i: int, rate: Expr, axis: Axis) -> Words:
@@ -360,5 +368,5 @@ def _weights(lesson: Lesson, i: int, axis: Axis, result: list[Mass]) -> Step:
     lesson.name(key, "F" if axis.slides else "M", "G", here, node=node)
     blocks: list[Block] = [folded(lesson, Formula(key, lesson.short(node))), _check(lesson, f"k_G:{here}", key)]
     claim = lesson.say("weights.slide" if axis.slides else "weights", name=Symbol(f"k_G:{here}"), joint=axis.joint.name)
-    reason = lesson.once("weights.slide.reason" if axis.slides else "weights.reason", Symbol(f"k_G:{here}"), drive=here)
+    reason = lesson.once("weights.slide.reason" if axis.slides else "weights.reason", drive=here)
     return Step(f"meaning:k_G:{here}", claim, tuple(blocks), reason)

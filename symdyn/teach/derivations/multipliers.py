@@ -49,7 +49,7 @@ from symdyn.teach.derivations.tied_steady import tied_steady_steps
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Block, Document, Formula, Section, Step, Words
 from symdyn.teach.lesson import called, named, silent_steps
-from symdyn.teach.notation import acting_steps, coordinate_step, notation_step, scene_step
+from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, rates_of, starting_rates
 
 TINY = 1e-9
@@ -155,7 +155,7 @@ def forces_step(lesson: Constrained, chosen: Chosen) -> Step:
     return Step("forces", lesson.say("forces"), (table,), lesson.say("forces.reason"), show=("reactions", "forces"))
 
 
-def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) -> Step:
+def tied_power_steps(lesson: Constrained, right: Sequence[Form], chosen: Chosen) -> list[Step]:
     """Return d/dt (K + P) = Σ (drive + Q) u + Σ λ_k ḟ_k, whose last sum vanishes; no multiplier is in `right`."""
     state = lesson.state
     total = lesson.energy.K + lesson.energy.P
@@ -171,13 +171,16 @@ def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) 
     value, done = (0.0 if abs(x) <= size else x for x in (left, sum(parts[: len(power)])))
     idle = any(lesson.scene.drives[k] is None for k in lesson.partition.independent)  # then only in its own motion
     whole = Form.sum([*power, *held])
-    blocks: list[Block] = [
+    blocks: tuple[Block, ...] = (
         Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))),
         Words((symbol, " = ", whole)) if idle else Formula(symbol.name, whole),
-        lesson.say("tied.power.numbers", left=symbol, value=lesson.equals(value), done=lesson.about(done)),
-    ]
+    )
     reason = lesson.say("tied.power.reason" if lesson.ties else "power.reason")
-    return Step("power", lesson.say("tied.power"), tuple(blocks), reason, show=("energies",))
+    numbers = lesson.say("tied.power.numbers", left=symbol, value=lesson.equals(value), done=lesson.about(done))
+    return [
+        Step("power", lesson.say("tied.power"), blocks, reason, show=("energies",)),
+        Step("power.numbers", numbers, ()),
+    ]
 
 
 def after_sections(lesson: Constrained, chosen: Chosen) -> list[Section]:
@@ -207,7 +210,9 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson)]),
+        lesson.section(
+            "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
+        ),
         lesson.section("conditions", [*condition_steps(lesson), *solved_ties_steps(lesson)]),
     ]
     if last >= 1:
@@ -236,7 +241,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         steps = [
             state_step(lesson, chosen),
             forces_step(lesson, chosen),
-            tied_power_step(lesson, open_page.right, chosen),
+            *tied_power_steps(lesson, open_page.right, chosen),
         ]
         sections += [*after_sections(lesson, chosen), lesson.section("numbers", steps)]
     sections = [with_figures(section, found) for section in sections]

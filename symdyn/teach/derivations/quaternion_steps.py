@@ -259,7 +259,7 @@ def energy_steps(lesson: Turning) -> list[Step]:
         blocks = _kinetic(lesson, mass)
         if blocks:
             parts.append(Symbol(f"K:{mass.tag}"))
-            claim = lesson.say("body.kinetic", body=mass.body.name, tag=mass.tag)
+            claim = lesson.say("kinetic", mass=lesson.of(mass, whole=True))
             reason = lesson.say("body.kinetic.reason") if len(parts) == 1 else Words(())
             steps.append(Step(f"kinetic:{mass.tag}", claim, blocks, reason))
     whole = valued(lesson, Form.sum(parts))

@@ -26,7 +26,7 @@ from symdyn.teach.derivations.multiplier_steps import (
     name_ties,
     system_step,
 )
-from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_step
+from symdyn.teach.derivations.multipliers import choose_tied_motion, forces_step, tied_power_steps
 from symdyn.teach.derivations.quaternion_steps import (
     Turning,
     energy_steps,
@@ -41,7 +41,7 @@ from symdyn.teach.derivations.turning_body import turning_sections
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, called, named, silent_steps, together
-from symdyn.teach.notation import acting_steps, parameter_rows, scene_step
+from symdyn.teach.notation import acting_steps, joints_step, parameter_rows, scene_step
 from symdyn.teach.shown_state import Chosen, choose_state
 
 TWO, HALF = Number(Fraction(2)), Number(Fraction(1, 2))
@@ -67,7 +67,7 @@ def symbols_step(lesson: Turning) -> Step:
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
-    return Step("notation", lesson.say("notation"), (table,), level="full")
+    return Step("notation", lesson.say("notation"), (table,))
 
 
 def rotation_steps(lesson: Turning) -> list[Step]:
@@ -172,7 +172,7 @@ def body_velocity_steps(lesson: Turning) -> list[Step]:
             for axis, node in zip(AXES, entries, strict=True):
                 name = lesson.name(f"{key}:{tag}{axis}", letter, tag, axis, node=node).name
                 blocks.append(folded(lesson, Formula(name, lesson.shape(node))))
-        claim = lesson.say("body.velocity", body=mass.body.name, tag=tag)
+        claim = lesson.say("body.velocity", mass=lesson.of(mass), body=mass.body.name)
         reason = lesson.say("body.velocity.reason") if not steps else Words(())
         steps.append(Step(f"velocity:{tag}", claim, tuple(blocks), reason, show=("velocities",)))
     return steps
@@ -231,7 +231,14 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     sections = [
         lesson.section(
             "scene",
-            [shown, *silent_steps(lesson), task_step(lesson), *acting_steps(lesson), symbols_step(lesson)],
+            [
+                shown,
+                *silent_steps(lesson),
+                task_step(lesson),
+                *acting_steps(lesson),
+                symbols_step(lesson),
+                joints_step(lesson),
+            ],
         ),
         lesson.section("rotations.quaternion", rotation_steps(lesson)),
     ]
@@ -242,7 +249,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         sections += _equations(lesson, right)
     if last >= 3:
         sections += [*closed_sections(lesson), *turning_sections(lesson, chosen)]
-        steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, right, chosen)]
+        steps = [state_step(lesson, chosen), forces_step(lesson, chosen), *tied_power_steps(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]
     title = lesson.text("title.quaternions", scene=called(lesson.scene))

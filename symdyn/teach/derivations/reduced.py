@@ -225,8 +225,7 @@ def _energies(lesson: Lesson) -> Step | None:
     if not rows:
         return None
     table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
-    blocks, reason = (table, *checks), lesson.say("limits.reason")
-    return Step("limits", lesson.say("limits"), blocks, reason, show=("energies", "ghost"))
+    return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
 
 
 def vanishing(lesson: Lesson) -> Iterator[tuple[Expr, Expr, Expr]]:

@@ -71,7 +71,7 @@ def _rotation(lesson: Lesson, joint: Joint) -> Step:
         product = Form.product((Symbol(first), Symbol(left)))
         blocks.append(lesson.say("rotation.product", body=joint.child, whole=Symbol(whole), product=product))
     claim = lesson.say("rotation", body=joint.child, parent=_called(lesson, joint.parent))
-    return Step(f"rotation:{joint.child}", claim, tuple(blocks), lesson.once("rotation.reason", joint.child))
+    return Step(f"rotation:{joint.child}", claim, tuple(blocks), lesson.once("rotation.reason"))
 
 
 def cosines(here: str, there: str) -> str:

@@ -37,7 +37,7 @@ def position_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
     for mass in result:
         names = [lesson.name(f"{axis}:{mass.tag}", axis, mass.tag, node=node) for axis, node in _along(mass.place)]
         blocks = _components(lesson, names, mass.place)
-        claim = lesson.say(f"position.{_kind(mass)}", body=mass.body.name, tag=mass.tag)
+        claim = lesson.say("position", mass=lesson.of(mass))
         steps.append(Step(f"position:{mass.tag}", claim, tuple(blocks), reference=_range(blocks)))
     return steps
 
@@ -61,13 +61,13 @@ def velocity_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:
             details.append(lesson.table(("velocity.term", "velocity.rate"), rows))
             blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
         if not blocks:
-            blocks = [lesson.say("velocity.rests", tag=mass.tag)]
+            blocks = [lesson.say("velocity.rests")]
         if details:
             shown = len(lesson.scene.velocities) <= SMALL_SCENE
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
-        claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
-        reason = lesson.once("velocity.reason", lesson.say("place", tag=mass.tag))
+        claim = lesson.say("velocity", mass=lesson.of(mass))
+        reason = lesson.once("velocity.reason")
         reference = _range([block for block in blocks if isinstance(block, Formula)])
         steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
         if mass.spins:
@@ -83,7 +83,7 @@ def _turning(lesson: Lesson, mass: Mass, result: list[Mass]) -> Step:
     key = "turning.plane" if read is None else "turning.sum" if mass.body.name in _carried(lesson) else "turning.reason"
     key = "turning.still" if all(map(lesson.vanishes, w)) else key
     blocks = _components(lesson, names, w, read or [Number.ZERO] * 3)
-    return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key, mass.body.name))
+    return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key))
 
 
 def _carried(lesson: Lesson) -> set[str]:
@@ -138,10 +138,6 @@ def _length(form: Form, known: dict[int, int]) -> int:
         least = 0 if isinstance(form, Sum) else 1
         known[id(form)] = max(least, sum(_length(part, known) for part in parts))
     return known[id(form)]
-
-
-def _kind(mass: Mass) -> str:
-    return "particle" if mass.particle else "centre" if mass.h is None else "origin"
 
 
 def _range(blocks: list[Block]) -> str:
@@ -205,7 +201,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
     definition = Form.sum(parts)
     blocks: list[Block] = [Formula(key, definition, lesson.number(f"K.definition:{tag}"))]
     blocks.append(folded(lesson, Formula(key, kinetic_form(lesson, node), lesson.number(key))))
-    claim = lesson.say("kinetic", body=mass.body.name, tag=tag)
+    claim = lesson.say("kinetic", mass=lesson.of(mass, whole=True))
     steps.append(Step(f"kinetic:{tag}", claim, tuple(blocks), reference=_reference(lesson, key)))
     return steps
 
@@ -222,7 +218,12 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     groups = expanded_squares(components.values())
     if groups is None:
         blocks.append(lesson.say("square.long"))
-        return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
+        return Step(
+            f"square:{tag}",
+            lesson.say("square", mass=lesson.of(mass)),
+            tuple(blocks),
+            reference=_reference(lesson, key),
+        )
     simple, used = [], False
     identities: list[Block] = []
     for group in groups:
@@ -243,7 +244,9 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
         blocks += [*multiplied, lesson.say("square.result" if identities else "identity.pythagoras")]
     ordered = Form.sum(_rates_last(term) for term in simple)
     blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
-    return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
+    return Step(
+        f"square:{tag}", lesson.say("square", mass=lesson.of(mass)), tuple(blocks), reference=_reference(lesson, key)
+    )
 
 
 def _rates_last(term: Form) -> Form:
@@ -277,13 +280,13 @@ def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
     key = f"Kw:{tag}"
     blocks: list[Block] = [Formula(key, Form.sum(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
     claim = lesson.say("spin", body=mass.body.name)
-    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason", mass.body.name), level="full")
+    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason"))
 
 
 def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
     claim = lesson.say("offset", body=mass.body.name)
     block = folded(lesson, Formula(f"Kh:{mass.tag}", kinetic_form(lesson, term)))
-    return Step(f"offset:{mass.tag}", claim, (block,), lesson.once("offset.reason", mass.body.name), level="full")
+    return Step(f"offset:{mass.tag}", claim, (block,), lesson.once("offset.reason"))
 
 
 def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
@@ -332,8 +335,8 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
     if mass.h is None:
         blocks.append(Formula(key, Form.sum(places), lesson.number(f"P.definition:{tag}")))
     blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
-    claim = lesson.say("potential", body=mass.body.name, tag=tag)
-    reason = lesson.once("potential.reason", Symbol(key))
+    claim = lesson.say("potential", mass=lesson.of(mass, whole=True))
+    reason = lesson.once("potential.reason")
     return [Step(f"potential:{tag}", claim, tuple(blocks), reason, _reference(lesson, key))]
 
 
@@ -360,10 +363,9 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
         if len(keys) != 1 or name == "K":
             total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    blocks: list[Block] = [
-        folded(lesson, Formula("L:", Form.sum((page.K, page.P.negative)), lesson.number("L"))),
-    ]
-    steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
+    block = folded(lesson, Formula("L:", Form.sum((page.K, page.P.negative)), lesson.number("L")))
+    claim = lesson.say("lagrangian", difference=Form.sum((Symbol("K:"), Symbol("P:").negative)))
+    steps.append(Step("lagrangian", claim, (block,), reference="(5.23)"))
     return steps
 
 

@@ -120,9 +120,13 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
             continue
         if left.startswith(BALANCED):
             i = int(left.partition(":")[2]) - 1
-            asked[key] = {"equation": i, "drive": scene.drives[i], "front": motions.values(front(diagnosis, left), i)}
+            asked[key] = {
+                "equation": i,
+                "drive": scene.drives[i],
+                "front": _on(motions.values(front(diagnosis, left), i)),
+            }
         else:
-            asked[key] = {"values": motions.values(form)}
+            asked[key] = {"values": _on(motions.values(form))}
         asked[key]["left"] = left
     groups = [
         {
@@ -133,6 +137,11 @@ def _motions(diagnosis: Diagnosis, requested: Mapping[str, tuple[str, Form]]) ->
         for one in motions.groups
     ]
     return {"names": names, "groups": groups, "asked": asked, "free": FREE, "multipliers": list(rows_of(scene))}
+
+
+def _on(values: Sequence[Mapping[str, Sequence[float]]]) -> list[dict[str, list[float]]]:
+    """Return values on the motions without their last digits, which depend on the order of sums."""
+    return [{kind: [_digits(x) for x in row] for kind, row in group.items()} for group in values]
 
 
 def _terms(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any] | None:
@@ -228,7 +237,8 @@ def sheet(document: Document, solutions: bool = False) -> Document:
                 steps.append(Step(f"question:{block.key}", claim, (*before, *answer)))
                 before = []
     sections = (*known, Section("questions", texts["section.questions"], tuple(steps)))
-    return replace(document, title=texts["sheet.title"].format(scene=called(document.scene)), sections=sections)
+    title = texts["sheet.title"].format(scene=called(document.scene))
+    return replace(document, title=title, sections=sections, brief=False)
 
 
 def _lines(solution: Sequence[Block]) -> int:

@@ -18,7 +18,7 @@ from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose, is_tied
+from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
@@ -75,12 +75,12 @@ DETAILS = ("brief", "full")
 
 def _shorter() -> str:
     """Return what to ask for where a lesson is too long."""
-    less = f"{argument('until')}, {argument('detail', 'brief')}"
+    less = argument("until")
     return f"ask for less of it ({less}), or for {argument('format', 'sliders')}; generated code has no such limit"
 
 
 def walkthrough(
-    scene: SceneLike, language: str = "en", detail: str = "full", until: str = "", formulation: str = ""
+    scene: SceneLike, language: str = "en", detail: str = "brief", until: str = "", formulation: str = ""
 ) -> Document:
     """Return the derivation of a scene's equations as a document.
 
@@ -88,7 +88,8 @@ def walkthrough(
         scene: by Lagrange's method an open chain or tree with a closed form; with multipliers one with loops,
             rolling or other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
         language: "en" or "sk".
-        detail: keep every small step, "full", or leave out those that a second reading needs, "brief".
+        detail: brief has the task, the equations, what follows from them and checks, all other steps folded, and left
+            out of LaTeX and PDF; full has every step open.
         until: the last part, "" for all: by Lagrange's method "energies", "lagrangian", "equations",
             "coefficients" or "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system"
             or "numbers"; with quaternions "rotations", "energies", "equations" or "numbers"; by D'Alembert's "count",
@@ -111,7 +112,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = with_letters(scene.in_language(language), language)
+    scene = apart(with_letters(scene.in_language(language), language), language)
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
@@ -120,7 +121,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
-    document = document.brief() if detail == "brief" else document
+    document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
 
@@ -176,7 +177,7 @@ class Handout:
 
     scene: Scene
     language: str = "en"
-    detail: str = "full"
+    detail: str = "brief"
     until: str = ""
     formulation: str = ""
     seed: int | None = None

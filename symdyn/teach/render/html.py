@@ -254,7 +254,6 @@ def _attribute(name: str, entries: list[str]) -> str:
 
 
 SHORT = 150.0  # of a formula between words
-DISPLAYED = '<div class="formula"'
 
 
 def html(document: Document) -> dict[str, str]:
@@ -270,19 +269,9 @@ def html_page(document: Document) -> str:
             "key": section.key,
             "title": in_html(section.title),
             "waits": any(step.needs for step in section.steps),
-            "steps": [
-                {
-                    "key": _anchor(step.key),
-                    "claim": page.words(step.claim),
-                    "reference": in_html(step.reference),
-                    "blocks": page.blocks(step),
-                    "result": step.is_result,
-                    "tries": [page.tried(one) for one in step.tries],
-                    "reason": page.words(step.reason),
-                    "show": in_html(" ".join(page.numbered.shown(step))),
-                    "needs": page.numbers(step.needs),
-                }
-                for step in section.steps
+            "runs": [
+                (page.text["page.more"].format(count=len(run)) if folded else "", [page.step(step) for step in run])
+                for folded, run in section.runs(document.folds)
             ],
         }
         for section in document.sections
@@ -343,14 +332,27 @@ class _Page:
         latex = self.spell.inline(form)
         return inline(latex) if latex_width(latex) < SHORT else f'<span class="run">{flow("", self.spell(form))}</span>'
 
+    def step(self, step: Step) -> dict[str, object]:
+        """Return the places of the template."""
+        return {
+            "key": _anchor(step.key),
+            "claim": self.words(step.claim),
+            "reference": in_html(step.reference),
+            "blocks": self.blocks(step),
+            "result": step.is_result,
+            "tries": [self.tried(one) for one in step.tries],
+            "reason": self.words(step.reason),
+            "show": in_html(" ".join(self.numbered.shown(step))),
+            "needs": self.numbers(step.needs),
+        }
+
     def blocks(self, step: Step) -> list[str]:
-        """Return the elements of a step; the last formula of a result gets the class that frames it."""
-        shown = [text for block in step.blocks for text in self.block(block)]
-        if step.is_result:
-            last = max((k for k, text in enumerate(shown) if text.startswith(DISPLAYED)), default=None)
-            if last is not None:
-                shown[last] = shown[last].replace(DISPLAYED, '<div class="formula last"', 1)
-        return shown
+        """Return the elements of a step, a result in its frame."""
+        before, framed, after = (
+            [text for block in step.blocks[part] for text in self.block(block)]
+            for part in (slice(step.framed.start), step.framed, slice(step.framed.stop, None))
+        )
+        return [*before, *(['<div class="frame">', *framed, "</div>"] if framed else []), *after]
 
     def tried(self, one: Try) -> dict[str, str | int]:
         """Return the slider of a threshold: twice as far, in the middle where what the sentence says changes."""
@@ -441,4 +443,4 @@ class _Page:
 
 def _numbered(formula: str, number: str, marks: str = "") -> str:
     tag = f'<span class="number">({in_html(number)})</span>' if number else ""
-    return f'{DISPLAYED}><div class="flow"{marks}>{formula}</div>{tag}</div>'
+    return f'<div class="formula"><div class="flow"{marks}>{formula}</div>{tag}</div>'

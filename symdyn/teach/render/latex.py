@@ -50,6 +50,7 @@ BAR = 150.0  # pt of a share of one
 SECONDS = 120  # of pdflatex
 TAIL = 15  # lines of what it says where it stops
 
+NEXT_LINE, TALLEST = r"\\", 16  # lines of what a frame keeps on one page
 DISPLAYS = (r"\begin{align*}", r"\begin{equation*}")
 WITH_NEXT = r"\withnext"
 
@@ -58,7 +59,7 @@ COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
 
 def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
-    document = solutions_last(document)
+    document = solutions_last(document.kept())
     page = _Page(document)
     sections = [
         {
@@ -89,7 +90,7 @@ class _Page:
         """Return the places of the template: a claim stays on the page of what it announces."""
         boxes = [block for block in step.blocks if isinstance(block, Box)]
         small = step.key.startswith(ERRATA)
-        body = "\n\n".join(map(self._run_in, boxes)) if small else self.body(step.blocks, Line.room)
+        body = "\n\n".join(map(self._run_in, boxes)) if small else self.body(step.blocks, Line.room, step.framed)
         displayed = body.lstrip().startswith(DISPLAYS)
         return {
             "claim": rf"\textbf{{{self.words(step.claim)}}}"
@@ -114,12 +115,16 @@ class _Page:
     def words(self, words: Words) -> str:
         return self.spell.words(words, in_latex)
 
-    def body(self, blocks: Sequence[Block], room: float) -> str:
-        """Return blocks one after the other; formulas in a row share a display, which ends a paragraph."""
+    def body(self, blocks: Sequence[Block], room: float, framed: slice = slice(0, 0)) -> str:
+        """Return blocks one after the other; formulas in a row share a display, that of a result in a frame."""
         text = ""
-        for alike, group in groupby(blocks, lambda block: isinstance(block, (Formula, Braced))):
+        for alike, pairs in groupby(enumerate(blocks), lambda pair: isinstance(pair[1], (Formula, Braced))):
+            places, group = zip(*pairs, strict=True)
             if alike:
-                text += f"\n{self._display(list(group), room)}\n"
+                result = places[0] == framed.start and framed.stop
+                shown = self._display(group, room - INSET * bool(result))
+                framing = result and shown.count(NEXT_LINE) < TALLEST
+                text += f"\n\n\\begin{{result}}\n{shown}\n\\end{{result}}\n" if framing else f"\n{shown}\n"
             else:
                 text += "".join(f"\n\n{one}" for block in group for one in self.block(block, room))
         for display in DISPLAYS:  # belongs to the paragraph before it

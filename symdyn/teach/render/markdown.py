@@ -21,6 +21,7 @@ from symdyn.teach.document import (
     Picture,
     Room,
     Shares,
+    Step,
     Words,
 )
 from symdyn.teach.languages import language_of
@@ -42,12 +43,12 @@ def markdown(document: Document) -> dict[str, str]:
             "title": in_markdown(section.title),
             "steps": [
                 {
-                    "claim": page.words(step.claim),
+                    "claim": page.claim(step),
                     "reference": in_markdown(step.reference),
                     "blocks": page.blocks(step.blocks),
                     "reason": page.words(step.reason),
                 }
-                for step in section.steps
+                for step, _ in document.in_folds(section)
             ],
         }
         for section in document.sections
@@ -73,6 +74,11 @@ class Page:
     def words(self, words: Words) -> str:
         """Return prose."""
         return self.spell.words(words, in_markdown)
+
+    def claim(self, step: Step) -> str:
+        """Return what a step says first, in bold of a result and of a question of a sheet."""
+        text = self.words(step.claim)
+        return f"**{text}**" if text and (step.is_result or step.key.startswith("question:")) else text
 
     def blocks(self, blocks: Sequence[Block]) -> list[str]:
         """Return the paragraphs of blocks."""

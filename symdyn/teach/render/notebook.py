@@ -286,8 +286,9 @@ def _cells(document: Document) -> Iterator[Cell]:
     inside = "positions" in keys
     for section in document.sections:
         yield _text(f"section-{section.key}", f"## {in_markdown(section.title)}")
-        for step in section.steps:
-            yield from _step(page, step)
+        for step, made_of in document.in_folds(section):
+            yield _told(page, step)
+            yield from (cell for one in made_of for cell in _run(page, one))
         yield from derived.get(section.key, []) if inside else []
     if derived and not inside:
         yield _text("section-derive", f"## {in_markdown(language_of(document.language).lesson['section.derive'])}")
@@ -321,13 +322,18 @@ def _derivation(document: Document) -> dict[str, list[Cell]]:
     return found | {"coefficients": [_code("derive-coefficients", cells.coefficients())]}
 
 
-def _step(page: _Page, step: Step) -> Iterator[Cell]:
-    """Yield the cells of a step: its text, then what can be run."""
+def _told(page: _Page, step: Step) -> Cell:
+    """Return the text of a step."""
     reference = f" {in_markdown(step.reference)}" if step.reference else ""
     reason = [page.words(step.reason)] if step.reason.parts else []
-    parts = [f"**{page.words(step.claim)}**{reference}", *page.blocks(step.blocks), *reason]
-    pictures = {f"{block.key}.svg": block.svg for block in step.blocks if isinstance(block, Picture)}
-    yield _text(f"step-{step.key}", "\n\n".join(parts), pictures)
+    claim = [f"{page.claim(step)}{reference}"] if step.claim.parts or reference else []
+    parts = [*claim, *page.blocks(step.blocks), *reason]
+    pictures = {f"{block.key}.svg": block.svg for block in step.opened() if isinstance(block, Picture)}
+    return _text(f"step-{step.key}", "\n\n".join(parts), pictures)
+
+
+def _run(page: _Page, step: Step) -> Iterator[Cell]:
+    """Yield the cells of a step that can be run."""
     if step.key.startswith("coefficients"):
         results = [block for block in step.blocks if isinstance(block, Formula)]
         found = [answer for block in results if (answer := answer_of(page.document, block)) is not None]

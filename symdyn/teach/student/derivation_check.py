@@ -21,6 +21,7 @@ from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.teach.lesson import apart
 from symdyn.teach.student.answer import (
     EMPTY,
     EQUAL,
@@ -102,7 +103,7 @@ def check_derivation(
     most = BOUNDS["lines of a student's file"]
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
-    scene = scene.as_parameters()
+    scene = apart(scene.as_parameters())
     page = Printable.of(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)

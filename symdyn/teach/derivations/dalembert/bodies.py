@@ -122,7 +122,7 @@ def _frame(lesson: Balance, j: int, one: Cut) -> Step:
         _matrix(lesson, Letter("r", index, accent="tilde"), one.r, "5.2"),
     )
     claim = lesson.say("frame", body=body, number=str(Letters.body_number(j)))
-    return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
+    return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)")
 
 
 def _acceleration(lesson: Balance, j: int, one: Cut) -> Step:
@@ -159,7 +159,7 @@ def _motion(lesson: Balance, j: int, one: Cut) -> Step:
         _matrix(lesson, Letter("F", here, above="*D"), [[x] for x in one.F_star], "5.16"),
     )
     claim, reason = lesson.say("moved", body=body), _once(lesson, j, "moved.reason")
-    return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)", "full")
+    return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)")
 
 
 def _about(lesson: Balance, j: int, one: Cut) -> Step:
@@ -186,7 +186,7 @@ def _about(lesson: Balance, j: int, one: Cut) -> Step:
         lesson.say("about", body=body, **names),
         lesson.say("about.reason", **names) if j == 0 else Words(()),
     )
-    return Step(f"about:{body}", claim, tuple(blocks), reason, "(5.14)", "full")
+    return Step(f"about:{body}", claim, tuple(blocks), reason, "(5.14)")
 
 
 def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:

@@ -237,10 +237,8 @@ def side_by_side(lesson: Prose) -> Step | None:
 
 
 def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
-    shares = [(k, form) for k, form in enumerate(term.shares, 1) if form != Number.ZERO]
-    said: list[Words] = []
-    for k, form in shares:
-        said.append(lesson.say("side.share", number=str(k), form=form))
+    shares = zip(lesson.scene.bodies, term.shares, strict=True)
+    said = [Words((f"{body.name}: ", form)) for body, form in shares if form != Number.ZERO]
     rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
     return rates, term.coefficient, _joined(said)
 

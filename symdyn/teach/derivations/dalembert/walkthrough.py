@@ -39,7 +39,7 @@ from symdyn.teach.derivations.velocities import PAGE, defined_lengths, folded, l
 from symdyn.teach.document import Block, Document, Formula, Letter, Picture, Step, Words
 from symdyn.teach.lesson import called
 from symdyn.teach.mathematics import letter
-from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step, with_appendix
+from symdyn.teach.notation import acting_steps, joints_step, leader, notation_step, scene_step, with_appendix
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.student.rows import keeps_points, points_apart
 
@@ -235,7 +235,13 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "form
     lesson = Balance(scene, language)
     chosen = choose_motion(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, *acting_steps(lesson), *defined_lengths(lesson, lesson.lengths), notation_step(lesson)]
+    first = [
+        shown,
+        *acting_steps(lesson),
+        *defined_lengths(lesson, lesson.lengths),
+        notation_step(lesson),
+        joints_step(lesson),
+    ]
     method = [step for law in law_steps(lesson) for step in (law, *law_errata(lesson, law.key))]
     sections = [lesson.section("scene", first), lesson.section("method", method)]
     if tied := loop_steps(lesson, chosen):
