@@ -11,7 +11,7 @@ import pytest
 
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import read_text
-from symdyn.scene.declaration import coupling, declare, joint_table, scene_table
+from symdyn.scene.declaration import coupling, declare, joint_table, scene_table, tables as declared_tables
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_table import kinds_of, sections
 from symdyn.scene.joints import JOINTS
@@ -58,6 +58,7 @@ WORDS = {
     "Parameters: key": set(keys_of(scene_table.PARAMETER)),
     "Inputs: key": set(keys_of(scene_table.INPUT)),
     "Outputs: key": set(keys_of(scene_table.OUTPUT)),
+    "Tables: key": set(keys_of(declared_tables.TABLE)),
     "Bodies: key": set(keys_of(scene_table.BODY)),
     "Joints: key": set(joint_table.joint_keys()),
     "Joints: key of `mimic`": set(keys_of(coupling.MIMIC)),
@@ -75,6 +76,7 @@ NEEDED = {
     "Parameters": needed_of(scene_table.PARAMETER),
     "Inputs": needed_of(scene_table.INPUT),
     "Outputs": needed_of(scene_table.OUTPUT),
+    "Tables": needed_of(declared_tables.TABLE),
     "Bodies": needed_of(scene_table.BODY),
     "Joints": [
         *needed_of(joint_table.place_keys()),

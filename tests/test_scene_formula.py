@@ -113,7 +113,7 @@ def test_numbers_of_python_are_exact():
         ("if(x > 0, 1)", "if takes a condition and 2 values"),
         ("if(x == 0, 1, 2)", "'=' has no place"),
         ("if(x > 0, 1, 2) and y", "a condition is not a number"),
-        ("max(x)", "max takes 2 arguments or more"),
+        ("max(x)", "max takes 2 or more arguments"),
         ("asin(2)", r"asin\(2\) is not real; take it of a number from -1 to 1"),
         ("(-2)**1.5", r"\(-2\)\*\*\(3/2\) is not real"),
         ("0**-1.5", "divides by zero"),

@@ -51,6 +51,7 @@ def of(kind: str, **keys: Any) -> dict[str, Any]:
 
 TIP = {"points__tip": {"body": "arm", "at": [0.2, 0.3, 0.1]}}
 COIL = {"springs__coil": {"from": "tip", "to": "ground", "stiffness": 5, "free": 0.3}, **TIP}
+CURVE = {"joints__pin__force": 'table("curve", q1)', "tables__curve": {"points": [[0, 0], [0.3, 5], [1, 3]]}}
 SHOCK = {"dampers__shock": {"from": "tip", "to": "ground", "damping": 5}, **TIP}
 PUSH = {"loads__push": {"body": "arm", "at": [0, 0, 1], "force": [1, 2, 3]}, **TIP}
 FREE = of("free", parent="ground", start_rates=[0.5, 0, 0, 0, 1, 0.3])
@@ -169,6 +170,8 @@ WORDS: tuple[Row, ...] = (
     row("outputs/y/formula", "2*q1", "3*q1"),
     row("outputs/y/unit", "J", ABSENT, outputs__y={"formula": "2*M0"}),  # N m by its dimension
     row("outputs/y/text", "height", ABSENT, outputs__y={"formula": "2*q1"}),
+    row("tables/curve/points", [[0, 0], [1, 5]], [[0, 0], [1, 6]], **CURVE),
+    row("tables/curve/method", "cubic", ABSENT, **CURVE),
     row("springs/coil/joint", "pin", "rail", springs__coil={"stiffness": 3}),
     row("springs/coil/from", "tip", "arm", **COIL),
     row("springs/coil/to", "ground", "cart", **COIL),

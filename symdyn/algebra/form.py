@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -41,6 +41,12 @@ class Form:
     def of(node: Expr) -> Form:
         """Return a node as a form, unsimplified."""
         symbols: dict[Expr, Form] = {x: Symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
+        tables = node.graph.found.get("tables", {})
+        for one in reachable([node]) if tables else ():
+            if one in tables:
+                name, args = tables[one]
+                body, *given = evaluate([one, *args], Forms(), symbols)
+                symbols[one] = Function(Op.SELECT, tuple(given), name, body)
         return evaluate([node], Forms(), symbols)[0]
 
     @staticmethod
@@ -279,10 +285,12 @@ class Power(Form):
 
 @dataclass(frozen=True)
 class Function(Form):
-    """A function of the graph, such as sin, of forms."""
+    """A function of the graph, such as sin, of forms; or a table by its `name`, and the `body` that it stands for."""
 
     op: Op
     args: tuple[Form, ...]
+    name: str = ""
+    body: Form | None = None
 
     @property
     def parts(self) -> tuple[Form, ...]:
@@ -290,22 +298,18 @@ class Function(Form):
         return self.args
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
-        """Return the function of others."""
-        return Function(self.op, tuple(parts))
+        """Return the function of others; a table's value stays."""
+        return replace(self, args=tuple(parts))
+
+    def substitute(self, known: Mapping[str, Form]) -> Form:
+        """Return the function of other forms."""
+        args = tuple(arg.substitute(known) for arg in self.args)
+        return replace(self, args=args, body=self.body and self.body.substitute(known))
 
     def express(self, graph: Graph) -> Expr:
         """Return the function of its arguments."""
-        return graph.function(self.op, *(arg.express(graph) for arg in self.args))
-
-    @property
-    def word(self) -> str:
-        """What it is called: max or min of two where a selection is one."""
-        if self.op is Op.SELECT:
-            guard, a, b = self.args
-            for word, larger, smaller in (("max", a, b), ("min", b, a)):
-                if in_any_order(guard) == in_any_order(Forms().sub(larger, smaller)):
-                    return word
-        return self.op.name.lower()
+        args = tuple(arg.express(graph) for arg in self.args)
+        return graph.table(self.name, self.body.express(graph), args) if self.body else graph.function(self.op, *args)
 
 
 class Forms:
@@ -353,7 +357,7 @@ def in_any_order(form: Form) -> object:
         return type(form), frozenset(Counter(parts).items())
     if isinstance(form, Power):
         return form.exponent, parts
-    return (form.op, parts) if isinstance(form, Function) else form
+    return (form.op, form.name, parts) if isinstance(form, Function) else form
 
 
 NAMES: Mapping[Op, str] = {

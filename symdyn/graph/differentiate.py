@@ -299,4 +299,7 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
             known[node] = node
         else:
             known[node] = target.copy(node, args)
+    for node, (name, given) in [*outputs[0].graph.found.get("tables", {}).items()]:
+        if node in known and all(arg in known for arg in given):
+            target.table(name, known[node], tuple(known[arg] for arg in given))
     return [known[node] for node in outputs]

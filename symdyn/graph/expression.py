@@ -318,6 +318,11 @@ class Graph:
             result = self.add(result, term)
         return result
 
+    def table(self, name: str, body: Expr, args: tuple[Expr, ...]) -> Expr:
+        """Return a function's node, which is read by its name and arguments, not by what it is made of."""
+        self.found.setdefault("tables", {})[body] = (name, args)
+        return body
+
     def copy(self, node: Expr, args: Sequence[Expr]) -> Expr:
         """Return the operation of a node of this graph or another with other operands; it simplifies as at birth."""
         op = node.op

@@ -22,6 +22,7 @@ from .build import (
     rod as rod,
     scene as scene,
     spherical as spherical,
+    table as table,
     universal as universal,
 )
 from .declaration.coupling import lock as lock

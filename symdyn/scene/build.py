@@ -128,6 +128,22 @@ def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Ent
     return entry("outputs", **locals())
 
 
+def table(
+    name: str,
+    points: str | Sequence[Sequence[object]],
+    *,
+    method: Literal["linear", "akima", "cubic"] = "linear",
+) -> Entry:
+    """Declare a table of numbers, which formulas read as `table("name", x)`.
+
+    Args:
+        name: of it in formulas.
+        points: rows (x, y), x ascending, or a CSV file of them; of two arguments rows (y, z, ...) below ("", x, ...).
+        method: what stands between points, along x.
+    """
+    return entry("tables", **locals())
+
+
 def dh_table(
     convention: Literal["standard", "modified"], links: Sequence[Mapping[str, object]], parent: str = "ground"
 ) -> Entry:
@@ -154,6 +170,7 @@ def scene(
     dh: Entry | None = None,
     inputs: Sequence[Entry] | Mapping[str, Number | None] = (),
     outputs: Sequence[Entry] | Mapping[str, Number] = (),
+    tables: Sequence[Entry] = (),
     source: str = "",
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
@@ -173,6 +190,7 @@ def scene(
         dh: declared by `dh_table`.
         inputs: declared by `input_signal`, or a mapping of names to values where none are given over time (None: zero).
         outputs: declared by `output`, or a mapping of names to formulas.
+        tables: declared by `table`.
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
@@ -206,6 +224,7 @@ def scene(
         dh=dh,
         inputs=_entries("inputs", "input_signal", inputs, faults),
         outputs=_entries("outputs", "output", outputs, faults),
+        tables=_entries("tables", "table", tables, faults),
         units=units,
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)

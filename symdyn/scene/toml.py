@@ -21,10 +21,12 @@ from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
 from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
+from symdyn.scene.declaration.tables import TABLE
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import place_of, sections, table_of
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.entry import Entry, Faults, shorten, show
+from symdyn.scene.values.folding import tables_in
 from symdyn.scene.values.grammar import check_scene_name
 from symdyn.scene.values.key import Part, raw_of
 from symdyn.scene.values.model import Scene
@@ -231,6 +233,7 @@ def write_text(scene: Scene) -> Written:
     scope = Scope({}, scene.gravity, scene.parameters)
     blocks += [_block(place_of(one), table_of(one, scope)) for one in scene.elements]
     blocks += [*_blocks("inputs", INPUT, scene.inputs), *_blocks("outputs", OUTPUT, scene.outputs)]
+    blocks += _blocks("tables", TABLE, tables_in(scene))
     return Written("\n".join(blocks))
 
 

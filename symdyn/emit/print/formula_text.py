@@ -7,6 +7,7 @@ A printer yields text with break marks in front of every + and - at which a line
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -15,6 +16,7 @@ from functools import lru_cache
 from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol
 from symdyn.emit.print.breaking import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import PrintName
+from symdyn.emit.render import in_latex
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
@@ -54,7 +56,7 @@ def rounded(form: Form, digits: int) -> Form:
     if isinstance(form, Power):
         return Power(rounded(form.base, digits), form.exponent)
     if isinstance(form, Function):
-        return Function(form.op, tuple(rounded(x, digits) for x in form.args))
+        return form.with_parts(rounded(x, digits) for x in form.args)
     return form
 
 
@@ -107,8 +109,20 @@ def _text(form: Form) -> str:
     return form.name if isinstance(form, Symbol) else "pi"
 
 
+def _word(form: Function) -> str:
+    """Return what a function is called: max or min of two where a selection is one."""
+    if form.op is Op.SELECT and not form.name:
+        guard, a, b = form.args
+        for word, larger, smaller in (("max", a, b), ("min", b, a)):
+            if Counter(guard.terms) == Counter(Form.sum((larger, smaller.negative)).terms):
+                return word
+    return form.op.name.lower()
+
+
 def _text_of_function(form: Function) -> str:
-    args, word = [text_of(arg) for arg in form.args], form.word
+    args, word = [text_of(arg) for arg in form.args], _word(form)
+    if form.name:
+        return f'table("{form.name}", {", ".join(args)})'
     if form.op is Op.POW:
         plain = [
             isinstance(x, Symbol) or (isinstance(x, Number) and text.isdecimal())
@@ -301,18 +315,21 @@ class Latex:
 
     def _function(self, form: Function, power: int) -> str:
         exponent = "" if power == 1 else f"^{power}" if power < 10 else f"^{{{power}}}"
+        if form.name:
+            inside = ", ".join(map(self.unbroken, form.args))
+            return rf"\operatorname{{{in_latex(form.name)}}}{exponent}{_brackets(inside)}"
         if form.op is Op.POW:
             base, to = form.args
             bare = isinstance(base, Symbol) and LatexSymbol(self(base)).takes_exponent
             text = self.unbroken(base) if bare or _is_abs(base) else _brackets(self.unbroken(base))
             return f"{text}^{{{self.unbroken(Form.product((Number(Fraction(power)), to)))}}}"
-        if form.op is Op.SELECT and form.word == "select":
+        if form.op is Op.SELECT and _word(form) == "select":
             guard, a, b = map(self.unbroken, form.args)
             cases = rf"\begin{{cases}} {a} & {guard} > 0 \\ {b} & {guard} \le 0 \end{{cases}}"
             return cases if power == 1 else rf"\Bigl({cases}\Bigr){exponent}"
         if form.op is Op.SELECT:
             inside = ", ".join(map(self.unbroken, form.args[1:]))
-            return rf"\{form.word}{exponent}{_brackets(inside)}"
+            return rf"\{_word(form)}{exponent}{_brackets(inside)}"
         arguments = ", ".join(map(self, form.args))
         if self._fits(arguments):
             arguments = arguments.replace(BREAK, "")
@@ -356,7 +373,7 @@ def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> 
     if isinstance(form, Power):
         return Power(shortened(form.base, numbers, taken), form.exponent)
     if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
-        return Function(form.op, tuple(shortened(arg, numbers, taken) for arg in form.args))
+        return form.with_parts(shortened(arg, numbers, taken) for arg in form.args)
     if isinstance(form, Function):
         found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in form.args[0].terms]
         if None not in found:

@@ -39,6 +39,7 @@ from symdyn.scene.declaration.joint_table import (
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
 from symdyn.scene.declaration.spanning import span, turned
+from symdyn.scene.declaration.tables import TABLE, curves_of, tabled
 from symdyn.scene.declaration.whole_scene import check, derived_apart
 from symdyn.scene.forces.force_kind import ForceKind, Scope
 from symdyn.scene.forces.force_table import kinds_of, read_elements, sections
@@ -59,6 +60,7 @@ SECTIONS: Mapping[str, Sequence[Part]] = {
     "points": POINT,
     "inputs": INPUT,
     "outputs": OUTPUT,
+    "tables": TABLE,
 }
 """The tables of a scene but those of elements, and their keys; of joints those that all types share."""
 
@@ -70,7 +72,7 @@ class Declaration:
     Attributes:
         name: of the scene.
         gravity: raw value; None for the standard 9.81 m/s^2 along -z, False or "none" for no gravity.
-        parameters, bodies, joints, points, inputs, outputs: declared tables.
+        parameters, bodies, joints, points, inputs, outputs, tables: declared tables.
         loops: declared joints that close loops.
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
@@ -88,6 +90,7 @@ class Declaration:
     dh: Entry | None = None
     inputs: tuple[Entry, ...] = ()
     outputs: tuple[Entry, ...] = ()
+    tables: tuple[Entry, ...] = ()
     units: object = None
 
 
@@ -148,10 +151,12 @@ def assemble(
         dimensionless=head["dimensionless"] or dimensionless,
         source=source,
     )
-    scene = _written_out(scene, faults)
+    curves = curves_of(declaration.tables, faults)
+    scene = _written_out(tabled(scene, curves, faults), faults)
     scope = Scope({point.name: point for point in scene.points}, scene.gravity, parameters)
     elements = read_elements(declaration.elements, scope, faults)
-    scene = _written_out(replace(scene, elements=tuple(one for _, one in elements)), faults)
+    scene = replace(scene, elements=tabled(tuple(one for _, one in elements), curves, faults))
+    scene = _written_out(scene, faults)
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
     places |= {kind: getattr(declaration, kind) for kind in ("points", "inputs", "outputs")}
     apart = {one.name for one in derived}

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -274,6 +274,10 @@ class Analysis:
             return Measure()
         if op is Op.POW:
             return self._power(q.args[0], q.args[1], place)
+        if q.value is not None:
+            for arg in q.args:
+                self._measure(arg, place)
+            return Measure(letters=((spell(replace(q, args=())), 1),))  # as of a letter whose unit is not said
         if op is Op.SELECT:
             self._measure(q.args[0], place)
             return self._alike([part for part in q.args[1:] if part != Quantity.ZERO], place)

@@ -8,6 +8,7 @@ Folded constants stay within what a double can hold, so no formula of a few char
 
 from __future__ import annotations
 
+import ast
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -16,6 +17,7 @@ from math import isqrt
 from typing import Any, NamedTuple, TypeVar
 
 from symdyn.graph import Graph, Op
+from symdyn.scene.values.curve import Curve
 from symdyn.scene.values.quantity import FormulaError, Quantity
 
 LARGEST = Fraction(sys.float_info.max)
@@ -261,6 +263,14 @@ COMPOSED: Mapping[str, Composed] = {
 
 EXTREMES = {"max": maximum, "min": minimum}
 
+COMPARISONS: Mapping[type[ast.cmpop], Callable[[Quantity, Quantity, Quantity, Quantity], Quantity]] = {
+    ast.Gt: lambda x, y, a, b: select(sub(x, y), a, b),
+    ast.GtE: lambda x, y, a, b: select(sub(y, x), b, a),
+    ast.Lt: lambda x, y, a, b: select(sub(y, x), a, b),
+    ast.LtE: lambda x, y, a, b: select(sub(x, y), b, a),
+}
+"""a where x > y and so on, b elsewhere."""
+
 
 T = TypeVar("T")
 
@@ -289,6 +299,27 @@ def _mapped(thing: Any, change: Callable[[Quantity], Quantity]) -> Any:
     return thing
 
 
+def tables_in(thing: object) -> list[Curve]:
+    """Return the tables in the formulas of a noun, once each, in order."""
+    found: dict[Curve, None] = {}
+    waiting = [*Quantity.inside(thing)][::-1]
+    while waiting:
+        one = waiting.pop()
+        waiting += one.args[::-1]
+        if isinstance(one.value, Curve):
+            found[one.value] = None
+    return list(found)
+
+
+def with_tables(quantity: Quantity, read: Callable[[str, int], Curve | None]) -> Quantity:
+    """Return the formula with tables in place of their names, of which `read` gives one of so many arguments."""
+    args = tuple(with_tables(arg, read) for arg in quantity.args)
+    if quantity.op is Op.SELECT and isinstance(quantity.value, str):
+        return replace(quantity, args=args, value=read(quantity.value, len(args)) or quantity.value)
+    same = all(new is old for new, old in zip(args, quantity.args, strict=True))
+    return quantity if same else replace(quantity, args=args)
+
+
 def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     """Return the formula with quantities in place of symbols, folded again.
 
@@ -302,5 +333,7 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     args = [substituted(arg, values) for arg in quantity.args]
     if all(new is old for new, old in zip(args, quantity.args, strict=True)):
         return quantity
+    if quantity.value is not None:
+        return replace(quantity, args=tuple(args))
     operation = _FOLDED.get(quantity.op)
     return operation(*args) if operation else function(quantity.op, *args)

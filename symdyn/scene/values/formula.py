@@ -5,6 +5,7 @@
     operators   + - * / ** ( )               an integer power is multiplied out, up to 64
     functions   sin cos tan sqrt exp log tanh abs sign atan2 deg asin acos atan sinh cosh max min
     selection   if(x > 0, a, b)              < <= > >= and or not; if(c, a, b) is a where c > 0
+    tables      table("damper", v)           of the scene, or of a file beside it: table("curve.csv", x)
     degrees     90 deg   45/2 deg            the same as deg(90): times pi/180
     a value     500 mm   1/3 kN/m   3 rpm    a number and a unit, and nothing else: in SI, exactly (see `unit`)
 
@@ -25,15 +26,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from functools import reduce
 from numbers import Integral
 from operator import index
 from typing import Any, SupportsIndex
 
 from symdyn.arguments import is_sympy
 from symdyn.errors import nearest, quoted
-from symdyn.graph import Graph
+from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS
+from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS
 from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
@@ -52,14 +54,6 @@ BINARY: Mapping[type[ast.operator], Callable[[Quantity, Quantity], Quantity]] = 
     ast.Mult: folding.mul,
     ast.Div: folding.div,
 }
-
-COMPARISONS: Mapping[type[ast.cmpop], Callable[[Quantity, Quantity, Quantity, Quantity], Quantity]] = {
-    ast.Gt: lambda x, y, a, b: folding.select(folding.sub(x, y), a, b),
-    ast.GtE: lambda x, y, a, b: folding.select(folding.sub(y, x), b, a),
-    ast.Lt: lambda x, y, a, b: folding.select(folding.sub(y, x), a, b),
-    ast.LtE: lambda x, y, a, b: folding.select(folding.sub(x, y), b, a),
-}
-"""a where x > y and so on, b elsewhere."""
 
 HINTS: Mapping[type[ast.AST], str] = {
     ast.BitXor: "^ is not a power; write **",
@@ -92,6 +86,7 @@ _VALUE = re.compile(
 _FACTOR = re.compile(r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]")
 _SUM = re.compile(r"[^eE^*(][+-]|,")
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., <>=]|(?<![<>])=")
+_QUOTED = re.compile(r"\btable ?\( ?([\"'])[A-Za-z0-9_./ -]{1,200}\1")
 _IF = re.compile(r"\bif(?= ?\()")
 IF = "if_"
 """What `if` is called in the text that Python's grammar reads, where it is no name."""
@@ -233,7 +228,7 @@ class _BrokenError(FormulaError):
 
 
 def _formula(text: str) -> Quantity:
-    foreign = _FOREIGN.search(text)
+    foreign = _FOREIGN.search(_QUOTED.sub("", text))
     if foreign and foreign.group() == "^":
         raise _BrokenError(HINTS[ast.BitXor])
     if foreign:
@@ -356,31 +351,36 @@ class _Reader:
         name = node.func.id
         if name == IF:
             return self.selection(node, depth)
+        if name == "table":
+            return self.table(node, depth)
         if name not in UNARY_FUNCTIONS and name not in COMPOSED and name not in EXTREMES:
             near = nearest(name, FORMULA_NAMES)
             meant = f"did you mean {near}?" if near else "write * for a product"
             raise FormulaError(f"the function {name} is not known; {meant}")
-        if name in EXTREMES and len(node.args) < 2:
-            raise FormulaError(f"{name} takes 2 arguments or more")
-        wanted = COMPOSED[name].arguments if name in COMPOSED else 1
-        if node.keywords or (name not in EXTREMES and len(node.args) != wanted):
-            raise FormulaError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}")
+        wanted, many = COMPOSED[name].arguments if name in COMPOSED else 1, name in EXTREMES
+        if node.keywords or (len(node.args) < 2 if many else len(node.args) != wanted):
+            raise FormulaError(f"{name} takes {'2 or more' if many else wanted} argument{'s' * (many or wanted > 1)}")
         args = [self.visit(arg, depth + 1) for arg in node.args]
         if name in COMPOSED:
             self.spend(args[0], COMPOSED[name].times)
             return COMPOSED[name].make(*args)
-        if name in EXTREMES:
-            found = args[0]
-            for other in args[1:]:
-                self.spend(found, 2)
-                self.spend(other, 2)
-                found = EXTREMES[name](found, other)
-            return found
+        if many:
+            self.spend(max(args, key=_size), 2 ** (len(args) + 1))
+            return reduce(EXTREMES[name], args)
         return folding.function(UNARY_FUNCTIONS[name], args[0])
+
+    def table(self, node: ast.Call, depth: int) -> Quantity:
+        """Return what reads a table of numbers, by its name until all of a scene is known."""
+        first, *rest = node.args or [node]
+        if not (isinstance(first, ast.Constant) and isinstance(first.value, str)) or not 1 <= len(rest) <= 2:
+            raise FormulaError(
+                'table takes a name or a file in quotes and 1 or 2 arguments, as in table("curve.csv", x)'
+            )
+        return Quantity(Op.SELECT, tuple(self.visit(one, depth + 1) for one in rest), first.value)
 
     def selection(self, node: ast.Call, depth: int) -> Quantity:
         """Return if(condition, a, b)."""
-        if node.keywords or len(node.args) != len(("condition", "a", "b")):
+        if node.keywords or len(node.args) != Op.SELECT.arity:
             raise FormulaError("if takes a condition and 2 values, such as if(x > 0, a, b)")
         a, b = (self.visit(one, depth + 1) for one in node.args[1:])
         return self.chosen(node.args[0], a, b, depth + 1)

@@ -19,6 +19,7 @@ from typing import ClassVar
 
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, Op, arithmetic
+from symdyn.scene.values.curve import Curve
 
 Value = Fraction | float
 
@@ -55,14 +56,15 @@ class Quantity:
     Attributes:
         op: what the node computes.
         args: its operands.
-        value: the fraction of a constant, the name of a symbol, else None.
+        value: the fraction of a constant, the name of a symbol; of SELECT in place of values to select, the table that
+            is read, its name until that is known; else None.
         unit: in which its writer gave a number, such as "mm"; the quantity itself is in SI, and equals the same in
             another.
     """
 
     op: Op
     args: tuple[Quantity, ...] = ()
-    value: Fraction | str | None = None
+    value: Fraction | str | Curve | None = None
     unit: str = field(default="", compare=False, repr=False)
 
     ZERO: ClassVar[Quantity]
@@ -124,6 +126,10 @@ class Quantity:
         if self.op is Op.PI:
             return graph.pi
         args = [arg.express(graph) for arg in self.args]
+        if isinstance(self.value, Curve):
+            return graph.table(self.value.name, self.value.body(graph, args), tuple(args))
+        if self.value is not None:
+            raise FormulaError(f"{spell(self)} stands in formulas of a scene with this table only")
         if self.op.is_function:
             return graph.function(self.op, *args)
         return arithmetic(graph)[self.op](*args)  # type: ignore[no-any-return]
@@ -165,6 +171,9 @@ def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:
         return math.pi
     args = [_value(arg, values) for arg in q.args]
     known = [arg for arg in args if arg is not None]
+    if q.value is not None:
+        found = isinstance(q.value, Curve) and len(known) == len(args)
+        return _tame(q.value.at(known)) if found else None  # type: ignore[union-attr]
     return _tame(_apply(q.op, known)) if len(known) == len(args) else None
 
 
@@ -251,6 +260,9 @@ def _spell(q: Quantity) -> tuple[str, int]:
         return f"{_at_least(q.args[0], _PRODUCT)}/{_at_least(q.args[1], _POWER)}", _PRODUCT
     if q.op is Op.POW:
         return f"{_at_least(q.args[0], _ATOM)}**{_at_least(q.args[1], _ATOM)}", _POWER
+    if q.value is not None:
+        name = q.value.name if isinstance(q.value, Curve) else q.value
+        return f'table("{name}", {", ".join(map(spell, q.args))})', _ATOM
     if q.op is Op.SELECT:
         return _selection(*q.args), _ATOM
     return f"{q.op.name.lower()}({', '.join(spell(arg) for arg in q.args)})", _ATOM
