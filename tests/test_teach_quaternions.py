@@ -50,6 +50,8 @@ def test_every_formula_is_worth_its_name(name: str, language: str) -> None:
         if isinstance(block, (Formula, Braced)):
             key, form = (block.left, block.form) if isinstance(block, Formula) else (block.value, block.form)
             if not key and block.right is not None:  # an equation in its parts, which on the left has drive and forces
+                if not step.key.startswith("equation:"):
+                    continue  # what Euler's angles are, and what holds in steady motions alone
                 key, form = f"tau:{step.key.partition(':')[2]}", block.right
             truth = document.names[key].node
             assert worth(document.value(form)) == pytest.approx(worth(truth), rel=1e-9, abs=1e-9), step.key

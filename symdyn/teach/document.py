@@ -268,7 +268,7 @@ ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 
-RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated")
+RESULTS = ("lagrangian", "equation", "explicit", "reduced", "eliminated", "nutation")
 """Steps that end in what a lesson is for, by their key or what stands there before a colon; others are the way."""
 
 BRIEF = frozenset(
@@ -276,11 +276,11 @@ BRIEF = frozenset(
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
         *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
         *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta"),
-        *("variant", "given", "physics", "solution", "follows", "later", "errata"),
+        *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response", "kept", "spins"),
+        *("euler", "precession", "upright:0", "variant", "given", "physics", "solution", "follows", "later", "errata"),
     )
 )
-"""Steps of a brief lesson, by their key or what stands there before a colon: task, equations, what follows from them,
-checks; of the rest a page has folds, and paper nothing."""
+"""Steps of a brief lesson, by their key or what stands there before a colon; of the rest a page has folds."""
 
 
 @dataclass(frozen=True)

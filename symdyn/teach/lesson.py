@@ -273,13 +273,14 @@ class Lesson(Prose):
 
     Attributes:
         numbers: equation numbers of the source by key of the formula.
+        graph: where its quantities live; one that is given is shared.
     """
 
     numbers: Mapping[str, str] = field(default_factory=dict)
+    graph: Graph = field(default_factory=Graph, repr=False)
 
     def __post_init__(self) -> None:
         """Put the symbols on the graph, parameters first, which is the order that forms print."""
-        self.graph = Graph()
         for parameter in self.scene.parameters:
             self.graph.symbol(parameter.name)
         self.state: State = State.of(self.scene, self.graph)

@@ -34,7 +34,9 @@ from symdyn.teach.derivations.charts import (
 )
 from symdyn.teach.derivations.equation_steps import coefficient_key, momentum_form, node_of
 from symdyn.teach.derivations.equilibria import equilibrium_step, near_rest_steps, places_of_rest
+from symdyn.teach.derivations.forced import forced_steps
 from symdyn.teach.derivations.meaning import axes_of
+from symdyn.teach.derivations.precession import precession_steps
 from symdyn.teach.derivations.reduced import cyclic_of, led_by, limit_steps, reduced, zero
 from symdyn.teach.derivations.steady import steady_step
 from symdyn.teach.derivations.velocities import folded
@@ -285,8 +287,9 @@ def after_sections(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Sect
     resting = [] if driven else [equilibrium_step(lesson, rests), *near_rest_steps(lesson, rests, chosen)]
     found: dict[str, list[Step | None]] = {
         "after.rests": list(resting),
+        "after.forced": list(forced_steps(lesson, chosen)) if driven else [],
         "after.conserved": list(momentum_steps(lesson, page, chosen)),
-        "after.steady": [steady],
+        "after.steady": [steady, *(precession_steps(left) if left is not None else [])],
         "after.landscape": [seen],
         "after.terms": [comparison_step(lesson, page, chosen) if small else None],
         "after.limits": list(limit_steps(lesson, left, chosen)) if small else [],

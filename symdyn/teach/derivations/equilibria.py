@@ -26,7 +26,9 @@ from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
-from symdyn.scene import SceneUnits
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Joint, Pose
+from symdyn.teach.derivations.reduced import zero
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -187,14 +189,47 @@ def _places(
 ) -> Block:
     """Return the table of places, without coordinates that do not matter, and what eigenvalues of systems there say."""
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
-    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle]
+    told = {one.name: [_attitude(lesson, one, place) for place in places] for one in scene.moving if one.velocities}
+    told = {name: words for name, words in told.items() if all(words)}
+    turned = {q for one in scene.moving if one.name in told for q in one.coordinates[-4:]}
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in idle and q not in turned]
     rows: list[list[str | Words]] = [
-        [_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown] for place in places
+        [
+            *(_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown),
+            *(lesson.say(words[n], body=_child(scene, name)) for name, words in told.items()),
+        ]
+        for n, place in enumerate(places)
     ]
     for row, one in zip(rows, systems, strict=False):  # there may be none
         row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
     heads = ("equilibria.kind", "closed.values") if systems else ()
-    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *heads], rows)
+    attitudes = ["closed.attitude"] * len(told)
+    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *attitudes, *heads], rows)
+
+
+def _child(scene: Scene, joint: str) -> str:
+    return next(one.child for one in scene.joints if one.name == joint)
+
+
+def _attitude(lesson: Prose, joint: Joint, place: Equilibrium) -> str:
+    """Return the key of how a body hangs on a ball at a place: its centre of mass above or below; "" where neither."""
+    scene = lesson.scene
+    body = next(one for one in scene.bodies if one.name == joint.child)
+    alone = joint.parent == Scene.GROUND and {joint.origin, joint.tip} == {Pose()} and not body.particles
+    if not alone or len(joint.coordinates) != 4 or joint.child in {one.parent for one in scene.joints}:
+        return ""
+    given = {one.name: one.value.at({}) for one in scene.parameters if one.value is not None}
+    values = {name: x for name, x in given.items() if x is not None}
+    centre, g = ([x.at(values) for x in some] for some in (body.first_moment or body.com or (), scene.gravity))
+    if None in centre or None in g:
+        return ""
+    first = scene.coordinates.index(joint.coordinates[0])
+    w, *axis = place.q[first : first + 4]
+    c, down = (np.array([float(x or 0) for x in some]) for some in (centre, g))
+    turned = c + 2 * np.cross(axis, np.cross(axis, c) + w * c)
+    size = float(np.linalg.norm(c) * np.linalg.norm(down))
+    along = float(turned @ down)
+    return "" if not size or abs(abs(along) - size) > 1e-6 * size else f"closed.{'below' if along > 0 else 'above'}"
 
 
 def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
@@ -274,9 +309,11 @@ def near_rest_steps(lesson: Lesson, rests: Rests, chosen: Chosen) -> list[Step]:
 def _blocks(lesson: Lesson, rests: Rests, place: Equilibrium, chosen: Chosen) -> tuple[Block, ...]:
     moved, blocks = place.near.moved, list[Block]()
     near, modes = place.near.of(moved), place.near.of(moved).modes
-    idle = [named(q) for k, q in enumerate(lesson.state.q) if k not in moved]
-    if idle:
-        blocks.append(lesson.say("near.massless", names=together(idle)))
+    idle = [k for k in range(lesson.state.n) if k not in moved]
+    massless = [k for k in idle if zero(lesson, gradient(lesson.momenta[k], [lesson.state.qd[k]])[0])]
+    for key, some in (("massless", massless), ("singular", [k for k in idle if k not in massless])):
+        if some:
+            blocks.append(lesson.say(f"near.{key}", names=together([named(lesson.state.q[k]) for k in some])))
     if place.exact is not None and len(moved) <= MOST_FREEDOMS:
         blocks += _formulas(lesson, rests, place, modes, chosen)
     if near.symmetric:

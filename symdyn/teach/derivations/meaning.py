@@ -69,13 +69,16 @@ def _why(lesson: Lesson, indices: tuple[int, ...], slides: list[bool], kind: str
     """Return the key of the sentence that says why a coefficient is there or not."""
     i, j, k = (indices[0] - 1, indices[1] - 1, indices[-1] - 1)
     along = ".slide" if slides[i] else ""
+    u = lesson.state.qd
     if not lesson.vanishes(node_of(lesson, f"{kind}:{','.join(map(str, indices))}")):
-        return f"{kind}.acts{along}"
+        turned = [mass for mass in result if kind == "k_C" and _moves(lesson, mass, u[i])]
+        return (
+            "k_C.gyroscopic" if turned and not any(_travels(lesson, mass) for mass in turned) else f"{kind}.acts{along}"
+        )
     if slides[j]:
         return f"{kind}.straight"
     if kind == "k_D" and i == j:
         return "k_D.own"
-    u = lesson.state.qd
     moved = [mass for mass in result if all(_moves(lesson, mass, u[x]) for x in (i, j, k))]
     if not moved:
         return f"{kind}.apart"
@@ -89,6 +92,11 @@ def _moves(lesson: Lesson, mass: Mass, rate: Expr) -> bool:
     """Tell whether a rate gives a mass a velocity."""
     kinetic = lesson.names.get(f"K:{mass.tag}")
     return kinetic is not None and not lesson.vanishes(gradient(_node(kinetic), [rate])[0])
+
+
+def _travels(lesson: Lesson, mass: Mass) -> bool:
+    """Tell whether the centre of a mass can move: what turns about it alone has gyroscopic moments only."""
+    return any(not lesson.vanishes(x) for x in tangents((*mass.place, *(mass.h or ())), lesson.state.velocity))
 
 
 def _accelerated(lesson: Lesson, mass: Mass, j: int, k: int) -> bool:

@@ -44,8 +44,10 @@ from symdyn.teach.derivations.multiplier_steps import (
     unit_of,
     valued,
 )
+from symdyn.teach.derivations.solved_ties import solved_ties_steps
+from symdyn.teach.derivations.tied_steady import tied_steady_steps
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
-from symdyn.teach.document import Block, Document, Formula, Step, Words
+from symdyn.teach.document import Block, Document, Formula, Section, Step, Words
 from symdyn.teach.lesson import called, named, silent_steps
 from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, rates_of, starting_rates
@@ -181,6 +183,16 @@ def tied_power_steps(lesson: Constrained, right: Sequence[Form], chosen: Chosen)
     ]
 
 
+def after_sections(lesson: Constrained, chosen: Chosen) -> list[Section]:
+    """Return where it rests, what is conserved and steady motions."""
+    rests, steady = tied_steady_steps(lesson, chosen)
+    found = closed_sections(lesson)
+    if rests:
+        found = [lesson.section("after.rests", [*(step for section in found for step in section.steps), *rests])]
+    after = [lesson.section("after.steady", steady)] if steady else []
+    return [*found, *conserved_sections(lesson), *after]
+
+
 UNTIL = ("conditions", "energies", "lagrangian", "equations", "system", "numbers")
 """The parts that it may end with."""
 
@@ -201,7 +213,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         lesson.section(
             "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
         ),
-        lesson.section("conditions", condition_steps(lesson)),
+        lesson.section("conditions", [*condition_steps(lesson), *solved_ties_steps(lesson)]),
     ]
     if last >= 1:
         *energies, lagrangian = energy_steps(lesson, found)
@@ -231,7 +243,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
             forces_step(lesson, chosen),
             *tied_power_steps(lesson, open_page.right, chosen),
         ]
-        sections += [*closed_sections(lesson), *conserved_sections(lesson), lesson.section("numbers", steps)]
+        sections += [*after_sections(lesson, chosen), lesson.section("numbers", steps)]
     sections = [with_figures(section, found) for section in sections]
     title = lesson.text("title.multipliers", scene=called(lesson.scene))
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

@@ -37,6 +37,7 @@ from symdyn.teach.derivations.quaternion_steps import (
     weight_step,
 )
 from symdyn.teach.derivations.rotations import angular_velocity
+from symdyn.teach.derivations.turning_body import turning_sections
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Matrix, Name, Section, Step, Words
 from symdyn.teach.lesson import AXES, called, named, silent_steps, together
@@ -247,7 +248,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 2:
         sections += _equations(lesson, right)
     if last >= 3:
-        sections += closed_sections(lesson)
+        sections += [*closed_sections(lesson), *turning_sections(lesson, chosen)]
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), *tied_power_steps(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]

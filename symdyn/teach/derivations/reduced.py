@@ -184,7 +184,7 @@ def reduced(lesson: Lesson, chosen: Chosen) -> Reduced | None:
     return Reduced(lesson, chosen, left[0], cyclic, led, static, momenta)
 
 
-UNITS = ("kg", "m", "m/s2", "N/m", "Nm/rad")
+UNITS = ("kg", "m", "m/s2", "N/m", "Nm/rad", "kgm2")
 """Of parameters that may go to zero."""
 
 LONGEST = 26
@@ -219,7 +219,7 @@ def _energies(lesson: Lesson) -> Step | None:
             continue
         if max(map(length, shown)) > LONGEST:
             continue
-        rows.append((Words((named(symbol), " → 0")), *shown, _left(lesson, K, P)))
+        rows.append((Words((named(symbol), " → 0")), *shown, _left(lesson, symbol, K, P)))
         if body := smaller_by(lesson, symbol, K, P):
             checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
     if not rows:
@@ -255,15 +255,25 @@ def forgotten(lesson: Lesson, K: Expr, P: Expr) -> tuple[list[Form], list[Form]]
     return idle, cyclic
 
 
-def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:
-    """Return what no longer counts."""
+def _left(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> Words:
+    """Return what no longer counts, and of which body an inertia without a mass would be left."""
     idle, cyclic = forgotten(lesson, K, P)
-    parts: list[str | Form] = []
+    said: list[Words] = []
     if idle:
-        parts += lesson.say("limits.idle", names=together(idle)).parts
+        said.append(lesson.say("limits.idle", names=together(idle)))
     if cyclic:
-        parts += [*(["; "] if parts else []), *lesson.say("limits.cyclic", names=together(cyclic)).parts]
-    return Words(tuple(parts) or ("–",))
+        said.append(lesson.say("limits.cyclic", names=together(cyclic)))
+    slopes = gradient(P, lesson.state.q)
+    if not idle and all(zero(lesson, x) for x in slopes):
+        said.append(lesson.say("limits.level"))
+    none = {vanishing: lesson.graph.zero}
+    for mass in lesson.masses:
+        (m,) = substitute([mass.m], none)
+        kept = substitute([x for row in mass.inertia for x in row], none)
+        if m.is_zero and not mass.m.is_zero and not all(x.is_zero for x in kept):
+            said.append(lesson.say("limits.massless", body=mass.body.name))
+    parts = [part for words in said for part in ("; ", *words.parts)]
+    return Words(tuple(parts[1:]) or ("–",))
 
 
 def smaller_by(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> str:

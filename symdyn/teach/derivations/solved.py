@@ -46,11 +46,12 @@ class Quotients:
         self.known = dict(zip(nodes, evaluate(nodes, self.field, self.field.values()), strict=True))
         state = lesson.state
         self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)}
+        self._fixed = {one.name for one in lesson.scene.parameters}
 
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
         form = self.field.form(ratio)
-        above = [self.short(x) for x in form.factors if not _below(x)]
+        above = self._joined([self.short(x) for x in form.factors if not _below(x)])
         under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
         above, under = _powers_cancelled(above, under)
         sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
@@ -62,13 +63,15 @@ class Quotients:
         if under and letters and len(sums) == 1 and len(above[sums[0]].terms) == 2:
             spread = _divided(above[sums[0]], under)
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
-        return sorted(above, key=self._place), under
+        return sorted(above, key=self._place), sorted(under, key=self._place)
 
     def _place(self, form: Form) -> int:
-        """Return where a factor stands: letters, their functions, sums that move, what else moves."""
+        """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves."""
         if self._moves(form):
-            return 2 if isinstance(form, Sum) else 3
-        return int(any(isinstance(x, Function) for x in form.walk()))
+            return 4 if isinstance(form, Sum) else 5
+        if any(isinstance(x, Function) for x in form.walk()):
+            return 3
+        return 0 if isinstance(form, Number) else 1 if self._fixed.issuperset(form.symbols) else 2
 
     def short(self, form: Form) -> Form:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
@@ -147,9 +150,9 @@ def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
 def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     """Return the equations solved for the accelerations, and the drives of prescribed motions."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
-    put = _put_in(lesson)
+    put = motions_put_in(lesson)
     free = led.free
-    told = _equations(lesson, free, put)
+    told = vanishing(lesson, free, put)
     steps: list[Step] = []
     if free:
         M = [gradient(node, [state.qdd[j] for j in free]) for node in told]
@@ -179,7 +182,7 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     return steps
 
 
-def _put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
+def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     """Return what coordinates, rates and accelerations with a prescribed motion are, in time."""
     state, led = lesson.state, prescribed(lesson.scene, lesson.graph)
     found: dict[Expr, Expr] = {}
@@ -188,7 +191,7 @@ def _put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
     return found
 
 
-def _equations(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
+def vanishing(lesson: Lesson, of: Sequence[int], put: Mapping[Expr, Expr]) -> list[Expr]:
     """Return what vanishes in a motion: inertia and other forces less the drive, with prescribed motions put in."""
     graph, drives = lesson.graph, lesson.scene.drives
     nodes = [lesson.drives[i] - (graph.symbol(str(drives[i])) if drives[i] else graph.zero) for i in of]

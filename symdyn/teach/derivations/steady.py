@@ -44,16 +44,17 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
-        rates = {str(lesson.state.qd[k].value) for k in left.cyclic}
-        for key, places in level_places(factored, r, rates):
-            if key == "steady.wave":
+        turning = {str(lesson.state.qd[k].value) for k in left.cyclic}
+        for kind, places in level_places(factored, r, turning):
+            if kind == "steady.wave":
                 bounds.append(places["value"])
                 blocks += _reached(left, **places)
             else:
-                blocks.append(lesson.say(key, **places))
+                blocks.append(lesson.say(kind, **places))
     blocks += _numbers(lesson, left)
     key = "steady.led" if left.led else "steady.free"
-    claim = lesson.say(key, q=r, others=together(others))
+    rates = together([named(lesson.state.qd[k]) for k in left.cyclic])
+    claim = lesson.say(key, q=r, others=together(others), rates=rates)
     reason = lesson.say(f"{key}.reason", W=W)
     tries = tuple(one for value in bounds if (one := at_bound(lesson, left.chosen, value)) is not None)
     return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"), tries=tries)

@@ -224,21 +224,24 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
             tuple(blocks),
             reference=_reference(lesson, key),
         )
-    simple = []
+    simple, used = [], False
     identities: list[Block] = []
     for group in groups:
         sines = Form.sum(group.sines)
         short = lesson.short(sines.express(lesson.graph))
-        if set(short.terms) != set(sines.terms):
-            identities += [_identity(lesson, sines, short), Formula("", sines, right=short)]
+        if short == Number.ONE and len(sines.terms) == 2:
+            used = True  # the identity itself
+        elif set(short.terms) != set(sines.terms):
+            said = _identity(lesson, sines, short)
+            identities += [*([] if said in identities else [said]), Formula("", sines, right=short)]
         if short.terms:
             simple.append(Form.product((group.outer, short)))
-    if identities:
+    if identities or used:
         expanded = Formula(key, Form.sum(group.form for group in groups))
         multiplied: list[Block] = [lesson.say("square.out"), expanded, *identities]
         if length(expanded.form) > 3 * MOST_TERMS:
             multiplied = [Fold(lesson.say("square.fold", terms=str(length(expanded.form))), tuple(multiplied))]
-        blocks += [*multiplied, lesson.say("square.result")]
+        blocks += [*multiplied, lesson.say("square.result" if identities else "identity.pythagoras")]
     ordered = Form.sum(_rates_last(term) for term in simple)
     blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
     return Step(

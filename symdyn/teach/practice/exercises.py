@@ -39,8 +39,9 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.mathematics import Spelling
+from symdyn.teach.practice.asked import with_physics
 from symdyn.teach.practice.derived import with_given
-from symdyn.teach.practice.physics import PHYSICS, with_physics
+from symdyn.teach.practice.physics import PHYSICS
 from symdyn.teach.student.course import acting
 from symdyn.teach.student.diagnosis import BOUND, points_of
 from symdyn.teach.student.grammar import Names, Target
@@ -104,8 +105,7 @@ class Hidden:
 
     @staticmethod
     def _alike(result: list[float], answer: list[float], sign: int) -> bool:
-        pairs = zip(result, answer, strict=True)
-        return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in pairs)
+        return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in zip(result, answer, strict=True))
 
     def _values(self, node: Expr) -> list[float]:
         """Return the values at points that are the same for all, NaN where there is none, which is like nothing."""

@@ -35,11 +35,9 @@ from symdyn.teach.document import (
     Letter,
     Name,
     Option,
-    Section,
-    Step,
     Words,
 )
-from symdyn.teach.lesson import Lesson, Prose, is_tied, named, together
+from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen, choose_state
 from symdyn.unlocked import cached_property
 
@@ -61,19 +59,7 @@ SLIGHT = 1e-9
 Asked = Iterator[Choice | Blank]
 
 
-def with_physics(document: Document) -> tuple[Document, Section | None]:
-    """Return the document with the names of quantities that are asked for, and the section of questions, if any."""
-    kind = _Open if not is_tied(document.scene) else _Tied
-    if any(joint.velocities for joint in document.scene.joints):
-        return document, None
-    questions = kind(document)
-    steps = [Step(one.key, Words(()), (one,)) for one in questions.every()][:MOST]
-    if not steps:
-        return document, None
-    return replace(document, names=questions.names), questions.prose.section(PHYSICS, steps)
-
-
-class _Questions:
+class PhysicsQuestions:
     """The questions about one document; every kind yields one, or none where its answer is not one."""
 
     def __init__(self, document: Document) -> None:
@@ -96,6 +82,7 @@ class _Questions:
                 continue
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
+        """Return prose about questions."""
         return self.prose.say(f"{PHYSICS}.{key}", **places)
 
     def choice(self, key: str, ask: Words, options: Sequence[Option]) -> Asked:
@@ -142,11 +129,20 @@ class _Questions:
         told, places = [value] if exact is not None and bound else [], {"place": self.say(place), "without": without}
         yield from self.blank("frequency", "omega", answer, f"frequency.{which}", *told, **places)
 
+    def critical(self) -> Asked:
+        """From which spin on a top stands upright."""
+        steps = [step for section in self.document.sections for step in section.steps if step.key == "upright:0"]
+        for block in steps[0].blocks[1:] if steps else ():
+            forms = [x for x in block.parts if isinstance(x, Form)] if isinstance(block, Words) else []
+            if len(forms) == 2:
+                yield from self.blank("critical", forms[0], forms[1], "critical")
 
-class _Open(_Questions):
+
+class OpenQuestions(PhysicsQuestions):
     """Of an open mechanism."""
 
     def kinds(self) -> Iterable[Callable[[], Asked]]:
+        """Return what yields questions, in their order."""
         if not {"equilibria", "energy", "steady"} & self.steps and not any(
             key.startswith("solved") for key in self.steps
         ):
@@ -154,22 +150,27 @@ class _Open(_Questions):
         alone = [self.sense, self.reaction]
         if not {"equilibria", "steady"} & self.steps:
             return alone
-        return [self.rest, self.swing, self.steady, self.conserved, self.limit, self.sense, self.unit, self.reaction]
+        first = [self.rest, self.swing, self.steady, self.critical]
+        return [*first, self.conserved, self.limit, self.sense, self.unit, self.reaction]
 
     @cached_property
     def lesson(self) -> Lesson:
+        """The mechanism on a graph of its own."""
         return Lesson(self.scene, self.document.language)
 
     @cached_property
     def chosen(self) -> Chosen:
+        """The state of the lesson."""
         return choose_state(self.scene, self.lesson.state, self.lesson.graph)
 
     @cached_property
     def rests(self) -> Rests:
+        """Where it rests."""
         return places_of_rest(self.lesson, self.chosen)
 
     @cached_property
     def left(self) -> Reduced | None:
+        """The one freedom that is left, if one is."""
         return reduced(self.lesson, self.chosen)
 
     def written(self, node: Expr) -> Form | None:
@@ -403,7 +404,7 @@ class _Open(_Questions):
             yield from self.blank("reaction", "R", form, "reaction", why, joint=joint, rate=turn)
 
 
-class _Tied(_Questions):
+class TiedQuestions(PhysicsQuestions):
     """Of a mechanism with loops or rolling."""
 
     def kinds(self) -> Iterable[Callable[[], Asked]]:

@@ -1,0 +1,242 @@
+"""Steps: where a tied mechanism rests or turns steadily with one coordinate that decides, in closed form: a governor.
+
+With the dependent coordinates put in, W = P - K of the motion in which cyclic rates alone are not zero depends on one
+coordinate r. It rests, or turns on steadily, where dW/dr = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.algebra import Floats, Form, Function, Number, Pi, Power, Ratios, Symbol
+from symdyn.draw import Text
+from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.emit.print import latex_symbols
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.scene import SceneUnits
+from symdyn.teach.derivations.charts import DASHED, Curve, Panel, chart
+from symdyn.teach.derivations.constrained import Constrained
+from symdyn.teach.derivations.precession import NO_FORM, shortened
+from symdyn.teach.derivations.reduced import zero
+from symdyn.teach.derivations.solved import in_sines, quotient
+from symdyn.teach.derivations.solved_ties import solutions
+from symdyn.teach.derivations.steady import level_places
+from symdyn.teach.document import Block, Formula, Picture, Step, Words
+from symdyn.teach.lesson import named
+from symdyn.teach.shown_state import Chosen
+
+FASTEST = 2.0
+"""Over the larger of the starting rate and the critical one: where the curve ends."""
+
+PLACES = 241
+"""Points of the curve."""
+
+
+@dataclass(frozen=True)
+class OneLeft:
+    """A tied mechanism in which one coordinate decides.
+
+    Attributes:
+        r: which.
+        c: the cyclic velocities.
+        put: by symbols and waves of dependent coordinates, what they are by r.
+        W: P - K with the rates of c alone.
+    """
+
+    lesson: Constrained
+    r: int
+    c: tuple[int, ...]
+    put: dict[Expr, Expr]
+    W: Expr
+
+    @property
+    def slope(self) -> Form:
+        """Return dW/dr in factors."""
+        return Ratios.form_of(gradient(self.W, [self.lesson.state.q[self.r]])[0])
+
+
+def one_left(lesson: Constrained) -> OneLeft | None:
+    """Return the coordinate that decides, where the others follow from it without roots; None where there is none."""
+    state, graph = lesson.state, lesson.graph
+    slips = any(tie.residual is None for tie in lesson.ties)
+    if len(state.q) != state.n or lesson.scene.prescribed_velocities or slips:
+        return None
+    held = {x for tie in lesson.ties for x in lesson.tie_form(tie.nodes[-1]).symbols}
+    c = tuple(k for k, q in enumerate(state.q) if str(q.value) not in held and zero(lesson, lesson.slopes[k]))
+    others = [k for k in range(state.n) if k not in c]
+    if len(lesson.partition.independent) - len(c) != 1:
+        return None
+    still = {state.qd[k]: graph.zero for k in others} | {state.q[k]: graph.zero for k in c}
+    whole, *acting = substitute([-lesson.L, *generalized_forces(lesson.scene, graph)], still)
+    if not all(x.is_zero for x in acting) or graph.symbol(TIME) in reachable([whole]):
+        return None
+    for r in others:
+        unknown = [state.q[k] for k in others if k != r]
+        found = solutions(lesson, [named(q) for q in unknown])
+        put = {x.express(graph): value.express(graph) for x, value in found.items()}
+        (W,) = substitute([whole], put)
+        used = reachable([W, *put.values()])
+        known = all(q in put for q in unknown) and not set(unknown).intersection(used)
+        if known and not any(x.op is Op.SQRT for x in used):
+            return OneLeft(lesson, r, c, put, W)
+    return None
+
+
+def tied_steady_steps(lesson: Constrained, chosen: Chosen) -> tuple[list[Step], list[Step]]:
+    """Return the steps on rests that a search with all conditions misses, and on steady motions."""
+    try:
+        left = one_left(lesson)
+        if left is None:
+            return [], []
+        return _rests(left, chosen), _turning(left, chosen)
+    except NO_FORM:
+        return [], []
+
+
+def _places(form: Form, r: Symbol, chosen: Chosen, left: OneLeft) -> Iterator[tuple[float, Form | None]]:
+    """Yield values of r at which a slope vanishes, and exact ones."""
+    quarter = {Op.SIN: ((0.0, Number.ZERO), (math.pi, Pi())), Op.COS: ()}
+    for key, places in level_places(form, r, frozenset()):
+        wave = places["wave"]
+        if not isinstance(wave, Function) or wave.args != (r,):
+            continue
+        if key == "steady.zero":
+            yield from quarter[wave.op]
+        elif key == "steady.wave" and wave.op is Op.COS:
+            (value,) = chosen.of(places["value"].express(left.lesson.graph))
+            if abs(value) < 1:
+                yield from ((sign * math.acos(value), None) for sign in (1, -1))
+
+
+def _rests(left: OneLeft, chosen: Chosen) -> list[Step]:
+    """Return the table of rests, where at one of them conditions say the same; else none, for a search finds them."""
+    lesson, state, graph = left.lesson, left.lesson.state, left.lesson.graph
+    rates = {state.qd[k]: graph.zero for k in left.c}
+    (W,) = substitute([left.W], rates)
+    q = state.q[left.r]
+    (slope,) = gradient(W, [q])
+    (bent,) = gradient(slope, [q])
+    form, r = Ratios.form_of(slope), named(q)
+    shown = [k for k in range(state.n) if k not in left.c]
+    units, rows, singular = SceneUnits(lesson.scene).coordinates, [], False
+    slopes = [x for tie in lesson.ties for x in tie.slopes]
+    for value, exact in _places(form, r, chosen, left):
+        at = chosen.with_values({q: value})
+        at = at.with_values({x: at.of(node)[0] for x, node in left.put.items() if x.op is Op.SYMBOL})
+        A = np.array(at.of(*slopes)).reshape(len(lesson.ties), -1)
+        singular |= int(np.linalg.matrix_rank(A, tol=1e-9)) < len(A)
+        cells: list[str | Form | Words] = [
+            exact if k == left.r and exact is not None
+            else lesson.scene.in_shown_unit(lesson.written(at.values[state.q[k]]), units[k])
+            for k in shown
+        ]  # fmt: skip
+        rows.append([*cells, lesson.say("equilibria.stable" if at.of(bent)[0] > 0 else "equilibria.unstable")])
+    if not singular:
+        return []
+    P = lesson.name("P:tied", "P", node=W)
+    symbol = lesson.slope(P.name, r.name, slope)
+    blocks: list[Block] = [
+        Formula(symbol.name, _waves_first(lesson, form)),
+        lesson.table([*(named(state.q[k]) for k in shown), "equilibria.kind"], rows),
+        lesson.say("tied.singular"),
+    ]
+    claim = lesson.say("tied.rests", r=r)
+    return [
+        Step("equilibria.one", claim, tuple(blocks), lesson.say("tied.rests.reason", P=P), show=("weights", "forces"))
+    ]
+
+
+def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
+    """Return where r stays while one coordinate turns on, and its curve over the rate."""
+    if len(left.c) != 1:
+        return []
+    lesson, state = left.lesson, left.lesson.state
+    r, u = named(state.q[left.r]), state.qd[left.c[0]]
+    W = lesson.name("W:", "W", node=left.W)
+    (node,) = gradient(left.W, [state.q[left.r]])
+    symbol, form = lesson.slope(W.name, r.name, node), left.slope
+    blocks: list[Block] = [
+        Formula(W.name, shortened(lesson, left.W)),
+        lesson.say("steady.level"),
+        Formula(symbol.name, _waves_first(lesson, form)),
+    ]
+    for key, places in level_places(form, r, {str(u.value)}):
+        least = _least(left, places["value"], u) if key == "steady.wave" else None
+        shown = {name: _plain(lesson, one, form) if name == "value" else one for name, one in places.items()}
+        if least is None:
+            blocks.append(lesson.say(key, **shown))
+            continue
+        told = _plain(lesson, Ratios.form_of(least), form)
+        blocks.append(lesson.say("steady.from", **shown, square=named(u).power(2), least=told))
+        critical, wave = chosen.of(least)[0], places["wave"]
+        if critical > 0 and isinstance(wave, Function) and wave.op is Op.COS:
+            blocks.append(_curve(left, chosen, places["value"].express(lesson.graph), math.sqrt(critical)))
+    claim = lesson.say("tied.turning", q=r, c=named(state.q[left.c[0]]))
+    reason = lesson.say("steady.led.reason", W=W)
+    return [Step("steady.curve", claim, tuple(blocks), reason, show=("centrifugal", "weights"))]
+
+
+def _waves_first(lesson: Constrained, form: Form) -> Form:
+    """Return a slope with sines that are factors in front, and the decimals of the scene in the rest."""
+    waves = [x for x in form.factors if isinstance(x, Function)]
+    rest = Form.product(x for x in form.factors if x not in waves)
+    return Form.product((*waves, in_sines(lesson, rest.express(lesson.graph)) or rest))
+
+
+def _plain(lesson: Constrained, value: Form, of: Form) -> Form:
+    """Return a quotient both sides of which are divided by the number below the line of what it comes from."""
+    scales = [y.value for x in of.factors for y in (x, *_below(x)) if isinstance(y, Number)]
+    scale = max((x.denominator * abs(x) if x.denominator == 1 else x.denominator for x in scales), default=1)
+    sides = []
+    for side in ([x for x in value.factors if not _below(x)], [y for x in value.factors for y in _below(x)]):
+        whole = Form.product((Number(Fraction(1, int(scale))), *side))
+        sides.append(in_sines(lesson, whole.express(lesson.graph)) or whole)
+    return quotient(sides[:1], sides[1:])
+
+
+def _below(form: Form) -> tuple[Form, ...]:
+    return form.base.power(-form.exponent).factors if isinstance(form, Power) and form.exponent < 0 else ()
+
+
+def _least(left: OneLeft, value: Form, u: Expr) -> Expr | None:
+    """Return u² where a cosine is one; None where that is no equation in u² alone."""
+    graph = left.lesson.graph
+    over = [x for x in Ratios.form_of(value.express(graph) - 1).factors if str(u.value) in x.symbols]
+    over = [x for x in over if not (isinstance(x, Power) and x.exponent < 0)]
+    if len(over) != 1:
+        return None
+    node = over[0].express(graph)
+    (first,) = gradient(node, [u])
+    (second,) = gradient(first, [u])
+    slope, rest = substitute([first, node], {u: graph.zero})
+    if not slope.is_zero or second.is_zero or u in reachable([second]):
+        return None
+    return -2 * rest / second
+
+
+def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> Picture:
+    """Return r over the rate: both branches, that of r = 0 dashed from the critical rate on."""
+    lesson, state = left.lesson, left.lesson.state
+    u, fixed = state.qd[left.c[0]], {x: one for x, one in chosen.values.items() if x is not state.qd[left.c[0]]}
+    last = FASTEST * max(abs(chosen.values[u]), critical)
+    x = np.linspace(0.0, last, PLACES)
+    cosine = np.array([float(evaluate([value], Floats(), {**fixed, u: one})[0]) for one in x])
+    with np.errstate(invalid="ignore"):
+        lifted = np.where(np.abs(cosine) <= 1, np.arccos(cosine), np.nan)
+    ends = np.array([[critical, 0.0]])
+    curves = [
+        Curve(np.concatenate([ends, np.stack([x, lifted], axis=1)[np.isfinite(lifted)]])),
+        Curve(np.array([[0.0, 0.0], [critical, 0.0]])),
+        Curve(np.array([[critical, 0.0], [last, 0.0]]), DASHED),
+    ]
+    symbols, shown = latex_symbols(lesson.scene), lesson.scene.shown_unit
+    across = Text.of_name(symbols[str(u.value)]).with_unit(shown("rad/s"))
+    up = Text.of_name(symbols[str(state.q[left.r].value)]).with_unit(shown("rad"))
+    panel = Panel(across, up, (0.0, 0.0), (last, math.pi / 2), curves, (), (False, True))
+    title = lesson.text("tied.curve.alt", scene=lesson.scene.name)
+    return Picture(chart(title, [panel], lesson.written, "steady-"), lesson.say("tied.curve"), title, "steady")
