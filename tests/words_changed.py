@@ -148,6 +148,7 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/mimic", {"coordinate": "q1", "ratio": 2}, {"coordinate": "q1", "ratio": 3}),
     row("joints/pin/mimic/ratio", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
     row("joints/pin/mimic/offset", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
+    row("joints/pin/mimic/ratios", {"q1": 2}, {"q1": 3}, joints__pin__mimic={}),
     row("joints/pin/armature", 0.5, 0.6),
     row("joints/pin/rotor", {"inertia": 0.1, "gear": 3}, {"inertia": 0.1, "gear": 4}),
     row("joints/pin/rotor/inertia", 0.1, 0.2, joints__pin__rotor={"gear": 3}),
@@ -274,6 +275,10 @@ SILENT: dict[str, str] = {
     "units": "it takes formulas that are refused without it: tests/test_dimensions.py",
     "constraints/type": "other types have other keys, each a row by itself",
     "ropes/type": "likewise",
+    "text": "what lessons and pictures call it, a body, a joint: tests/test_languages.py",
+    "bodies/text": "likewise",
+    "joints/text": "likewise",
+    "loop/text": "likewise",
 }
 """Words that have no row, and why."""
 
