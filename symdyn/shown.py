@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
 
 _BUNDLES: list[Callable[[object], dict[str, str]]] = []
 
@@ -14,9 +15,18 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
 
 
 class Suggesting:
-    """A noun that says which of its attributes was meant by a name that is none."""
+    """A noun that says which of its attributes was meant by a name that is none, and how a method is called."""
 
     __slots__ = ()
+
+    def __init_subclass__(cls, **words: Any) -> None:
+        """Let its methods say how they are called where a call does not fit."""
+        from symdyn.arguments import suggesting  # no noun is made where the package is only imported
+
+        super().__init_subclass__(**words)
+        for name, method in list(vars(cls).items()):
+            if isinstance(method, FunctionType) and not name.startswith("_"):
+                setattr(cls, name, suggesting(method))
 
     if not TYPE_CHECKING:  # else type checkers would take every name for an attribute
 

@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
@@ -300,7 +300,6 @@ class Trajectory(Shown):
             "monitors": dict(self.monitors),
         }
 
-    @suggesting
     def plot(
         self,
         *names: str | Sequence[str | Sequence[str]],
@@ -327,7 +326,6 @@ class Trajectory(Shown):
         each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
         return figure(self, each, axes, width)
 
-    @suggesting
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
     ) -> None:
@@ -353,7 +351,6 @@ class Trajectory(Shown):
 
         return draw(self, kind)
 
-    @suggesting
     def animate(self, fps: float = 30.0, loop: bool = True) -> str:
         """Return the mechanism as it moves, a page that a notebook shows; all as of `symdyn.animation`.
 
@@ -364,7 +361,6 @@ class Trajectory(Shown):
 
         return animation(self, fps=fps, loop=loop)
 
-    @suggesting
     def film(
         self,
         file: str | Path,

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import ArgumentError, SimulateError, choice, quoted
 from symdyn.scene import Scene
@@ -96,7 +96,6 @@ class Collocation(Shown):
         """The functions of one place, by name."""
         return self.source.locals
 
-    @suggesting
     def solve(
         self,
         guess: Sequence[float] | Array | None = None,

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
@@ -42,6 +42,7 @@ LARGEST = 1e7
 """Samples of one run at most."""
 
 
+@suggesting
 @dataclass(frozen=True, repr=False)
 class Feedback(Shown):
     """A controller.

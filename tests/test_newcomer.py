@@ -1,0 +1,110 @@
+"""What one types who knows another tool, and what it is answered: the word that is meant, or how it is called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import symdyn
+from symdyn.arguments import suggesting
+from symdyn.errors import ArgumentError, suggestion
+from symdyn.linear import root_locus
+from symdyn.scene import body, spring
+from symdyn.simulation.integrate import integration
+
+CART = symdyn.example("cart_pole")
+
+WRONG_CALLS: dict[str, Callable[[], object]] = {
+    "body() got an unexpected keyword argument 'inertia_about'; did you mean about?": (
+        lambda: body("bob", mass=1, inertia_about="com")  # type: ignore[call-arg]
+    ),
+    "spring() got an unexpected keyword argument 'from_'; did you mean ends?": (
+        lambda: spring("s", from_="a", to="b")  # type: ignore[call-arg]
+    ),
+    "load() got an unexpected keyword argument 'values'; did you mean parameters?": (
+        lambda: symdyn.load(CART, values={})  # type: ignore[call-arg]
+    ),
+    "simulate() takes 1 positional argument but 2 were given; call it as simulate(scene, forces=, start=": (
+        lambda: symdyn.simulate(CART, (0, 3))  # type: ignore[misc]
+    ),
+    "simulate() got an unexpected keyword argument 'period'; give it with the controller: feedback=symdyn.Feedback("
+    "law, period=...)": lambda: symdyn.simulate(CART, period=0.1),  # type: ignore[call-arg]
+    "simulate() got an unexpected keyword argument 'bind'; did you mean values?": (
+        lambda: symdyn.simulate(CART, bind={"mc": 1})  # type: ignore[call-arg]
+    ),
+    "simulate() got an unexpected keyword argument 'controller'; did you mean feedback?": (
+        lambda: symdyn.simulate(CART, controller=0)  # type: ignore[call-arg]
+    ),
+    "Feedback() got an unexpected keyword argument 'limit'; did you mean limits?": (
+        lambda: symdyn.Feedback(0, limit=1)  # type: ignore[call-arg]
+    ),
+    "Problem() got an unexpected keyword argument 'bind'; did you mean values?": (
+        lambda: symdyn.Problem(CART, bind={})  # type: ignore[call-arg]
+    ),
+    "example() missing 1 required positional argument: 'name'; call it as example(name, floating_base=)": (
+        symdyn.example  # type: ignore[call-arg]
+    ),
+    "root_locus() got an unexpected keyword argument 'start'; system takes it": (
+        lambda: root_locus("mp", [1, 2], CART, start={})  # type: ignore[call-arg, arg-type]
+    ),
+    "place() missing 1 required positional argument: 'poles'; call it as place(poles, period)": (
+        lambda: symdyn.linearize(CART).place()  # type: ignore[call-arg]
+    ),
+}
+
+
+@pytest.mark.parametrize("told", WRONG_CALLS)
+def test_a_call_that_does_not_fit_is_told_how_it_is_made(told: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        WRONG_CALLS[told]()
+    assert str(caught.value).startswith(told)
+
+
+def test_an_error_from_inside_a_function_stays_what_it_is() -> None:
+    @suggesting
+    def outer(names: list[str]) -> str:
+        return " ".join(names)
+
+    with pytest.raises(TypeError, match="expected str instance") as caught:
+        outer([1])  # type: ignore[list-item]
+    assert not isinstance(caught.value, ArgumentError)
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"), [("tf", "transfer"), ("c2d", "discretize"), ("eig", "poles"), ("ctrb", "controllability")]
+)
+def test_words_of_other_control_tools_are_known(word: str, meant: str) -> None:
+    with pytest.raises(AttributeError, match=f"did you mean {meant}\\?"):
+        getattr(symdyn.linearize(CART), word)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(("word", "meant"), [("to_df", "to_pandas"), ("time", "t"), ("to_excel", "to_csv")])
+def test_words_of_tables_are_known(word: str, meant: str) -> None:
+    with pytest.raises(AttributeError, match=f"did you mean {meant}\\?"):
+        getattr(symdyn.simulate(CART, until=0.1), word)
+
+
+def test_of_many_names_the_likest_are_told() -> None:
+    many = [f"alpha{k}" for k in range(20)] + ["zeta_bits"]
+    assert suggestion("bits_of_it", many).startswith("known are zeta_bits, ")
+    assert suggestion("wave", ["c", "b", "a"]) == "known are c, b, a"
+
+
+@pytest.mark.runs("cc")
+def test_rows_are_kept_up_to_where_a_controller_has_no_value() -> None:
+    with pytest.warns(RuntimeWarning, match="rows until t = 1 s are kept"):
+        run = symdyn.simulate(CART, until=2, feedback=lambda t, q, u: float("nan") if t > 1 else 0.0)
+    assert 1 - 1e-6 < run.t[-1] <= 1
+    assert len(run.t) >= 100
+    assert "at t = 1" in run.stopped
+
+
+def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
+    said: list[str] = []
+    outlook = integration.Outlook(1e6, said.append)
+    outlook.last -= 10.0
+    outlook.look(1e-3, lambda: "; x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
+    assert len(said) == 1
+    assert said[0].endswith("x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
