@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 import symdyn
 from symdyn.arguments import suggesting
-from symdyn.errors import ArgumentError, suggestion
+from symdyn.errors import ArgumentError, SimulateError, suggestion
 from symdyn.linear import root_locus
 from symdyn.scene import body, spring
 from symdyn.simulation.integrate import integration
@@ -108,3 +109,30 @@ def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
     outlook.look(1e-3, lambda: "; x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
     assert len(said) == 1
     assert said[0].endswith("x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
+
+
+FOUR_BAR = """
+parameters = { a = 0.1, b = 0.3, c = 0.25, d = 0.3 }
+bodies.crank.particles = [{ mass = 0.5, at = ["a/2", 0, 0] }]
+bodies.coupler.particles = [{ mass = 0.8, at = ["b/2", 0, 0] }]
+bodies.rocker.particles = [{ mass = 0.6, at = ["c/2", 0, 0] }]
+joints.A = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", start = 1 }
+joints.B = { type = "revolute", parent = "crank", child = "coupler", origin = ["a", 0, 0], drive = false }
+joints.C = { type = "revolute", parent = "coupler", child = "rocker", origin = ["b", 0, 0], drive = false }
+joints.D = { type = "revolute", parent = "rocker", child = "ground", origin = ["c", 0, 0], tip = ["-d", 0, 0] }
+"""
+
+
+@pytest.mark.runs("cc")
+def test_a_motion_that_begins_where_the_start_does_not_close_is_found_from_other_guesses(tmp_path: Path) -> None:
+    (tmp_path / "four_bar.toml").write_text(FOUR_BAR, encoding="utf-8")
+    run = symdyn.inverse(tmp_path / "four_bar.toml", "phi=10*t", until=0.6)
+    assert run.complete
+    assert "the loops do not close from the start; one of random guesses is taken: start={" in run.notes[0]
+    assert max(abs(run["q2"]).max(), abs(run["q3"]).max()) < 7
+
+
+@pytest.mark.runs("cc")
+def test_motions_that_contradict_are_refused_after_other_guesses() -> None:
+    with pytest.raises(SimulateError, match=r"the loops cannot be closed .* and no less from 30 random guesses; give"):
+        symdyn.inverse(symdyn.example("four_bar"), {"phi": "2*pi*t", "psi": "t"}, until=1)
