@@ -351,6 +351,7 @@ INSTEAD = {
     name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
     for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
 } | {old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()}
+INSTEAD["along"] = ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)")
 INSTEAD["start"] = ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)")
 """What to give in place of a keyword, told where there is another one; for errors alone."""
 

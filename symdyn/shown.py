@@ -21,11 +21,11 @@ class Suggesting:
 
     def __init_subclass__(cls, **words: Any) -> None:
         """Let its methods say how they are called where a call does not fit."""
-        from symdyn.arguments import suggesting  # no noun is made where the package is only imported
-
         super().__init_subclass__(**words)
         for name, method in list(vars(cls).items()):
             if isinstance(method, FunctionType) and not name.startswith("_"):
+                from symdyn.arguments import suggesting  # no noun is made where the package is only imported
+
                 setattr(cls, name, suggesting(method))
 
     if not TYPE_CHECKING:  # else type checkers would take every name for an attribute

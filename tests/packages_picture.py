@@ -30,7 +30,7 @@ PACKAGES = {  # package: the packages it may import, and with them those below
     "simulation": ["verify", "draw", "interrupts", "table"],
     "linear": ["simulation"],
     "bench": ["simulation"],
-    "transcription": ["simulation"],
+    "transcription": ["linear"],
     "teach": ["linear"],
     "identification": ["simulation"],
     "study": ["simulation"],

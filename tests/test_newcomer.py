@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import symdyn
@@ -12,7 +14,10 @@ from symdyn.arguments import suggesting
 from symdyn.errors import ArgumentError, SimulateError, suggestion
 from symdyn.linear import root_locus
 from symdyn.scene import body, spring
+from symdyn.simulation import read_feedback
 from symdyn.simulation.integrate import integration
+
+pytestmark = pytest.mark.runs("cc")
 
 CART = symdyn.example("cart_pole")
 
@@ -80,7 +85,6 @@ def test_words_of_other_control_tools_are_known(word: str, meant: str) -> None:
         getattr(symdyn.linearize(CART), word)
 
 
-@pytest.mark.runs("cc")
 @pytest.mark.parametrize(("word", "meant"), [("to_df", "to_pandas"), ("time", "t"), ("to_excel", "to_csv")])
 def test_words_of_tables_are_known(word: str, meant: str) -> None:
     with pytest.raises(AttributeError, match=f"did you mean {meant}\\?"):
@@ -93,7 +97,6 @@ def test_of_many_names_the_likest_are_told() -> None:
     assert suggestion("wave", ["c", "b", "a"]) == "known are c, b, a"
 
 
-@pytest.mark.runs("cc")
 def test_rows_are_kept_up_to_where_a_controller_has_no_value() -> None:
     with pytest.warns(RuntimeWarning, match="rows until t = 1 s are kept"):
         run = symdyn.simulate(CART, until=2, feedback=lambda t, q, u: float("nan") if t > 1 else 0.0)
@@ -119,11 +122,16 @@ bodies.rocker.particles = [{ mass = 0.6, at = ["c/2", 0, 0] }]
 joints.A = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", start = 1 }
 joints.B = { type = "revolute", parent = "crank", child = "coupler", origin = ["a", 0, 0], drive = false }
 joints.C = { type = "revolute", parent = "coupler", child = "rocker", origin = ["b", 0, 0], drive = false }
-joints.D = { type = "revolute", parent = "rocker", child = "ground", origin = ["c", 0, 0], tip = ["-d", 0, 0] }
+[joints.D]
+type = "revolute"
+parent = "rocker"
+child = "ground"
+origin = ["c", 0, 0]
+tip = ["-d", 0, 0]
+drive = false
 """
 
 
-@pytest.mark.runs("cc")
 def test_a_motion_that_begins_where_the_start_does_not_close_is_found_from_other_guesses(tmp_path: Path) -> None:
     (tmp_path / "four_bar.toml").write_text(FOUR_BAR, encoding="utf-8")
     run = symdyn.inverse(tmp_path / "four_bar.toml", "phi=10*t", until=0.6)
@@ -132,7 +140,80 @@ def test_a_motion_that_begins_where_the_start_does_not_close_is_found_from_other
     assert max(abs(run["q2"]).max(), abs(run["q3"]).max()) < 7
 
 
-@pytest.mark.runs("cc")
 def test_motions_that_contradict_are_refused_after_other_guesses() -> None:
     with pytest.raises(SimulateError, match=r"the loops cannot be closed .* and no less from 30 random guesses; give"):
         symdyn.inverse(symdyn.example("four_bar"), {"phi": "2*pi*t", "psi": "t"}, until=1)
+
+
+def test_gains_act_on_an_ensemble_as_on_each_of_its_runs() -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    starts, given = [0.1, 0.2], {"until": 1, "measures": ("end(x)", "max(abs(F))")}
+    runs = symdyn.ensemble(CART, start={"theta": starts}, feedback=loop, **given)  # type: ignore[arg-type]
+    assert "lockstep" in runs.notes[0]
+    limited = symdyn.ensemble(CART, start={"theta": starts}, feedback=symdyn.Feedback(loop, limits=100), **given)  # type: ignore[arg-type]
+    for k, theta in enumerate(starts):
+        one = symdyn.simulate(CART, until=1, start={"theta": theta}, feedback=loop)
+        assert runs["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
+        assert limited["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
+
+
+def test_a_sweep_takes_a_controller_and_its_store_knows_it(tmp_path: Path) -> None:
+    pytest.importorskip("zarr", reason="needs a store")
+    given = {"over": "mp=[0.1,0.2]", "measure": "end(theta)", "until": 0.1, "start": {"theta": 0.1}}
+    law, other = (symdyn.pid("theta", "F", kp=kp) for kp in (-20, -30))
+    runs = symdyn.sweep(CART, feedback=law, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
+    assert runs["end(theta)"][0] != runs["end(theta)"][1]
+    with pytest.raises(SimulateError, match="feedback"):
+        symdyn.sweep(CART, feedback=other, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("reference", [0.3, "0.3*(1 - exp(-t))", lambda t: 0.3])
+def test_a_reference_of_gains_is_another_set_point(reference: object) -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    run = symdyn.simulate(CART, until=15, feedback=symdyn.Feedback(loop, reference={"x": reference}))
+    assert run["x"][-1] == pytest.approx(0.3, abs=1e-4)
+
+
+def test_gains_over_time_hold_before_and_behind_their_times() -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    said = {**loop.gains(), "t": [1, 2], "K": [loop.K, 2 * loop.K], "x0": {"x": [0.1, 0.3]}}
+    law = read_feedback(CART, said).law
+    at, still = np.array([0.2, 0.1]), np.zeros(2)
+    for t, K, x0 in ((0, loop.K, 0.1), (1.5, 1.5 * loop.K, 0.2), (3, 2 * loop.K, 0.3)):
+        assert law(t, at, still) == pytest.approx(-K @ [at[0] - x0, at[1], 0, 0])
+    with pytest.raises(SimulateError, match="with t, 2 times, K takes as many matrices"):
+        read_feedback(CART, {**said, "K": [loop.K]})
+    with pytest.raises(SimulateError, match="t: give two times or more that rise"):
+        read_feedback(CART, {**said, "t": [2, 1]})
+
+
+def test_a_motion_that_is_tracked_is_come_back_to() -> None:
+    run = symdyn.simulate(CART, until=2, forces="F=0.1*sin(t)", start={"theta": "pi"}, every=0.05)
+    follows = symdyn.linear.track(run, {"x": 10, "theta": 100}, {"F": 0.1})
+    off = symdyn.simulate(CART, until=2, start={"theta": "pi+0.3"}, feedback=follows)
+    assert abs(off["theta"][-1] - run["theta"][-1]) < 0.02
+    along = symdyn.simulate(CART, until=2, start={"theta": "pi"}, feedback=follows)
+    assert abs(along["x"][-1] - run["x"][-1]) < 1e-4
+
+
+WRONG_CONTROLLERS: dict[str, tuple[object, dict[str, object]]] = {
+    "a controller is a function of (t, q, u)": (lambda t, x: 0, {}),
+    "these are 2 controllers, and a run has one; join them": ([symdyn.pid("x", "F", kp=1)] * 2, {}),
+    "reference: xx is not among x, theta, x_dot, theta_dot; did you mean x?": (
+        [[1, 1, 1, 1]],
+        {"reference": {"xx": 1}},
+    ),
+    "0.1 has 1 entries": ([[1, 1, 1, 1]], {"reference": 0.1}),
+}
+
+
+@pytest.mark.parametrize("told", WRONG_CONTROLLERS)
+def test_controllers_that_cannot_act_are_told_what_would(told: str) -> None:
+    law, settings = WRONG_CONTROLLERS[told]
+    with pytest.raises(SimulateError, match=re.escape(told)):
+        read_feedback(CART, symdyn.Feedback(law, **settings))  # type: ignore[arg-type]
+
+
+def test_one_input_takes_its_limit_as_a_number() -> None:
+    run = symdyn.simulate(CART, until=0.5, feedback=symdyn.Feedback(lambda t, q, u: 100 * t, limits=3))
+    assert abs(run["F"]).max() == 3
