@@ -176,7 +176,7 @@ ELSEWHERE = {
     **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
     **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
     **dict.fromkeys(("tend", "t-end", "tfinal", "tf", "t-span", "tspan", "duration", "stop-time"), "until"),
-    **dict.fromkeys(("dt", "step", "max-step", "t-eval"), "every"),
+    **dict.fromkeys(("dt", "max-step", "t-eval"), "every"),
     **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
     **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
@@ -198,10 +198,11 @@ ELSEWHERE = {
     **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
     **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop A"},
     **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
-    **{"acker": "place", "pole-placement": "place", "lsim": "step", "forced-response": "step"},
+    **{"acker": "place", "pole-placement": "place", "gain": "K"},
     **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track"},
     **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
     **dict.fromkeys(("std", "stddev", "sigma"), "sd"),
+    **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }
 """What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
@@ -231,6 +232,10 @@ def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0
     """Return the names that are most like one, the likest first."""
     from difflib import get_close_matches  # an error's own
     from heapq import nlargest
+
+    if name.startswith("--"):  # what all options have in common says nothing
+        bare = {one.lstrip("-"): one for one in candidates}
+        return [bare[one] for one in _likest(name.lstrip("-"), [*bare], most, cutoff)]
 
     if len(candidates) > MOST_COMPARED:
         candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(name, candidate))

@@ -11,9 +11,18 @@ import pytest
 
 import symdyn
 from symdyn.arguments import suggesting
-from symdyn.errors import ArgumentError, SimulateError, suggestion
+from symdyn.cli import main
+from symdyn.errors import (
+    ArgumentError,
+    EmitError,
+    LinearizeError,
+    SceneError,
+    SimulateError,
+    UnknownNameError,
+    suggestion,
+)
 from symdyn.linear import root_locus
-from symdyn.scene import body, spring
+from symdyn.scene import body, revolute, scene, spring
 from symdyn.simulation import read_feedback
 from symdyn.simulation.integrate import integration
 
@@ -217,3 +226,99 @@ def test_controllers_that_cannot_act_are_told_what_would(told: str) -> None:
 def test_one_input_takes_its_limit_as_a_number() -> None:
     run = symdyn.simulate(CART, until=0.5, feedback=symdyn.Feedback(lambda t, q, u: 100 * t, limits=3))
     assert abs(run["F"]).max() == 3
+
+
+@pytest.mark.parametrize(
+    ("formula", "written"),
+    [
+        ("step(t)", "write if(t > 1, 1, 0)"),
+        ("1 if t > 1 else 0", "write if(x > y, a, b)"),
+        ("t > 1", "write if(x > y, a, b)"),
+        ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
+    ],
+)
+def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, written: str) -> None:
+    with pytest.raises(SimulateError, match=re.escape(written)):
+        symdyn.simulate(CART, forces={"F": formula})
+
+
+def _flat() -> symdyn.Scene:
+    one = body("b", mass=1, inertia=[0, 0, "J"], about="com")
+    return scene("flat", parameters={"J": 1}, bodies=[one], joints=[revolute("p", "ground", "b")])
+
+
+TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
+    'x_dot is a velocity; give it by start_rates={"x_dot": 1}': (
+        SimulateError,
+        lambda: symdyn.simulate(CART, start={"x": 0, "x_dot": 1}),
+    ),
+    "a unit stands behind a number alone: in a formula write SI": (
+        SimulateError,
+        lambda: symdyn.inverse(CART, {"x": "0 m", "theta": "1500 rpm*t"}, until=1),
+    ),
+    "it is symdyn.identification.excite": (AttributeError, lambda: symdyn.excite),  # type: ignore[attr-defined]
+    "it is symdyn.linear.linearize_along": (AttributeError, lambda: symdyn.linearize_along),  # type: ignore[attr-defined]
+    "symdyn.load has functions to call": (AttributeError, lambda: symdyn.generate),  # type: ignore[attr-defined]
+    'symdyn.scene.write_text(scene, "toml").text is its file': (AttributeError, lambda: CART.save),  # type: ignore[attr-defined]
+    "symdyn.Feedback(regulator, reference={...}) sets another point": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqr().kr,  # type: ignore[attr-defined]
+    ),
+    'a list of names is one panel: plot([["x", "theta"]])': (
+        UnknownNameError,
+        lambda: symdyn.simulate(CART, until=0.1).plot("x+theta"),
+    ),
+    "a flat body has [J/2, J/2, J]": (SceneError, _flat),
+    'linearize(..., outputs=["x_ddot"]) asks for others': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).transfer("x_ddot", "F"),
+    ),
+    "systems along a run are symdyn.linear.linearize_along(scene, run)": (
+        ArgumentError,
+        lambda: symdyn.linearize(CART, along=None),  # type: ignore[call-arg]
+    ),
+    "tau[1]: of what no drive moves, 0": (
+        ArgumentError,
+        lambda: symdyn.load(CART, "forward_dynamics").forward_dynamics([0, 0], [0, 0], [1]),
+    ),
+}
+
+
+@pytest.mark.parametrize("told", TOLD)
+def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
+    error, asked = TOLD[told]
+    with pytest.raises(error, match=re.escape(told)):
+        asked()
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["bode", "a.toml"], "did you mean linearize?"),
+        (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
+        (["sweep", "a.toml", "--feedback", "g.json"], "--feedback is no option\n"),
+    ],
+)
+def test_the_shell_guesses_what_is_meant_or_nothing(
+    words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(words)
+    assert meant in capsys.readouterr().err
+
+
+def test_equations_are_printed_by_other_formulations_in_python() -> None:
+    pendulum = symdyn.example("pendulum")
+    page = symdyn.equations(pendulum, "dalembert")
+    assert page.text() != symdyn.equations(pendulum).text()
+    with pytest.raises(EmitError, match="are printed, by"):
+        page.sympy()
+    with pytest.raises(EmitError, match=r"did you mean dalembert\?"):
+        symdyn.equations(pendulum, "d'alembert")
+
+
+def test_a_problem_without_a_solution_warns() -> None:
+    pytest.importorskip("casadi", reason="needs IPOPT")
+    problem = symdyn.collocation(CART, until=0.2, cost="F**2", end={"x": 1}, bounds={"F": (-1, 1)}, intervals=4)
+    with pytest.warns(RuntimeWarning, match="no solution was found: .*Infeasible"):
+        assert not problem.solve().success

@@ -19,6 +19,7 @@ who hold the three levels in this way too, with Hermite-Simpson collocation.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -124,7 +125,11 @@ class Collocation(Shown):
         check_arguments(Collocation.solve, {"guess": guess, "exact": exact}, SimulateError)
         from symdyn.transcription.ipopt import solve
 
-        return solve(self, guess, exact, starts, seed, options)
+        found = solve(self, guess, exact, starts, seed, options)
+        if not found.success:
+            told = f"{self.scene.name}: no solution was found: {found.status}; it misses bounds or equations by"
+            warnings.warn(f"{told} {found.violation:.2g}", RuntimeWarning, stacklevel=3)
+        return found
 
     # Values
 
