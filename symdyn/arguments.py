@@ -259,9 +259,9 @@ def with_fields(*nouns: type) -> Callable[[F], F]:
         _NOUNS[function] = _NOUNS[called] = nouns
         first = [one for one in own.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]
         last = [one for one in own.parameters.values() if one.kind is one.KEYWORD_ONLY]
-        for one in (function, called):
-            one.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
-            one.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
+        for each in (function, called):
+            each.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
+            each.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
         return called
 
     return shown

@@ -41,7 +41,7 @@ WRONG_CALLS: dict[str, Callable[[], object]] = {
         lambda: symdyn.load(CART, values={})  # type: ignore[call-arg]
     ),
     "simulate() takes 1 positional argument but 2 were given; call it as simulate(scene, forces=, start=": (
-        lambda: symdyn.simulate(CART, (0, 3))  # type: ignore[misc]
+        lambda: symdyn.simulate(CART, (0, 3))  # type: ignore[arg-type, call-arg]
     ),
     "simulate() got an unexpected keyword argument 'period'; give it with the controller: feedback=symdyn.Feedback("
     "law, period=...)": lambda: symdyn.simulate(CART, period=0.1),  # type: ignore[call-arg]
@@ -58,7 +58,7 @@ WRONG_CALLS: dict[str, Callable[[], object]] = {
         lambda: symdyn.Problem(CART, bind={})  # type: ignore[call-arg]
     ),
     "example() missing 1 required positional argument: 'name'; call it as example(name, floating_base=)": (
-        symdyn.example  # type: ignore[call-arg]
+        symdyn.example  # type: ignore[dict-item]
     ),
     "root_locus() got an unexpected keyword argument 'start'; system takes it": (
         lambda: root_locus("mp", [1, 2], CART, start={})  # type: ignore[call-arg, arg-type]
@@ -243,7 +243,7 @@ def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, wri
 
 
 def _flat() -> symdyn.Scene:
-    one = body("b", mass=1, inertia=[0, 0, "J"], about="com")
+    one = body("b", mass=1, inertia=(0, 0, "J"), about="com")
     return scene("flat", parameters={"J": 1}, bodies=[one], joints=[revolute("p", "ground", "b")])
 
 

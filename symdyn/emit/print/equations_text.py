@@ -301,6 +301,7 @@ def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMot
     >>> symdyn.equations(symdyn.example("pendulum")).sympy().M
     Matrix([[l**2*m]])
     """
+    check_arguments(equations, locals(), EmitError)
     if formulation not in FORMULATIONS:
         raise EmitError(f"there is no formulation {quoted(formulation)}; {choice(formulation, FORMULATIONS)}")
     return EquationsOfMotion(scene_of(scene), formulation)

@@ -174,11 +174,9 @@ def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Sche
         gains = law if isinstance(law, Gains) else law.at(t)
         x = np.hstack([gains.q0, gains.u0])
         told = {k: one(t) for k, one in laws.items()}
-        for k, x0 in {
-            **{rates[k]: told[k][1] for k in rates},
-            **still,
-            **{k: one[0] for k, one in told.items()},
-        }.items():
+        for k, rate in rates.items():
+            x[rate] = told[k][1]
+        for k, x0 in (*still.items(), *((k, float(one[0])) for k, one in told.items())):
             x[k] = x0
         return replace(gains, q0=x[: len(gains.q0)], u0=x[len(gains.q0) :])
 
