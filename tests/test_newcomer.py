@@ -322,3 +322,13 @@ def test_a_problem_without_a_solution_warns() -> None:
     problem = symdyn.collocation(CART, until=0.2, cost="F**2", end={"x": 1}, bounds={"F": (-1, 1)}, intervals=4)
     with pytest.warns(RuntimeWarning, match="no solution was found: .*Infeasible"):
         assert not problem.solve().success
+
+
+def test_a_plot_may_be_over_another_column_than_time() -> None:
+    pytest.importorskip("matplotlib", reason="draws")
+    run = symdyn.simulate(CART, until=0.5, start={"theta": 0.3})
+    (axis,) = run.plot("x", x="theta").axes
+    assert np.array_equal(axis.lines[0].get_xdata(), run["theta"])
+    assert "rad" in axis.get_xlabel()
+    with pytest.raises(UnknownNameError, match="thet"):
+        run.plot("x", x="thet")

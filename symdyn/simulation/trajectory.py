@@ -305,6 +305,7 @@ class Trajectory(Shown):
         *names: str | Sequence[str | Sequence[str]],
         axes: Axes | Sequence[Axes] | None = None,
         width: float | str | None = None,
+        x: str | None = None,
     ) -> Figure:
         """Return a figure of matplotlib, which a notebook shows and whose axes are yours to change.
 
@@ -315,6 +316,7 @@ class Trajectory(Shown):
             axes: of a figure of yours, as many as panels, to draw into; its figure is returned.
             width: "column" of a paper, 3.3 in, with small letters and without a heading; "slide", 11 in, with large
                 ones; or inches. Usually 8.
+            x: the column that all are drawn over, such as the angle of a crank; None is t.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -324,7 +326,7 @@ class Trajectory(Shown):
         from symdyn.simulation.panels import figure
 
         each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
-        return figure(self, each, axes, width)
+        return figure(self, each, axes, width, x)
 
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
