@@ -55,11 +55,24 @@ shown_by(_bundle)
 
 
 MOVED = {
-    "derive": "symdyn.dynamics.derive",
-    "lower": "symdyn.program.lower",
-    **{name: f"symdyn.linearize(...).{name}" for name in ("lqr", "lqg", "kalman", "place", "bode", "margins")},
+    **{name: f"it is symdyn.{one}.{name} now" for name, one in {"derive": "dynamics", "lower": "program"}.items()},
+    **{
+        name: f"it is symdyn.linearize(...).{name} now"
+        for name in ("lqr", "lqg", "kalman", "place", "bode", "margins", "nyquist", "step", "impulse", "transfer")
+    },
+    **{name: f"it is symdyn {name} in a shell" for name in ["new", "walkthrough", "convert", "draw", "info", "bench"]},
+    "generate": "it is symdyn generate in a shell; symdyn.load has functions to call, symdyn.emit.emit their source",
+    "plot": "it is symdyn.simulate(...).plot",
 }
 """Names that are somewhere else, for errors alone."""
+
+
+def _offering(name: str) -> str:
+    """Return the package that offers a name, "" for none."""
+    from importlib import import_module  # an error's own
+
+    fronts = (import_module(f"symdyn.{one}") for one in _packages)
+    return next((one.__name__ for one in fronts if name in getattr(one, "__all__", ())), "")
 
 
 def __getattr__(name: str) -> object:
@@ -72,5 +85,7 @@ def __getattr__(name: str) -> object:
         return version()
     from symdyn.errors import choice  # an error's own
 
-    told = f"it is {MOVED[name]} now" if name in MOVED else choice(name, __all__)
+    told = MOVED.get(name) or choice(name, __all__)
+    if name not in MOVED and not name.startswith("_") and (package := _offering(name)):
+        told = f"it is {package}.{name}"
     raise AttributeError(f"symdyn has no {name!r}; {told}", name=name, obj=sys.modules[__name__])

@@ -198,11 +198,6 @@ def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Argume
     return ArgumentKind((f"{len(kinds)} values", "tuples"), takes)
 
 
-def _by_name(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
-    """Return values by name; what each may be is read by the function, which knows the names."""
-    return KINDS["Mapping"]
-
-
 def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> ArgumentKind:
     """Return a function of so many arguments."""
     if not isinstance(inside[0], ast.List):
@@ -237,7 +232,7 @@ OF_KINDS = {
     "Collection": _several,
     "Iterable": _several,
     "tuple": _one_each,
-    "Mapping": _by_name,
+    "Mapping": lambda inside, known: KINDS["Mapping"],
     "Callable": _function,
 }
 """What is made of the kinds in brackets behind it."""
@@ -260,32 +255,53 @@ def with_fields(*nouns: type) -> Callable[[F], F]:
                     fields.append(one.replace(kind=one.KEYWORD_ONLY, annotation=kind))
                     told = f"{inspect.getdoc(noun)}\n" if f"\n    {name}: " not in said else ""
                     lines += "".join(re.findall(rf"(?m)^    {name}: .*\n(?:     .*\n)*", told)[:1])
-        _NOUNS[function] = nouns
+        called = suggesting(function)
+        _NOUNS[function] = _NOUNS[called] = nouns
         first = [one for one in own.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]
         last = [one for one in own.parameters.values() if one.kind is one.KEYWORD_ONLY]
-        function.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
-        function.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
-        return function
+        for each in (function, called):
+            each.__signature__ = own.replace(parameters=[*first, *fields, *last])  # type: ignore[attr-defined]
+            each.__doc__ = re.sub(rf"(?m)^    \*\*{FIELDS}: .*\n", lambda _: lines, said)
+        return called
 
     return shown
 
 
 def suggesting(function: F) -> F:
-    """Let a function without `**fields` say which keyword was meant by one that it does not have.
+    """Let a function, or a class, say how it is called where a call does not fit it, and which keyword was meant.
 
     >>> @suggesting
     ... def fly(up: float) -> None: ...
     >>> fly(upp=3)
     Traceback (most recent call last):
     symdyn.errors.ArgumentError: fly() got an unexpected keyword argument 'upp'; did you mean up? (there are up)
+    >>> fly()
+    Traceback (most recent call last):
+    symdyn.errors.ArgumentError: fly() missing 1 required positional argument: 'up'; call it as fly(up)
     """
+    if isinstance(function, type):
+        function.__init__ = suggesting(function.__init__)  # type: ignore[misc]
+        return function
 
     @wraps(function)
     def called(*values: Any, **keywords: Any) -> Any:
+        try:
+            return function(*values, **keywords)
+        except TypeError as error:
+            if isinstance(error, ArgumentError) or (at := error.__traceback__) is None or at.tb_next is not None:
+                raise  # from inside
+            told = str(error).replace(".__init__", "").rpartition(".")[2]
         _refuse_unknown(function, keywords)
-        return function(*values, **keywords)
+        takes = [one for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls")]
+        given = ", ".join(one.name + "=" * (one.kind is one.KEYWORD_ONLY) for one in takes)
+        raise ArgumentError(f"{told}; call it as {_called(function)}({given})")
 
     return cast(F, called)
+
+
+def _called(function: Callable[..., object]) -> str:
+    """Return the name by which a function is called; a class by its own."""
+    return function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
 
 def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) -> None:
@@ -293,8 +309,9 @@ def _refuse_unknown(function: Callable[..., object], keywords: Iterable[str]) ->
     known = [name for name in inspect.signature(function).parameters if name != "self"] if keywords else []
     for name in keywords:
         if name not in known:
-            told = f"it is {RENAMED[name]} now" if RENAMED.get(name) in known else choice(name, known)
-            raise ArgumentError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {told}")
+            needed, told = INSTEAD.get(name, ("", ""))
+            told = told if needed in known else choice(name, known)
+            raise ArgumentError(f"{_called(function)}() got an unexpected keyword argument {name!r}; {told}")
 
 
 def check_arguments(
@@ -330,8 +347,13 @@ def check_arguments(
     return given
 
 
-RENAMED = {"of": "measures", "to": "inputs", "drives": "inputs"}
-"""Keywords by what they were called, for errors alone."""
+INSTEAD = {
+    name: ("feedback", f"give it with the controller: feedback=symdyn.Feedback(law, {name}=...)")
+    for name in ("period", "delay", "limits", "noise", "quantisation", "reference", "measures")
+} | {old: (new, f"it is {new} now") for old, new in {"of": "measures", "to": "inputs", "drives": "inputs"}.items()}
+INSTEAD["along"] = ("anywhere", "systems along a run are symdyn.linear.linearize_along(scene, run)")
+INSTEAD["start"] = ("system", "system takes it: lambda m: symdyn.linearize(scene, values={'m': m}, start=...)")
+"""What to give in place of a keyword, told where there is another one; for errors alone."""
 
 
 def checked(error: type[SymdynError]) -> Callable[[F], F]:
@@ -340,11 +362,10 @@ def checked(error: type[SymdynError]) -> Callable[[F], F]:
     def around(function: F) -> F:
         @wraps(function)
         def call(*values: Any, **keywords: Any) -> Any:
-            _refuse_unknown(function, keywords)
             try:
                 given = inspect.signature(function).bind(*values, **keywords).arguments
-            except TypeError:  # too many, or one is missing: Python says which
-                return function(*values, **keywords)
+            except TypeError:
+                return suggesting(function)(*values, **keywords)
             check_arguments(function, given, error)
             return function(*values, **keywords)
 

@@ -176,15 +176,39 @@ ELSEWHERE = {
     **{"ball": "spherical", "floating": "free", "weld": "fixed", "screw": "helical", "hooke": "universal"},
     **{"python": "numpy", "py": "numpy", "javascript": "js", "c++": "cpp", "cuda": "gpu", "simulink": "fmu"},
     **dict.fromkeys(("tend", "t-end", "tfinal", "tf", "t-span", "tspan", "duration", "stop-time"), "until"),
-    **dict.fromkeys(("dt", "step", "max-step"), "every"),
-    **dict.fromkeys(("params", "parameters", "values", "set"), "bind values parameters"),
+    **dict.fromkeys(("dt", "max-step", "t-eval"), "every"),
+    **dict.fromkeys(("params", "parameters", "values", "set", "bind"), "bind values parameters"),
     **dict.fromkeys(("at", "initial", "x0", "y0", "q0"), "start"),
     **dict.fromkeys(("rates", "speed", "v0"), "start_rates"),
     **dict.fromkeys(("samples", "n-samples", "runs"), "count"),
     **dict.fromkeys(("solver", "integrator"), "method"),
+    **{"ode45": "rk45 dop853", "ode23": "rk23", "ode15s": "bdf", "ode23s": "radau", "ode113": "adams", "rk4": "rk45"},
+    **dict.fromkeys(("controller", "control", "law"), "feedback to_control"),
+    **dict.fromkeys(("from", "from-", "bodies", "between", "body1", "connects"), "ends"),
+    **dict.fromkeys(("inertia-about", "about"), "about inertia_about"),
+    **{"k": "stiffness", "c": "damping velocity_forces", "free-length": "free", "rest-length": "free"},
+    **{"m": "mass_matrix", "mass": "mass_matrix", "g": "gravity_forces", "coriolis": "velocity_forces"},
+    **dict.fromkeys(("validate", "validation", "test", "holdout"), "hold_back"),
+    **dict.fromkeys(("to-df", "df", "dataframe", "to-dataframe"), "to_pandas table"),
+    **dict.fromkeys(("to-mat", "savez", "to-numpy"), "to_npz"),
+    **dict.fromkeys(("time", "times"), "t"),
+    **{"to-excel": "to_csv", "y": "columns keys q", "x": "columns keys", "savefig": "save_plot plot", "show": "plot"},
+    **{"tf": "until transfer", "ss2tf": "transfer", "to-tf": "transfer", "transfer-function": "transfer"},
+    **{"c2d": "discretize", "sample": "discretize", "cont2discrete": "discretize", "rlocus": "root_locus"},
+    **dict.fromkeys(("eig", "eigenvalues", "eigvals", "pole"), "poles"),
+    **{"num": "numerator", "den": "denominator", "zero": "zeros", "margin": "margins", "ss": "closed_loop A"},
+    **{"mag": "decibels", "magnitude": "decibels", "phase": "degrees", "lqe": "kalman", "dlqr": "lqr"},
+    **{"acker": "place", "pole-placement": "place", "gain": "K"},
+    **{"ctrb": "controllability", "obsv": "observability", "tvlqr": "track", "tracking": "track"},
+    **{"step-response": "step", "impulse-response": "impulse", "bode-plot": "bode", "pzmap": "plot"},
+    **dict.fromkeys(("std", "stddev", "sigma"), "sd"),
+    **dict.fromkeys(("bode", "lqr", "lqg", "nyquist", "root-locus", "poles", "modes", "step"), "every linearize"),
     **{"run": "simulate", "plot": "draw", "export": "convert", "linearise": "linearize", "codegen": "generate"},
 }
-"""What other tools call joints, targets, options and verbs, and what these are called here, where they are known."""
+"""What other tools call joints, targets, options, verbs, methods and attributes, and what is known here by which name.
+
+Words of MATLAB, python-control, SciPy, pandas and of textbooks; of several names the first that something has is meant.
+"""
 
 
 def nearest(name: object, known: Iterable[str]) -> str | None:
@@ -200,13 +224,22 @@ def nearest(name: object, known: Iterable[str]) -> str | None:
     for word in ELSEWHERE.get(bare.replace("_", "-"), "").split():
         if (here := f"{meant.removesuffix(bare)}{word}") in lowered:
             return lowered[here]
+    found = _likest(meant, candidates, 1, 0.6)
+    return lowered[found[0]] if found else None
+
+
+def _likest(name: str, candidates: Sequence[str], most: int, cutoff: float = 0.0) -> list[str]:
+    """Return the names that are most like one, the likest first."""
     from difflib import get_close_matches  # an error's own
     from heapq import nlargest
 
+    if name.startswith("--"):  # what all options have in common says nothing
+        bare = {one.lstrip("-"): one for one in candidates}
+        return [bare[one] for one in _likest(name.lstrip("-"), [*bare], most, cutoff)]
+
     if len(candidates) > MOST_COMPARED:
-        candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(meant, candidate))
-    found = get_close_matches(meant, candidates, n=1, cutoff=0.6)
-    return lowered[found[0]] if found else None
+        candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(name, candidate))
+    return get_close_matches(name, candidates, most, cutoff)
 
 
 def _in_common(a: str, b: str) -> int:
@@ -217,7 +250,10 @@ def _in_common(a: str, b: str) -> int:
     return ahead + (behind.index(True) if True in behind else len(behind))
 
 
-def listed(names: Iterable[str], most: int = 12) -> str:
+MOST_LISTED = 12
+
+
+def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     """Return names as text for a message, shortened when there are many."""
     every = list(names)
     if not every:
@@ -226,9 +262,12 @@ def listed(names: Iterable[str], most: int = 12) -> str:
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:
-    """Return "did you mean X?" when something known is near, else the known names."""
+    """Return "did you mean X?" when something known is near, else the known names, of many the likest first."""
     every = list(known)
     near = nearest(name, every)
+    if not near and isinstance(name, str) and MOST_LISTED < len(every) <= MOST_KNOWN and len(name) <= LONGEST_NAME:
+        first = _likest(name, every, MOST_LISTED)
+        every = [*first, *(one for one in every if one not in first)]
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
 
 

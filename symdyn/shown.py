@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
 
 _BUNDLES: list[Callable[[object], dict[str, str]]] = []
 
@@ -13,10 +14,42 @@ def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
     _BUNDLES[:] = [bundle]
 
 
+INSTEAD = {
+    **{"eigenvalues": ("damp", "it is poles now"), "mode_table": ("damp", "it is damp() now")},
+    **{"transfers": ("damp", "it is transfer() now"), "control": ("damp", "it is to_control() now")},
+    **dict.fromkeys(
+        ("lsim", "initial", "initial_response", "forced_response", "response"),
+        ("to_control", "python-control has it, of .to_control(); symdyn.simulate runs the mechanism itself"),
+    ),
+    **dict.fromkeys(
+        ("kr", "x0", "setpoint", "set_point", "reference"),
+        ("closed_loop", "symdyn.Feedback(regulator, reference={...}) sets another point"),
+    ),
+    **dict.fromkeys(
+        ("save", "write", "dump", "to_toml", "to_urdf"),
+        ("coordinates_of_joints", 'symdyn.scene.write_text(scene, "toml").text is its file'),
+    ),
+    **dict.fromkeys(
+        ("report", "save_report", "to_html"),
+        ("not_identifiable", "symdyn.identification.report(identification) is its page"),
+    ),
+}
+"""What has what an attribute was asked for, told by nouns that have another one; for errors alone."""
+
+
 class Suggesting:
-    """A noun that says which of its attributes was meant by a name that is none."""
+    """A noun that says which of its attributes was meant by a name that is none, and how a method is called."""
 
     __slots__ = ()
+
+    def __init_subclass__(cls, **words: Any) -> None:
+        """Let its methods say how they are called where a call does not fit."""
+        super().__init_subclass__(**words)
+        for name, method in list(vars(cls).items()):
+            if isinstance(method, FunctionType) and not name.startswith("_"):
+                from symdyn.arguments import suggesting  # no noun is made where the package is only imported
+
+                setattr(cls, name, suggesting(method))
 
     if not TYPE_CHECKING:  # else type checkers would take every name for an attribute
 
@@ -30,6 +63,8 @@ class Suggesting:
             keys = self.keys() if hasattr(kind, "keys") and not isinstance(self, str) else ()
             known = [one for one in dir(self) if not one.startswith("_")]
             told = f'write ["{name}"]' if name in keys else suggestion(name, [*known, *keys])
+            needed, words = INSTEAD.get(name, ("", ""))
+            told = words if needed in known else told
             raise AttributeError(f"{kind.__name__} has no attribute {name!r}; {told}")
 
 

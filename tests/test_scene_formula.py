@@ -148,7 +148,7 @@ def test_numbers_of_python_are_exact():
         ("1" * 10_001, "10001 characters; 10000 are allowed"),
         ("ａ", "has no place"),
         ("__import__('os')", "has no place"),
-        ("x if y else z", "only numbers, names"),
+        ("x if y else z", "a choice is a function; write if"),
         ("lambda: 1", "has no place"),
         ("not x", "only numbers, names"),
     ],

@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.cli.scene_options import read_scene_to_move, split
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
-from symdyn.draw import FILMS
+from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
 from symdyn.errors import LinearizeError, choice
 from symdyn.linear import System, SystemsFile, locus_over, poles_in_words
@@ -197,7 +197,7 @@ ENDINGS = {
     "bode": (".csv", *PICTURES),
     "locus": (".csv", *PICTURES),
     "gains": (".json",),
-    "animate": tuple(FILMS),
+    "animate": Reel.endings(),
 }
 """What files may be, by the option that names them."""
 

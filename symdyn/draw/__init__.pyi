@@ -1,7 +1,7 @@
 """Names that `symdyn.draw` offers; each is imported when it is first used."""
 
 from .animate import animation as animation, moving_picture as moving_picture
-from .films import FILMS as FILMS, Reel as Reel, check_film as check_film, film as film
+from .films import Reel as Reel, check_film as check_film, film as film
 from .force_arrows import Wrench as Wrench
 from .free_bodies import acting_on as acting_on, free_body as free_body
 from .paint import tex_picture as tex_picture

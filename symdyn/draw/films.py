@@ -91,6 +91,11 @@ class Reel:
     size: int | tuple[int, int] | None = None
     loop: bool = True
 
+    @staticmethod
+    def endings() -> tuple[str, ...]:
+        """Return the endings of files that films are written to."""
+        return tuple(FILMS)
+
 
 FASTEST = 240.0  # frames a second
 MOST_FRAMES = 18_000  # ten minutes at 30 a second

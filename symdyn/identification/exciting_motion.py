@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, native
+from symdyn.arguments import check_arguments, native, suggesting
 from symdyn.errors import IdentifyError, SimulateError, choice, suggestion
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
 from symdyn.identification.excitation import CRITERIA, FAMILIES, Basis, Criterion, Excitation, Improved, Reached
@@ -211,6 +211,7 @@ SHOWN = ("condition", "scaled_condition", "determinant")
 MOST_ROWS = 1_000_000
 
 
+@suggesting
 def excite(
     scene: SceneLike,
     period: float = 10.0,

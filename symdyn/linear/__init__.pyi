@@ -22,6 +22,6 @@ from .regulator import Compensator as Compensator, Observer as Observer, Regulat
 from .responses import FrequencyResponse as FrequencyResponse, TimeResponse as TimeResponse
 from .state_space import StateSpace as StateSpace
 from .steady import steady_at_start as steady_at_start
-from .system import System as System, SystemsFile as SystemsFile
+from .system import System as System, SystemsFile as SystemsFile, track as track
 from .transfer import Reach as Reach, Transfer as Transfer, poles_in_words as poles_in_words
 from .weights import Axis as Axis

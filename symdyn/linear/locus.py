@@ -21,7 +21,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument
+from symdyn.arguments import argument, suggesting
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
@@ -247,6 +247,7 @@ class RootLocus(Plotted):
         }  # fmt: skip
 
 
+@suggesting
 def root_locus(
     over: str,
     values: Sequence[float] | Array,

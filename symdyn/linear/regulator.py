@@ -258,7 +258,7 @@ def _before_and_after(one: Linearization, poles: Complexes, period: float | None
     return pole_map(f"{one.name}: poles", {what: poles, "mechanism": _steps(one, period).poles}, period=period)
 
 
-def _controls(one: Linearization) -> list[int]:
+def controls(one: Linearization) -> list[int]:
     """Return the inputs that a regulator acts by: drives, or all where there is none."""
     if not one.inputs.names:
         raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or an input: [inputs.u]")
@@ -283,7 +283,7 @@ def lqr(
     one: Linearization, Q: Weights | None = None, R: Weights | None = None, period: float | None = None
 ) -> Regulator:
     """Return the linear quadratic regulator of a system; arguments and errors as of its method."""
-    used, faults = _controls(one), Faults("")
+    used, faults = controls(one), Faults("")
     heavy = weight("Q", Q, one.states, faults)
     light = weight("R", R, one.inputs.of(used), faults, definite=True)
     faults.close(LinearizeError)
@@ -298,7 +298,7 @@ def place(one: Linearization, poles: Sequence[complex] | Array, period: float | 
     """Return the regulator that gives the closed loop its poles; arguments and errors as of the method of a system."""
     from scipy.signal import place_poles  # late: it takes long to load
 
-    used, names = _controls(one), one.states.names
+    used, names = controls(one), one.states.names
     wanted, step = _wanted(poles, names), _steps(one, period)
     scale = balance(one.A)
     A, B = one.A * scale[None, :] / scale[:, None], one.B[:, used] / scale[:, None]

@@ -43,9 +43,6 @@ if TYPE_CHECKING:
     from symdyn.simulation import Feedback
 
 
-RENAMED = {"eigenvalues": "poles", "mode_table": "damp()", "transfers": "transfer()", "control": "to_control()"}
-"""Names that systems had, for errors alone."""
-
 STAYS = 1e-8
 """How near 1 an eigenvalue of a sampled system is of what stays as it is."""
 
@@ -114,14 +111,6 @@ class StateSpace(Plotted):
         told = (f"{len(one)} {what}" for what, one in (("states", self.states), ("inputs", self.inputs)))
         to = f"{', '.join(self.inputs.names) or 'nothing'} to {', '.join(self.outputs.names) or 'nothing'}"
         return f"<{type(self).__name__} {self.name}: {', '.join(told)}, {len(self.outputs)} outputs, {when}; {to}>"
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> object:
-            """Raise AttributeError, of a name that it had with that of today."""
-            if name in RENAMED:
-                raise AttributeError(f"{type(self).__name__} has no attribute {name!r}; it is {RENAMED[name]} now")
-            return super().__getattr__(name)
 
     @classmethod
     def from_control(cls, system: Any) -> StateSpace:

@@ -1,6 +1,14 @@
 """Linear systems with what they came from: at a point, at all positions of rest, or along the run of a file.
 
 A run on disk, as `simulate -o` writes it, is read back as states and driving forces over time.
+
+Gains along a run, `track`, are those of the linear quadratic regulator of the systems along it:
+
+    least xᵀ(T) S_T x(T) + ∫ xᵀ Q x + wᵀ R w dt      x, w: deviations from the motion, ẋ = A(t) x + B(t) w
+    -Ṡ = Aᵀ S + S A - S B R⁻¹ Bᵀ S + Q,  S(T) = S_T   from the end to the begin
+    w = -K(t) x,  K = R⁻¹ Bᵀ S                        held behind the end
+
+Reference: Anderson and Moore, Optimal Control: Linear Quadratic Methods (1990), section 2.3.
 """
 
 from __future__ import annotations
@@ -22,19 +30,20 @@ from symdyn.errors import EmitError, LinearizeError
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.evolution import along_a_step
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.linearized import along, search_report
+from symdyn.linear.linearized import along, linearize_along, search_report
 from symdyn.linear.modes import MODE_PERIOD, Mode, animate_modes
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.regulator import Observer, Regulator
+from symdyn.linear.regulator import Observer, Regulator, controls
 from symdyn.linear.report import Symbolic, as_json, latex, text
 from symdyn.linear.state_space import StateSpace
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.transfer import shown
-from symdyn.linear.weights import Axis, check_arrays, read_weights
+from symdyn.linear.weights import Axis, Weights, check_arrays, read_weights, weight
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.simulation import Problem, Trajectory
+from symdyn.scene.values import Faults
+from symdyn.simulation import Feedback, Problem, Trajectory, read_feedback
 from symdyn.simulation.prescribed import Columns, drive_names
 from symdyn.table import Table
 
@@ -271,3 +280,81 @@ class SystemsFile:
             write_file(self.path, WRITERS[self.path.suffix.lower()](systems))
         except EmitError as fault:
             raise LinearizeError(str(fault)) from None
+
+
+RTOL, ATOL = 1e-8, 1e-10
+"""Tolerances of Riccati's equation, over the size of S at the end and of Q."""
+
+
+def track(
+    run: Trajectory,
+    Q: Weights | None = None,
+    R: Weights | None = None,
+    end: Weights | None = None,
+    independent: str | Sequence[str] = (),
+) -> Feedback:
+    """Return the controller that brings a mechanism back to a motion: u = u0(t) - K(t) (x - x0(t)).
+
+    It holds the forces of the motion itself: nothing else is to give them. Behind the end the last gains hold the last
+    place. Gains of a sampled controller are these at its samples: `Feedback(track(...), period=0.01)`.
+
+    Args:
+        run: the motion, with a sample wherever it bends: gains and places are interpolated between them.
+        Q: weight of states, as of `lqr`.
+        R: of drives, likewise.
+        end: S(T), a weight of the deviation at the end; None takes what `lqr` has there, or Q where there is none.
+        independent: positions and velocities that others follow, as of `linearize`.
+
+    Raises:
+        LinearizeError: with every fault, as of `linearize_along` and `lqr`.
+    """
+    if len(run.t) < 2:
+        raise LinearizeError(f"{run.scene.name}: a motion of one sample cannot be followed; give one of two or more")
+    each = linearize_along(run.scene, run, independent=independent)
+    last, used, faults = each[-1], controls(each[-1]), Faults("")
+    inputs = last.inputs.of(used)
+    heavy, light = weight("Q", Q, last.states, faults), weight("R", R, inputs, faults, definite=True)
+    final = None if end is None else weight("end", end, last.states, faults)
+    faults.close(LinearizeError)
+    A, B = np.array([one.A for one in each]), np.array([one.B[:, used] for one in each])
+    S = _swept(run.t, A, B, heavy, light, _held(A[-1], B[-1], heavy, light) if final is None else final)
+    state = np.hstack([run.q, run.qd]).T
+    said = {
+        "t": run.t,
+        "K": np.linalg.solve(light, B.transpose(0, 2, 1) @ S),
+        "states": list(last.states.names),
+        "inputs": list(inputs.names),
+        "x0": dict(zip((*run.scene.coordinates, *run.scene.velocities), state, strict=True)),
+        "u0": {name: run[name] for name in inputs.names},
+    }
+    return read_feedback(run.scene, said)
+
+
+def _held(A: Array, B: Array, Q: Array, R: Array) -> Array:
+    """Return S of a motion that stays as it ends for ever; Q where nothing holds it."""
+    from scipy.linalg import solve_continuous_are  # late: it takes long to load
+
+    try:
+        return np.asarray(solve_continuous_are(A, B, Q, R), dtype=np.float64)
+    except (np.linalg.LinAlgError, ValueError):
+        return Q
+
+
+def _swept(t: Array, A: Array, B: Array, Q: Array, R: Array, end: Array) -> Array:
+    """Return S at times, shape (N, nx, nx), from the end to the begin; A and B are straight between them."""
+    from scipy.integrate import solve_ivp
+    from scipy.interpolate import make_interp_spline
+
+    n, curves = len(Q), [make_interp_spline(t, one, k=1) for one in (A, B)]
+
+    def rates(now: float, entries: Array) -> Array:
+        S, (a, b) = entries.reshape(n, n), (curve(now) for curve in curves)
+        half = S @ a
+        return -np.asarray(half + half.T - S @ b @ np.linalg.solve(R, b.T @ S) + Q).ravel()
+
+    size = max(float(np.abs(end).max()), float(np.abs(Q).max()))
+    found = solve_ivp(rates, (t[-1], t[0]), end.ravel(), "DOP853", t[::-1], rtol=RTOL, atol=ATOL * size)
+    if not found.success or not np.isfinite(found.y).all():
+        raise LinearizeError(f"Riccati's equation has no solution along the motion: {found.message}")
+    S = found.y.T[::-1].reshape(-1, n, n)
+    return np.asarray(S + S.transpose(0, 2, 1)) / 2

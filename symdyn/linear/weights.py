@@ -45,7 +45,8 @@ class Axis:
         if name is None:
             raise LinearizeError(f"{what}: name one of {', '.join(self.names) or 'none that there are'}")
         if name not in self.names:
-            raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}")
+            more = f'; linearize(..., outputs=["{name}"]) asks for others' if what == "output" else ""
+            raise LinearizeError(f"{what}: {name} is not known; {suggestion(name, self.names)}{more}")
         return self.names.index(name)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, overload
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import Function, LoopChoices, Requested, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, choice, quoted, suggestion
@@ -209,6 +209,7 @@ def lambdify(
 def lambdify(
     scene: SceneLike, name: tuple[str, ...], target: str = "numpy", real: str = "double", closing: LoopChoices = ...
 ) -> tuple[NumericFunction, ...]: ...
+@suggesting
 def lambdify(
     scene: SceneLike,
     name: str | tuple[str, ...],

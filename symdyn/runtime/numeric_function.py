@@ -167,6 +167,8 @@ class NumericFunction(Shown):
         for one, value in zip(self.operands, given, strict=False):
             shape = self._shape(value)
             wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
+            if passive := [name for name in one.entries if "[" in name]:
+                wanted += f" ({', '.join(passive)}: of what no drive moves, 0)"
             if shape is None:
                 faults.append(f"{one.name} is no array of real numbers; give {wanted}")
             elif not one.scalar and shape[-1:] != (len(one.entries),):

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, Protocol, TypedDict, Unpack, cast
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.errors import SceneError, suggestion
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces.force_table import sections
@@ -41,6 +41,7 @@ class Elements(TypedDict, total=False):
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
 
 
+@suggesting
 def parameter(
     name: str,
     value: Number | None = None,
@@ -65,6 +66,7 @@ def parameter(
     return entry("parameters", **locals())
 
 
+@suggesting
 def body(
     name: str,
     *,
@@ -98,11 +100,13 @@ def body(
     return entry("bodies", **said)
 
 
+@suggesting
 def point(name: str, body: str, at: Placement | None = None) -> Entry:
     """Declare a named frame on a body, placed like the origin of a joint."""
     return entry("points", **locals())
 
 
+@suggesting
 def input_signal(
     name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = ""
 ) -> Entry:
@@ -118,6 +122,7 @@ def input_signal(
     return entry("inputs", **locals())
 
 
+@suggesting
 def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
     """Declare an output, a formula with a name: `grip` may be "point_tip_x - x".
 
@@ -131,6 +136,7 @@ def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Ent
     return entry("outputs", **locals())
 
 
+@suggesting
 def table(
     name: str,
     points: str | Sequence[Sequence[object]],
@@ -147,6 +153,7 @@ def table(
     return entry("tables", **locals())
 
 
+@suggesting
 def dh_table(
     convention: Literal["standard", "modified"], links: Sequence[Mapping[str, object]], parent: str = "ground"
 ) -> Entry:
@@ -161,6 +168,7 @@ def dh_table(
     return Entry("dh", {"convention": convention, "parent": parent, "links": list(links)}, "dh")
 
 
+@suggesting
 def scene(
     name: str,
     *,

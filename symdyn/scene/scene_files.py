@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SceneError, choice, suggestion
 from symdyn.graph import growing
 from symdyn.resources import example_files, folder
@@ -88,6 +88,7 @@ def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> S
     return scene if values is None or not len(values) else bind(scene, values)
 
 
+@suggesting
 def read(
     path: FileLike,
     *,
@@ -232,6 +233,7 @@ def examples() -> tuple[str, ...]:
     return tuple(sorted(example_files()))
 
 
+@suggesting
 def example(name: str, *, floating_base: str | None = None) -> Scene:
     """Return a scene that comes with the package, of the gallery too; `symdyn new --example NAME` writes its file.
 

@@ -25,7 +25,7 @@ from symdyn.arguments import argument
 from symdyn.dynamics.loops import direction_words
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
-from symdyn.simulation.following import CLOSED, Followed, Following, Known, Tied
+from symdyn.simulation.following import CLOSED, GUESSES, Followed, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.path_equations import AGREED, PathEquations, PathPlace
@@ -193,9 +193,6 @@ class Branch:
 
 NEAR = 0.3
 """How far from a guess Newton's method may end, rad or m, to be believed to be on its branch."""
-
-GUESSES = 30
-"""Random guesses of the first place, where the given one leads to none."""
 
 SMALL = 1e-3
 """Parts of a direction that are not told."""

@@ -208,6 +208,9 @@ def missing(name: object, names: Sequence[str]) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
         return f"{quoted(name)} is no name of a column; {choice('', names)}"
+    if "+" in name and set(name.split("+")) <= set(names):
+        one = ", ".join(f'"{part}"' for part in name.split("+"))
+        return f"there is no column {name}; a list of names is one panel: plot([[{one}]])"
     return f"there is no column {name}; {choice(name, names)}"
 
 

@@ -25,6 +25,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import LETTERS, spell
+from symdyn.simulation.equations.controller import Feedback
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
 from symdyn.simulation.measures import Measure, Sums, sums_over
@@ -193,6 +194,7 @@ class Task:
         ignore_limits: whether runs go on where a joint reaches a limit of its position.
         mode: how they are run.
         notes: what a user should know of that.
+        feedback: a controller that adds to the forces; None for none.
     """
 
     lanes: Lanes
@@ -208,6 +210,7 @@ class Task:
     ignore_limits: bool
     mode: RunMode
     notes: tuple[str, ...] = ()
+    feedback: Feedback | None = None
 
     @property
     def scene(self) -> Scene:
@@ -383,7 +386,7 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
             task.scene, forces=task.forces, start=start, start_rates=rates, values=values or None, until=task.until,
             every=task.every, method=task.method, rtol=task.rtol, atol=task.atol, stops=task.stops,
             ignore_limits=task.ignore_limits, reactions=any(name.startswith(LETTERS.reaction) for name in named),
-            say=notes.setdefault,
+            feedback=task.feedback, say=notes.setdefault,
         )  # fmt: skip
     except MethodError:  # nor would it apply to another run
         raise

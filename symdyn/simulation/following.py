@@ -16,6 +16,7 @@ positions exist.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,9 @@ AGREED = 1e-7
 """Largest velocity against a row, over the size of the velocities, of laws that agree with it."""
 
 STEPS = 30
+
+GUESSES = 30
+"""Random positions from which one is looked for where nothing is found from the start."""
 
 NEGLIGIBLE = 1e-10
 """Singular values below it, over the largest, are zero."""
@@ -127,6 +131,49 @@ class Following:
             what = f" with {', '.join(self.given)} = {values}" if self.given else ""
             raise SimulateError(f"motion: t = {t:g} s: the loops cannot be closed{what}; they miss by {off:.3g}")
         return q
+
+    def begun(self, t: float, guess: Array) -> tuple[Array, tuple[str, ...]]:
+        """Return the position at the first time, next to a guess or else to random ones, and what is said of it.
+
+        Raises:
+            SimulateError: there is none near any of them.
+        """
+        try:
+            return self.placed(t, guess), ()
+        except SimulateError as fault:
+            found = list[Array]()
+            for seed in range(GUESSES):
+                with suppress(SimulateError):
+                    found.append(self._nearer(self.placed(t, self.numbers.drawn(seed)), guess))
+            if not found:
+                raise SimulateError(
+                    f"{fault} from the start, and no less from {GUESSES} random guesses; give laws for fewer "
+                    f"coordinates, others that fit, or a start near by: {argument('start', {self._follower: 0.3})}"
+                ) from None
+        q = min(found, key=lambda one: float(np.abs(one - guess).max(initial=0.0)))
+        return q, (f"motion: the loops do not close from the start; one of random guesses is taken: {self._told(q)}",)
+
+    def _nearer(self, q: Array, guess: Array) -> Array:
+        """Return a position with whole turns taken back, and what is in no loop where a guess has it."""
+        allowed = CLOSED * max(1.0, float(np.abs(q).max(initial=0.0)))
+        for k in set(range(len(q))) - set(self.places):
+            for value in (guess[k], q[k] - 2 * np.pi * np.round((q[k] - guess[k]) / (2 * np.pi))):
+                tried = q.copy()
+                tried[k] = value
+                if self.missed(tried) <= allowed:
+                    q = tried
+                    break
+        return q
+
+    @property
+    def _follower(self) -> str:
+        """The first coordinate that has no law; the first of all where each has one."""
+        return next((name for name in self.scene.coordinates if name not in self.given), self.scene.coordinates[0])
+
+    def _told(self, q: Array) -> str:
+        """Return, as an argument, where coordinates without a law are."""
+        at = zip(self.scene.coordinates, q.tolist(), strict=True)
+        return argument("start", {name: float(f"{x:.4g}") for name, x in at if name not in self.given})
 
     def velocities(self, t: float, q: Array) -> Array:
         """Return u.
@@ -301,9 +348,9 @@ def followed(
         SimulateError: laws that contradict the rows at the first time, or leave motions undetermined.
     """
     one, numbers = Following(tied, given, laws, quasi), tied.numbers
-    q = one.placed(float(t[0]), guess)
+    q, begun = one.begun(float(t[0]), guess)
     no_equations(numbers, q)
-    notes = one.undetermined(q)
+    notes = (*begun, *one.undetermined(q))
     path = one.integrated(t, q) if one.rolls(q) else None
     rows: list[tuple[Array, Array, Array, float]] = []
     stopped = END

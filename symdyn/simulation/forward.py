@@ -185,7 +185,7 @@ def simulate(
     decision changes, such as which constraints are independent; that is reported.
 
     A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` has the
-    reason; without `say`, a RuntimeWarning reports that a run could not go on.
+    reason; without `say`, a RuntimeWarning reports that a run could not go on, or that it takes more than a minute.
 
     >>> import symdyn
     >>> run = symdyn.simulate(symdyn.example("cart_pole"), forces="F=0.5*cos(t)", until=2)
@@ -256,7 +256,7 @@ def simulate(
             projection,
             beyond_doubles(scene, initial, len(x)) if choice.method.beyond_doubles else None,
         )
-        return integrated(asked, choice.method, progress, say), asked, others
+        return integrated(asked, choice.method, progress, say or _warn), asked, others
 
     made, asked, others = attempt(choice)
     if choice.otherwise is not None and made.stopped not in (END, STOPPED, INTERRUPTED):
@@ -280,8 +280,15 @@ def simulate(
         dense=DenseOutput(made, asked, between, reported),
     )  # fmt: skip
     if say is None and not found.complete and found.stopped != INTERRUPTED:
-        warnings.warn(f"{scene.name}: {found.stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+        warnings.warn(
+            f"{scene.name}: {found.stopped}; rows until t = {found.t[-1]:g} s are kept", RuntimeWarning, stacklevel=3
+        )
     return found
+
+
+def _warn(line: str) -> None:
+    """Warn, where nobody listens, of a run that takes long."""
+    warnings.warn(line, RuntimeWarning, stacklevel=7)  # at the call of simulate
 
 
 def check_start(system: StateEquations, x: Array) -> None:

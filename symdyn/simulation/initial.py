@@ -19,6 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array, Floats, constants
+from symdyn.arguments import argument
 from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError, suggestion
@@ -255,6 +256,9 @@ def _position(
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     units = SceneUnits(scene).letters
     for name, text in by_name(start, "start", faults).items():
+        if name in scene.velocities and name not in scene.coordinates:
+            faults.add("start", f"{name} is a velocity; give it by {argument('start_rates', {name: text})}")
+            continue
         k = _index(name, scene.coordinates, "start", faults)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
         if k is not None and formula is not None and value is not None:

@@ -297,6 +297,8 @@ def shape(task: Task) -> str:
         return "a force is a table"
     if forces.functions or forces.fed:
         return "a force is a function"
+    if task.feedback is not None:
+        return "a controller acts that is more than gains"
     columns = {name for one in task.insides for name in one.symbols if name in LETTERS.columns and name not in ENERGIES}
     if columns:
         return f"{', '.join(sorted(columns))} is known of whole runs"

@@ -289,6 +289,7 @@ def figure(
     names: Names = (),
     axes: Axes | Sequence[Axes] | None = None,
     width: float | str | None = None,
+    x: str | None = None,
 ) -> Figure:
     """Return a plot as a figure of matplotlib, which a notebook shows; arguments as of `Trajectory.plot`.
 
@@ -296,16 +297,16 @@ def figure(
         SimulateError: matplotlib is not installed, no such width, or another number of axes than of panels.
         UnknownNameError: a name that chooses nothing.
     """
-    parts = panels(trajectory, names)
+    parts, over = panels(trajectory, names), None if x is None else panels(trajectory, [x])[0].curves[0]
     check_plot()
     if axes is None:
         count = len(trajectory.t) * sum(len(part.curves) for part in parts)
-        return _plot(trajectory, parts, size_of(width)).figure(count)
+        return _plot(trajectory, parts, size_of(width), over).figure(count)
     given: list[Any] = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
     if len(given) != len(parts) or not all(hasattr(one, "plot") for one in given):
         titles = "; ".join(part.title for part in parts)
         raise SimulateError(f"axes: give axes of matplotlib, one for each of {len(parts)} panels: {titles}")
-    _fill(given, trajectory, parts)
+    _fill(given, trajectory, parts, over=over)
     found: Figure = given[0].figure
     return found
 
@@ -315,7 +316,7 @@ def draw(trajectory: Trajectory, kind: str, names: Names = (), width: float | st
     return _plot(trajectory, panels(trajectory, names), size_of(width)).picture(kind)
 
 
-def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize) -> FilledFigure:
+def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize, over: Curve | None = None) -> FilledFigure:
     """Return the panels of a run, one below the other."""
     lines = [min(len(part.curves), MOST_LINES) * size.headed for part in parts]
     heights = [max(size.height, 0.3 + size.letters / 48 * count) for count in lines]  # of legends beside them
@@ -323,29 +324,37 @@ def _plot(trajectory: Trajectory, parts: Sequence[Panel], size: PlotSize) -> Fil
     def fill(figure: Any) -> None:
         ratios = {"height_ratios": heights}
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False, gridspec_kw=ratios)[:, 0]
-        _fill(axes, trajectory, parts, size.headed, size.letters / 9.0)
+        _fill(axes, trajectory, parts, size.headed, size.letters / 9.0, over)
 
     height = max(2.2 if size.headed else 0.0, 0.4 + sum(heights))
     return FilledFigure(trajectory.scene.name, (size.width, height), fill, size.letters, size.headed)
 
 
 def _fill(
-    axes: Sequence[Any], trajectory: Trajectory, parts: Sequence[Panel], beside: bool = False, line: float = 1.0
+    axes: Sequence[Any],
+    trajectory: Trajectory,
+    parts: Sequence[Panel],
+    beside: bool = False,
+    line: float = 1.0,
+    over: Curve | None = None,
 ) -> None:
-    """Draw panels into axes, what curves are called inside or beside, in lines of a width, points."""
+    """Draw panels over t, or a curve, what curves are called inside or beside, in lines of a width, points."""
+    along = trajectory.t if over is None else over.values
     for axis, part in zip(axes, parts, strict=True):
         for one in part.curves[:MOST_LINES]:
-            style = "steps-post" if one.column.name in trajectory.held else "default"
-            axis.plot(trajectory.t, one.values, label=_label(one, part.mixed), linewidth=line, drawstyle=style)
+            style = "steps-post" if one.column.name in trajectory.held and over is None else "default"
+            axis.plot(along, one.values, label=_label(one, part.mixed), linewidth=line, drawstyle=style)
         more = len(part.curves) - MOST_LINES
         title = part.title + (f" (and {more} more)" if more > 0 else "")
         axis.set_title(title, loc="left", fontsize="medium").set_parse_math(False)  # a unit is a stranger's text
         axis.grid(alpha=0.3)
         outside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "frameon": False}
         axis.legend(**(outside if beside else {"loc": "best", "framealpha": 0.7}), fontsize="medium")
-        for event in trajectory.events:
+        for event in trajectory.events if over is None else ():
             axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
-    if parts:
+    if parts and over is not None:
+        axes[-1].set_xlabel(_label(over, mixed=True))
+    elif parts:
         axes[-1].set_xlabel("$t$, s" if trajectory.columns[0].unit else "$t$")
 
 

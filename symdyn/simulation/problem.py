@@ -14,7 +14,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import SympyExpression, check_arguments, native
+from symdyn.arguments import SympyExpression, check_arguments, native, suggesting
 from symdyn.errors import SimulateError, suggestion
 from symdyn.scene import Quantity, Scene, scene_of
 from symdyn.scene.values import Faults, formula_text
@@ -30,6 +30,7 @@ SMALLEST = 1e-300
 """The smallest absolute tolerance that means anything."""
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Problem(Suggesting):
     """What is asked of a mechanism, for calls that share it: each takes one in place of the scene and of these fields.

@@ -27,7 +27,7 @@ from symdyn.graph import Expr, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.runtime import load_program
-from symdyn.scene import Quantity, Scene, SceneUnits, bind
+from symdyn.scene import Quantity, Scene, SceneUnits, bind, parse
 from symdyn.scene.values import Faults, velocity_name
 from symdyn.simulation import lockstep
 from symdyn.simulation.ensemble_task import (
@@ -41,6 +41,8 @@ from symdyn.simulation.ensemble_task import (
     one_after_other,
     replaced,
 )
+from symdyn.simulation.equations.controller import Feedback, placed, read_feedback
+from symdyn.simulation.equations.linear_feedback import Gains
 from symdyn.simulation.forward import LARGEST
 from symdyn.simulation.initial import by_name
 from symdyn.simulation.integrate import METHODS
@@ -189,6 +191,7 @@ def read_task(
     measures: str | Measure | Sequence[str | Measure | SympyExpression],
     samples: bool = False,
     workers: int | None = None,
+    feedback: object = None,
 ) -> Task:
     """Return the runs that are asked for, and how they will be run; arguments as of `symdyn.ensemble`.
 
@@ -201,6 +204,7 @@ def read_task(
     faults = Faults("")
     lanes = read_lanes(problem, start, start_rates, values, faults)
     given = faults.taken(lambda: replace(problem, scene=lanes.scene).driving, Forces())
+    given, controller = faults.taken(lambda: with_feedback(lanes.scene, given, feedback, run.until), (given, None))
     read = faults.taken(lambda: read_measures(lanes.scene, texts, faults), ())
     _, times = faults.taken(lambda: run.checked(lanes.scene), ((), np.zeros(1)))
     if workers is not None and workers < 1:
@@ -214,6 +218,7 @@ def read_task(
     task = Task(
         lanes, given, times, run.every, read, tuple(map(str, run.stops)), relative, absolute,
         None if run.method is None else run.method.lower(), samples, run.ignore_limits, ONE_BY_ONE,
+        feedback=controller,
     )  # fmt: skip
     mode, why = choose(task)
     tolerance = f"tolerance {relative:g}" if relative == absolute else f"tolerances {relative:g}, {absolute:g}"
@@ -228,6 +233,27 @@ def read_task(
         *held(lanes.scene, given, run.until),
     )
     return replace(task, mode=mode, notes=notes)
+
+
+def with_feedback(scene: Scene, forces: Forces, feedback: object, until: float) -> tuple[Forces, Feedback | None]:
+    """Return forces of a controller that is nothing but gains with what acts beside it, or else the controller.
+
+    Raises:
+        SimulateError: with every fault of the controller.
+    """
+    if feedback is None:
+        return forces, None
+    found = read_feedback(scene, feedback)
+    at = placed(scene, found, until)
+    formulas = found.law.formulas if isinstance(found.law, Gains) and not found.given.keys() - {"inputs"} else None
+    if (
+        formulas is None
+        or forces.functions
+        or {*forces.outside, *(k for k in at.places if k in forces.formulas)} & {*at.places}
+    ):
+        return forces, found
+    own = dict(zip(at.places, map(parse, formulas.values()), strict=True))
+    return replace(forces, formulas={**forces.formulas, **own}), None
 
 
 def choose(task: Task) -> tuple[RunMode, str]:

@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
@@ -300,12 +300,12 @@ class Trajectory(Shown):
             "monitors": dict(self.monitors),
         }
 
-    @suggesting
     def plot(
         self,
         *names: str | Sequence[str | Sequence[str]],
         axes: Axes | Sequence[Axes] | None = None,
         width: float | str | None = None,
+        x: str | None = None,
     ) -> Figure:
         """Return a figure of matplotlib, which a notebook shows and whose axes are yours to change.
 
@@ -316,6 +316,7 @@ class Trajectory(Shown):
             axes: of a figure of yours, as many as panels, to draw into; its figure is returned.
             width: "column" of a paper, 3.3 in, with small letters and without a heading; "slide", 11 in, with large
                 ones; or inches. Usually 8.
+            x: the column that all are drawn over, such as the angle of a crank; None is t.
 
         Raises:
             UnknownNameError: there is no such column.
@@ -325,9 +326,8 @@ class Trajectory(Shown):
         from symdyn.simulation.panels import figure
 
         each = [one for some in names for one in ([some] if isinstance(some, str) else some)]
-        return figure(self, each, axes, width)
+        return figure(self, each, axes, width, x)
 
-    @suggesting
     def save_plot(
         self, file: str | Path, names: Sequence[str | Sequence[str]] = (), width: float | str | None = None
     ) -> None:
@@ -353,7 +353,6 @@ class Trajectory(Shown):
 
         return draw(self, kind)
 
-    @suggesting
     def animate(self, fps: float = 30.0, loop: bool = True) -> str:
         """Return the mechanism as it moves, a page that a notebook shows; all as of `symdyn.animation`.
 
@@ -364,7 +363,6 @@ class Trajectory(Shown):
 
         return animation(self, fps=fps, loop=loop)
 
-    @suggesting
     def film(
         self,
         file: str | Path,

@@ -6,7 +6,7 @@ import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
@@ -20,7 +20,7 @@ from symdyn.arguments import SympyExpression, native, with_fields
 from symdyn.errors import SimulateError, SymdynError, spoken
 from symdyn.scene import Scene, SceneLike, bind
 from symdyn.scene.values import Faults, Parameter
-from symdyn.simulation import Forces, Measure, Problem, Run, RunBlock, read_task
+from symdyn.simulation import Forces, Measure, Problem, Run, RunBlock, read_feedback, read_task
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
@@ -40,6 +40,7 @@ def ensemble(
     values: Mapping[str, Any] | str | None = None,
     measures: str | Measure | Sequence[str | Measure | SympyExpression] = (),
     samples: bool = False,
+    feedback: object = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
@@ -68,6 +69,8 @@ def ensemble(
         values: likewise by parameter, without symbols.
         measures: formulas of statistics over a run's samples, such as "max(abs(q1)) - end(q2)", see `FOLDS`.
         samples: whether to keep the states at the samples.
+        feedback: a controller of all runs, as for `simulate`; its noise is the same in each. Gains alone are formulas
+            of forces, and as fast; with others `simulate` makes the runs.
         workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
         progress: called with the share that is done.
         say: called with lines for the user.
@@ -81,7 +84,7 @@ def ensemble(
     """
     problem, run = Problem.requested(ensemble, locals(), "start", "start_rates", "values")
     (samples,), began = native(bool, samples), time.perf_counter()
-    task = read_task(problem, run, start, start_rates, values, measures, samples, workers)
+    task = read_task(problem, run, start, start_rates, values, measures, samples, workers, feedback)
     found, wall = task.run(workers, progress, say)
     preparing = time.perf_counter() - began - wall
     bound, varied = task.scene, task.lanes.varied
@@ -120,6 +123,7 @@ def runs_job(
     run: Run,
     over: Over,
     measure: str | Sequence[str],
+    feedback: object,
     design: str | None,
     count: int | None,
     seed: int,
@@ -166,12 +170,13 @@ def runs_job(
     problem, read = replace(problem, scene=scene, forces=forces), Forces()
     if not scene.free_parameters or not faults.lines:
         read, _, _, _ = problem.posed(run, faults)
+    feedback = None if feedback is None else faults.taken(lambda: read_feedback(scene, feedback), None)
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     assert planned is not None, "what is missing is a fault"
-    plain = {"until": run.until, **given, "forces": _said(forces), **vars(run)}
+    plain = {"until": run.until, **given, "forces": _said(forces), "feedback": _law_said(feedback), **vars(run)}
     told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
-    asked = {**given, "forces": read, "run": run, "varied": parts}
+    asked = {**given, "forces": read, "feedback": feedback, "run": run, "varied": parts}
     return Job("runs", block, scene, planned, measures, asked, told, size or usual_block(planned.count))
 
 
@@ -207,6 +212,16 @@ def _said(forces: Entries) -> str:
     if isinstance(forces, Mapping):
         return "; ".join(f"{name}={_text(one)}" for name, one in forces.items())
     return "; ".join(map(_text, forces)) if isinstance(forces, Sequence) else _text(forces)
+
+
+def _law_said(feedback: Any) -> str:
+    """Return what decides a controller, as text: its settings, and the numbers of its law; of a function its name."""
+    if feedback is None:
+        return ""
+    law = feedback.law
+    parts = {} if not is_dataclass(law) else {one.name: getattr(law, one.name) for one in fields(law)}
+    numbers = {name: one.tolist() if isinstance(one, np.ndarray) else one for name, one in parts.items()}
+    return repr({**(numbers or {"law": _text(law)}), **feedback.given, "scene": ""})
 
 
 def _text(one: Any) -> str:
@@ -271,7 +286,8 @@ def _together(job: Job, values: Array) -> tuple[RunBlock, dict[str, Array]]:
     }
     problem, formulas = Problem(job.scene, asked["forces"]), [one.formula for one in job.measures]
     task = read_task(
-        problem, asked["run"], parts["start"], parts["start_rates"], parts["values"], formulas, workers=job.threads
-    )
+        problem, asked["run"], parts["start"], parts["start_rates"], parts["values"], formulas, workers=job.threads,
+        feedback=asked["feedback"],
+    )  # fmt: skip
     found, _ = task.run(job.threads)
     return found, task.measured(found)

@@ -272,6 +272,7 @@ def sweep(
     over: Over = (),
     measure: str | Sequence[str | SympyExpression] = (),
     *,
+    feedback: object = None,
     design: str | None = None,
     count: int | None = None,
     seed: int = 0,
@@ -302,6 +303,7 @@ def sweep(
             `symdyn.study.distributions`), or lists by name.
         measure: kept of a run: formulas of max, min, mean, rms, end, ... as "max(abs(tau2))"; "NAME=FORMULA" names one.
         **fields: of `Problem` and `Run`, the same for every run.
+        feedback: a controller of all runs, as for `simulate`: gains found at one value, say, at all of them.
         design: which values meet; None takes a grid of lists, random draws of distributions. A key of `DESIGNS`.
         count: how many runs are drawn; None for 1000.
         seed: of what is drawn.
@@ -337,11 +339,11 @@ def sweep(
     if function is not None or at is not None:
         unsaid = {name for name, one in fields.items() if one is None or one is False or _is_empty(one)}
         of_runs = [name for name in fields if name in vars(run) and name not in unsaid]
-        for name in (*problem.given, *of_runs):
+        for name in (*problem.given, *of_runs, *(() if feedback is None else ("feedback",))):
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
         job = places_job(problem.scene, function or USUAL, at, over, measure, design, count, seed, block, faults)
         return made(job, path, block is not None, scheduler, workers, progress, say)
-    job = runs_job(problem, run, over, measure, design, count, seed, block, faults)
+    job = runs_job(problem, run, over, measure, feedback, design, count, seed, block, faults)
     return made(job, path, block is not None, scheduler, workers, progress, say)
 
 

@@ -322,10 +322,14 @@ def collocation(
     known_names("free", free, values, faults)
     span = _span(until, faults)
     state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_names)
+    inputs = ", ".join(one.name for one in declared.inputs)
+    held = f"and no inputs, {inputs}: they keep their values; what is to be found are drives" if inputs else ""
     formulas = {
-        "path": _formulas(scene, tuple(path or ()), state, "path", faults),
-        "running": _formulas(scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene)), "cost", faults),
-        "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults),
+        "path": _formulas(scene, tuple(path or ()), state, "path", faults, held),
+        "running": _formulas(
+            scene, (formula_text(cost),) if cost else (), (*state, *_drives(scene)), "cost", faults, held
+        ),
+        "final": _formulas(scene, (formula_text(final_cost),) if final_cost else (), state, "final cost", faults, held),
     }
     faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
@@ -381,9 +385,9 @@ def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, fl
 
 
 def _formulas(
-    scene: Scene, texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults
+    scene: Scene, texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults, inputs: str
 ) -> tuple[Quantity, ...]:
-    read = [read_formula(text, allowed, where, faults) for text in texts]
+    read = [read_formula(text, allowed, where, faults, lambda _: inputs) for text in texts]
     found = tuple(one for one in read if one is not None)
     for one in found:
         SceneUnits(scene).check(one, where, faults)

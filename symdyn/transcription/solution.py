@@ -34,7 +34,11 @@ from symdyn.unlocked import cached_property
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from symdyn.simulation import Feedback
     from symdyn.transcription.transcribed import Collocation
+
+Weighing = Mapping[str, float] | Sequence[float] | float | Array | None
+"""A weight of states or of drives, as of `lqr`."""
 
 
 @dataclass(frozen=True)
@@ -206,6 +210,28 @@ class Solution(Shown):
         t = self.duration * grid.share[grid.node]
         tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
         return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
+
+    def track(self, Q: Weighing = None, R: Weighing = None, end: Weighing = None) -> Feedback:
+        """Return the controller that follows the motion: forces and gains over time, by the regulator along it.
+
+        >>> import symdyn
+        >>> found = symdyn.collocation(symdyn.example("cart_pole"), until=1, cost="F**2", end={"x": 0.2}).solve()
+        >>> follows = found.track({"x": 10, "theta": 100}, {"F": 0.1})
+        >>> run = symdyn.simulate(found.scene, until=1, start={"theta": 0.05}, feedback=follows)
+        >>> bool(abs(run["x"][-1] - 0.2) < 0.1)
+        True
+
+        Args:
+            Q: weight of states, as of `symdyn.linear.track`.
+            R: of drives.
+            end: of the deviation at the end.
+
+        Raises:
+            LinearizeError: with every fault of the weights.
+        """
+        from symdyn.linear import track  # late: most solutions are not followed
+
+        return track(self.run, Q, R, end)
 
     def simulated(self, **options: Any) -> Trajectory:
         """Return the motion that the forces give, from the same start; `options` are those of `simulate`.

@@ -19,6 +19,7 @@ who hold the three levels in this way too, with Hermite-Simpson collocation.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra import Array
-from symdyn.arguments import check_arguments, suggesting
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import ArgumentError, SimulateError, choice, quoted
 from symdyn.scene import Scene
@@ -96,7 +97,6 @@ class Collocation(Shown):
         """The functions of one place, by name."""
         return self.source.locals
 
-    @suggesting
     def solve(
         self,
         guess: Sequence[float] | Array | None = None,
@@ -125,7 +125,11 @@ class Collocation(Shown):
         check_arguments(Collocation.solve, {"guess": guess, "exact": exact}, SimulateError)
         from symdyn.transcription.ipopt import solve
 
-        return solve(self, guess, exact, starts, seed, options)
+        found = solve(self, guess, exact, starts, seed, options)
+        if not found.success:
+            told = f"{self.scene.name}: no solution was found: {found.status}; it misses bounds or equations by"
+            warnings.warn(f"{told} {found.violation:.2g}", RuntimeWarning, stacklevel=3)
+        return found
 
     # Values
 

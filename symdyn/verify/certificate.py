@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, native, walked
+from symdyn.arguments import check_arguments, native, suggesting, walked
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import Sources
@@ -246,6 +246,7 @@ def _of_blocks(one: Blocks) -> Judged:
 
 
 @growing()
+@suggesting
 def certify(
     scene: SceneLike,
     outputs: Sequence[str] | None = None,

@@ -18,6 +18,7 @@ from itertools import combinations, product
 from typing import Any
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
+from symdyn.arguments import suggesting
 from symdyn.dynamics.closed_forms.coefficient_key import (
     MOST_TERMS,
     ClosedLoads,
@@ -148,6 +149,7 @@ class ClosedForm(Shown):
         return Compactor(self.ring, self.parallel)
 
 
+@suggesting
 def closed_form(scene: SceneLike) -> ClosedForm:
     """Return the closed forms of a scene.
 

@@ -25,7 +25,7 @@ from symdyn.emit.print.written_page import (
     text_definitions,
     text_page,
 )
-from symdyn.errors import EmitError, choice
+from symdyn.errors import EmitError, choice, quoted
 from symdyn.rounding import requested_digits
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import Shown
@@ -186,12 +186,14 @@ class EquationsOfMotion(Shown):
 
     Attributes:
         scene: the mechanism.
+        formulation: how they are derived and written: "lagrange", in closed form, or another that is printed.
         choices: what can be printed, by argument of `printed_text`.
     """
 
     choices: ClassVar[Mapping[str, tuple[str, ...]]] = CHOICES
 
     scene: Scene
+    formulation: str = "lagrange"
 
     def __repr__(self) -> str:
         return f"<EquationsOfMotion of {self.scene.name}: .latex(), .text(), .sympy()>"
@@ -225,7 +227,7 @@ class EquationsOfMotion(Shown):
         \end{align*}
         """
         check_arguments(EquationsOfMotion.latex, locals(), EmitError)
-        return equations_text(self.closed, "latex", group, angles, document)
+        return self._printed("latex", group, angles, document)
 
     def text(self, group: str = "equations", angles: str = "long") -> str:
         """Return the equations in plain text, which `symdyn.scene.parse` reads back; the rest as for `latex`.
@@ -235,7 +237,13 @@ class EquationsOfMotion(Shown):
         m*l**2*q1_ddot + m*l*g*sin(q1) = tau1 - b*q1_dot
         """
         check_arguments(EquationsOfMotion.text, locals(), EmitError)
-        return equations_text(self.closed, "text", group, angles)
+        return self._printed("text", group, angles)
+
+    def _printed(self, format: str, *how: Any) -> str:
+        if self.formulation == "lagrange":
+            return equations_text(self.closed, format, *how)
+        group, angles, document = (*how, False)[:3]
+        return printed_text(self.scene, format, group, angles, document, self.formulation)
 
     def sympy(self, dynamic: bool = False) -> SympyEquations:
         """Return the equations as matrices and symbols of SymPy, numbers exact.
@@ -254,6 +262,8 @@ class EquationsOfMotion(Shown):
         (h2**2*m2, g*h2*m2*sin(q1 + q2))
         """
         check_arguments(EquationsOfMotion.sympy, locals(), EmitError)
+        if self.formulation != "lagrange":
+            raise EmitError(f"the equations of {self.formulation} are printed, by .latex() or .text(); leave it out")
         return sympy_equations(self.page, dynamic)
 
     def subs(self, *given: Any) -> SympyEquations:
@@ -274,19 +284,24 @@ class EquationsOfMotion(Shown):
 
 
 @suggesting
-def equations(scene: SceneLike) -> EquationsOfMotion:
+def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMotion:
     """Return the equations of motion of a scene: `.latex()`, `.text()`, `.sympy()`, `.state_space()`.
 
     A notebook shows them.
 
     Args:
         scene: a scene, a path or an open file.
+        formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane" and "gibbs-appell" print them.
 
     Raises:
         SceneError: the file has faults.
+        EmitError: there is no such formulation.
 
     >>> import symdyn
     >>> symdyn.equations(symdyn.example("pendulum")).sympy().M
     Matrix([[l**2*m]])
     """
-    return EquationsOfMotion(scene_of(scene))
+    check_arguments(equations, locals(), EmitError)
+    if formulation not in FORMULATIONS:
+        raise EmitError(f"there is no formulation {quoted(formulation)}; {choice(formulation, FORMULATIONS)}")
+    return EquationsOfMotion(scene_of(scene), formulation)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
 from symdyn.errors import BuildError, EmitError, MissingProgram, choice
@@ -51,6 +51,7 @@ BACKENDS: dict[str, Backend] = {
 }
 
 
+@suggesting
 def load(
     scene: SceneLike,
     functions: str | Sequence[str] | None = None,

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from math import comb, pi
 from typing import Literal
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, suggesting
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, End, Ends, as_keys
@@ -170,6 +170,7 @@ SPRING = ForceKind(
 )
 
 
+@suggesting
 def spring(
     name: str,
     *,
@@ -261,6 +262,7 @@ DAMPER = ForceKind(
 )
 
 
+@suggesting
 def damper(
     name: str,
     *,
@@ -417,6 +419,7 @@ LOAD = ForceKind(
 )
 
 
+@suggesting
 def load(
     name: str,
     *,

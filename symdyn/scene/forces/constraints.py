@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+from symdyn.arguments import suggesting
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.forces.attachments import AtBody, OnPlane
@@ -206,6 +207,7 @@ ROLLING = ForceKind(
 )
 
 
+@suggesting
 def knife_edge(
     name: str,
     *,
@@ -223,6 +225,7 @@ def knife_edge(
     return entry("constraints", type="knife_edge", **locals())
 
 
+@suggesting
 def rolling(
     name: str,
     *,
@@ -370,6 +373,7 @@ FORMULA = ForceKind(
 )
 
 
+@suggesting
 def constraint(name: str, formula: str | Quantity, *, acts_in: Literal["joints"] | None = None) -> Entry:
     """Declare a constraint on velocities: a formula, linear in them, that vanishes.
 

@@ -247,8 +247,9 @@ def impossible(matrix: Matrix) -> str | None:
     if small < 0 and -small >= PLAINLY * short:
         return f"of its {kind} {shown}, {names[0]} is negative (it must be positive semidefinite)"
     part = f"{100 * short / large:.3g} %" if short > ROUNDING * large else "less than 1e-10 %"
+    flat = ", and a flat body has [J/2, J/2, J]" if small == middle == 0 else ""
     broken = f"break the triangle inequality {names[0]} + {names[1]} >= {names[2]} by {part}"
-    return f"its {kind} {shown} {broken} ({names[0]} + {names[1]} = {_short(small + middle)})"
+    return f"its {kind} {shown} {broken} ({names[0]} + {names[1]} = {_short(small + middle)}){flat}"
 
 
 def _is_plain(m: Matrix) -> bool:

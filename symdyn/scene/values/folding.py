@@ -337,3 +337,19 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
         return replace(quantity, args=tuple(args))
     operation = _FOLDED.get(quantity.op)
     return operation(*args) if operation else function(quantity.op, *args)
+
+
+INSTEAD = {
+    **dict.fromkeys(("step", "heaviside", "u", "unit_step", "stepfun"), "write if(t > 1, 1, 0)"),
+    **dict.fromkeys(("pulse", "rect", "rectpuls"), "write if(t > 1 and t < 2, 1, 0)"),
+    **dict.fromkeys(("where", "piecewise", "ifelse", "iif", "select", "switch"), "write if(x > y, a, b)"),
+    **dict.fromkeys(("clip", "sat", "saturate", "saturation", "limit"), "write max(-1, min(x, 1))"),
+    **{
+        "ramp": "write max(t - 1, 0)",
+        "pow": "write x**y",
+        "power": "write x**y",
+        "deg2rad": "write x deg",
+        "radians": "write x deg",
+    },
+}
+"""What is written in place of functions that others have, for errors alone."""

@@ -35,7 +35,7 @@ from symdyn.arguments import is_sympy
 from symdyn.errors import nearest, quoted
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, UNARY_FUNCTIONS
+from symdyn.scene.values.folding import COMPARISONS, COMPOSED, CONSTANTS, EXTREMES, INSTEAD, UNARY_FUNCTIONS
 from symdyn.scene.values.grammar import CLOCK, FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si
@@ -61,6 +61,7 @@ HINTS: Mapping[type[ast.AST], str] = {
     ast.Mod: "% is not known",
     ast.MatMult: "@ is not known",
     ast.Compare: "a comparison is not a number; write if(x > y, a, b)",
+    ast.IfExp: "a choice is a function; write if(x > y, a, b)",
     ast.BoolOp: "a condition is not a number; write if(x > 0 and y > 0, a, b)",
     ast.Attribute: "a dot may stand inside a number only",
     ast.Tuple: "a comma may stand between arguments only, as in atan2(y, x); write decimals with a point",
@@ -356,7 +357,7 @@ class _Reader:
         if name not in UNARY_FUNCTIONS and name not in COMPOSED and name not in EXTREMES:
             near = nearest(name, FORMULA_NAMES)
             meant = f"did you mean {near}?" if near else "write * for a product"
-            raise FormulaError(f"the function {name} is not known; {meant}")
+            raise FormulaError(f"the function {name} is not known; {INSTEAD.get(name.lower(), meant)}")
         wanted, many = COMPOSED[name].arguments if name in COMPOSED else 1, name in EXTREMES
         if node.keywords or (len(node.args) < 2 if many else len(node.args) != wanted):
             raise FormulaError(f"{name} takes {'2 or more' if many else wanted} argument{'s' * (many or wanted > 1)}")

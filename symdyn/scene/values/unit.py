@@ -204,7 +204,9 @@ class Unit:
             number: the value as it was written, for the two readings of cycles.
         """
         if self.dimension != unit.dimension:
-            return f"is in {self.text}, and {unit.text} is asked for"
+            told = f"is in {self.text}, and {unit.text} is asked for"
+            in_time = re.search(r"\bt\b", self.text) and not re.search(r"\bt\b", unit.text)
+            return f"{told}; a unit stands behind a number alone: in a formula write SI" if in_time else told
         if self.cycles == unit.cycles or unit.dimension == NUMBER:
             return None
         count = number or "3"

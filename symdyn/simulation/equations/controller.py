@@ -20,21 +20,23 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.arguments import argument, check_arguments
+from symdyn.arguments import argument, check_arguments, suggesting
 from symdyn.errors import SimulateError, quoted
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, ask_for_units
+from symdyn.scene.values import Faults, ask_for_units, velocity_name
 from symdyn.shown import Shown
-from symdyn.simulation.equations.linear_feedback import Gains, gains_from, read_gains, state_names
+from symdyn.simulation.equations.linear_feedback import Gains, Schedule, gains_from, read_gains, state_names
 from symdyn.simulation.equations.linear_law import (
     LinearLaw,
     Signals,
+    by_signal,
     matrices_of,
     names_of,
     numbers_by_signal,
 )
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
 
@@ -42,6 +44,7 @@ LARGEST = 1e7
 """Samples of one run at most."""
 
 
+@suggesting
 @dataclass(frozen=True, repr=False)
 class Feedback(Shown):
     """A controller.
@@ -61,12 +64,13 @@ class Feedback(Shown):
             where there is none all inputs.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
-        limits: largest size, or smallest and largest value, by input.
+        limits: largest size, or smallest and largest value, by input; or the size, where there is one input.
         initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
         measures: what a linear system measures: names or formulas of coordinates, velocities, points and outputs; ()
             are the names of its own inputs, else outputs of the scene, or coordinates, if they are as many.
         reference: what each measured signal is to be, by its name: a number, or a formula in t and in what can be
-            measured; one for all where there is one signal; else where the system was found.
+            measured; one for all where there is one signal; else where the system was found. Of gains, where
+            coordinates and velocities are to be: numbers, or formulas or functions of t, whose rates are led too.
         noise: standard deviation of what is added to a measured signal at every sample, by its name; of a function or
             gains coordinates and velocities are measured. Normal, independent from sample to sample.
         seed: of the noise; the same, the same run.
@@ -77,7 +81,7 @@ class Feedback(Shown):
     inputs: Sequence[str] = ()
     period: float | None = None
     delay: float = 0.0
-    limits: Mapping[str, float | Sequence[float]] = field(default_factory=dict)
+    limits: Mapping[str, float | Sequence[float]] | float = field(default_factory=dict)
     initial: Sequence[float] = ()
     measures: Sequence[str] = ()
     reference: Mapping[str, object] | str | float | None = None
@@ -138,16 +142,54 @@ class Placed:
 
 
 def read_feedback(scene: Scene, what: object) -> Feedback:
-    """Return the controller that something says, whose law is a function, `Gains` or a `LinearLaw`.
+    """Return the controller that something says, whose law is a function, `Gains`, a `Schedule` or a `LinearLaw`.
 
     Raises:
         SimulateError: with every fault, one line each; or it is no controller.
     """
+    found = _read(scene, what)
+    if found.reference is None or not isinstance(found.law, Gains | Schedule):
+        return found
+    return replace(found, law=_led(scene, found.law, found.reference), reference=None)
+
+
+def _led(scene: Scene, law: Gains | Schedule, reference: object) -> Gains | Schedule:
+    """Return gains about another place: x0 by coordinate and velocity, numbers, or formulas or functions of t."""
+    faults, places = Faults("feedback: reference"), (*scene.coordinates, *scene.velocities)
+    values, units = parameter_values(scene), SceneUnits(scene).letters
+    laws, still = dict[int, MotionLaw](), dict[int, float]()
+    for name, one in by_signal(reference, places, "", faults).items():
+        k = places.index(name)
+        if callable(one) or isinstance(one, str):
+            led = read_function(one, name, faults) if callable(one) else read_law(
+                one, values, name, faults, units.get(name, "")
+            )  # fmt: skip
+            laws |= {} if led is None else {k: led}
+        else:
+            still |= {places.index(key): x for key, x in numbers_by_signal({name: one}, places, "", faults).items()}
+    faults.close(SimulateError)
+    rates = {k: places.index(rate) for k in laws if (rate := velocity_name(places[k])) in scene.velocities}
+
+    def at(t: float) -> Gains:
+        gains = law if isinstance(law, Gains) else law.at(t)
+        x = np.hstack([gains.q0, gains.u0])
+        told = {k: one(t) for k, one in laws.items()}
+        for k, rate in rates.items():
+            x[rate] = told[k][1]
+        for k, x0 in (*still.items(), *((k, float(one[0])) for k, one in told.items())):
+            x[k] = x0
+        return replace(gains, q0=x[: len(gains.q0)], u0=x[len(gains.q0) :])
+
+    return at(0.0) if isinstance(law, Gains) and not laws else Schedule(at, law.inputs)
+
+
+def _read(scene: Scene, what: object) -> Feedback:
+    """Return the controller that something says, its reference as it was given; errors as of `read_feedback`."""
     asked = what if isinstance(what, Feedback) else Feedback(what)
     law, given, faults = asked.law, asked.given, Faults("feedback")
     if isinstance(law, Feedback):
         return _with_settings(read_feedback(scene, law), asked)
-    if isinstance(law, Gains):
+    if isinstance(law, Gains | Schedule):
         return replace(Feedback(law, law.inputs), **given)
     if isinstance(law, (str, Path)):
         gains, more = read_gains(scene, Path(law))
@@ -165,6 +207,11 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
         if not isinstance(found := made(), Feedback):
             raise SimulateError(f"feedback: feedback() of {quoted(law)} returned {quoted(found)}, which is no Feedback")
         return _with_settings(read_feedback(scene, found), asked)
+    if isinstance(law, (list, tuple)) and any(callable(one) or isinstance(one, Feedback) for one in law):
+        raise SimulateError(
+            f"feedback: these are {len(law)} controllers, and a run has one; join them: a function of (t, q, u) for "
+            "all inputs, or one system by interconnect of python-control"
+        )
     if hasattr(law, "__array__") or isinstance(law, (list, tuple)):
         inputs = asked.inputs or driven(scene)
         K = np.atleast_2d(np.asarray(law, dtype=object))
@@ -174,6 +221,11 @@ def read_feedback(scene: Scene, what: object) -> Feedback:
         raise SimulateError(
             f"feedback: {quoted(law)} is no controller; give a function of (t, q, u), a matrix K, gains or a .json "
             "file of them, a regulator, a linear system, or a Feedback of one"
+        )
+    if not isinstance(law, Gains) and (takes := required_arguments(law)) not in (3, None):
+        raise SimulateError(
+            f"feedback: the function takes {takes} argument{'s' * (takes != 1)}; a controller is a function of "
+            "(t, q, u): time, coordinates and velocities"
         )
     return asked
 
@@ -256,7 +308,9 @@ def _signals(scene: Scene, feedback: Feedback, names: Sequence[str], faults: Fau
     law, measures = feedback.law, tuple(feedback.measures)
     if not isinstance(law, LinearLaw):
         for name in feedback.given.keys() & {"measures", "reference"}:
-            faults.add(f"feedback: {name}", "is of linear systems; a function or gains are told the whole state")
+            faults.add(
+                f"feedback: {name}", "is of linear systems; a function is told the whole state, and so are gains"
+            )
         return None
     if law.D.shape != (len(names), len(measures)):
         made, told = law.D.shape
@@ -300,10 +354,12 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
-    if not isinstance(feedback.limits, Mapping):
-        faults.add("feedback: limits", f"{feedback.limits!r} is no table of sizes by input, such as {{'F': 5}}")
+    limits = {names[0]: feedback.limits} if isinstance(feedback.limits, Real) and len(names) == 1 else feedback.limits
+    if not isinstance(limits, Mapping):
+        told = f"{{{', '.join(f'{name!r}: 5' for name in names)}}}"
+        faults.add("feedback: limits", f"{limits!r} is no table of sizes by input, such as {told}")
         return found
-    for name, limit in feedback.limits.items():
+    for name, limit in limits.items():
         where = f"feedback: limits: {name}"
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")

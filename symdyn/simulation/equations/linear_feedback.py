@@ -6,7 +6,8 @@ K has a row an input and a column a state. A state is a coordinate or a velocity
 rate of a coordinate, as of a ball or a free body, differences of coordinates are no vector: x - x0 is then the
 difference on the group, the rotation vector of R0ᵀ R and R0ᵀ (p - p0), in the axes of the moved frame at x0. Such a
 state is called `along VELOCITY`, as in linearisations. x0 names coordinates and velocities; what it does not name is 0,
-a rotation none. `period`, `delay` and `limits` may stand beside, as a `Feedback` has them.
+a rotation none. `period`, `delay` and `limits` may stand beside, as a `Feedback` has them. With "t", rising times in s,
+K has a matrix a time, and each number of x0 and u0 may be a list: they are interpolated, and held before and behind.
 
 Reference: Bullo and Murray, Tracking for fully actuated mechanical systems, Automatica 35 (1999) 17, error functions.
 """
@@ -14,8 +15,8 @@ Reference: Bullo and Murray, Tracking for fully actuated mechanical systems, Aut
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,7 @@ from symdyn.unlocked import cached_property
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-NEEDED, ALLOWED = ("K", "states", "inputs"), ("K", "states", "inputs", "x0", "u0", "period", "delay", "limits")
+NEEDED, ALLOWED = ("K", "states", "inputs"), ("K", "states", "inputs", "x0", "u0", "t", "period", "delay", "limits")
 
 ALONG = "along "
 """Begins the name of a position that is a displacement along a velocity."""
@@ -64,6 +65,19 @@ class Gains:
     q0: Array = field(repr=False)
     u0: Array = field(repr=False)
     initial: tuple[float, ...]
+
+    @property
+    def formulas(self) -> dict[str, str] | None:
+        """The forces as formulas in coordinates and velocities, by input; None where states are no differences."""
+        names = [*self.scene.coordinates, *self.scene.velocities]
+        if not set(self.states) <= set(names):
+            return None
+        x0 = dict(zip(names, [*self.q0.tolist(), *self.u0.tolist()], strict=True))
+        rows = [
+            [repr(begin), *(f"({-k!r})*({name} - ({x0[name]!r}))" for k, name in zip(row, self.states, strict=True))]
+            for begin, row in zip(self.initial, self.K.tolist(), strict=True)
+        ]
+        return {name: " + ".join(row) for name, row in zip(self.inputs, rows, strict=True)}
 
     def __call__(self, t: float, q: Array, u: Array) -> Array:
         """Return the forces of the inputs, shape (m,)."""
@@ -100,6 +114,32 @@ class Gains:
         return found
 
 
+@dataclass(frozen=True)
+class Schedule:
+    """Linear feedback whose gains, place or forces change over time.
+
+    Attributes:
+        at: the gains at a time, s.
+        inputs: names of the forces.
+    """
+
+    at: Callable[[float], Gains]
+    inputs: tuple[str, ...]
+
+    @property
+    def initial(self) -> tuple[float, ...]:
+        """Forces at the begin, where x is x0, shape (m,)."""
+        return self.at(0.0).initial
+
+    def __call__(self, t: float, q: Array, u: Array) -> Array:
+        """Return the forces of the inputs, shape (m,)."""
+        return self.at(t)(t, q, u)
+
+    def slope(self, t: float, q: Array, u: Array) -> Array:
+        """Return ∂τ/∂(q, u), shape (m, nq + nv)."""
+        return self.at(t).slope(t, q, u)
+
+
 def state_names(scene: Scene) -> list[str]:
     """Return the names of all positions and velocities that gains may multiply, shape (2 nv,), positions first."""
     names: list[str] = []
@@ -119,7 +159,7 @@ def _parts(scene: Scene) -> list[tuple[slice, slice, bool]]:
     return found
 
 
-def read_gains(scene: Scene, path: Path) -> tuple[Gains, dict[str, Any]]:
+def read_gains(scene: Scene, path: Path) -> tuple[Gains | Schedule, dict[str, Any]]:
     """Return the gains of a .json file, and what else it says of the controller.
 
     Raises:
@@ -134,8 +174,48 @@ def read_gains(scene: Scene, path: Path) -> tuple[Gains, dict[str, Any]]:
     return gains_from(scene, said, str(path))
 
 
-def gains_from(scene: Scene, specified: Mapping[str, object], where: str) -> tuple[Gains, dict[str, Any]]:
+def gains_from(scene: Scene, specified: Mapping[str, Any], where: str) -> tuple[Gains | Schedule, dict[str, Any]]:
     """Return the gains that a mapping says, and what else it says of the controller; errors as of `read_gains`."""
+    if "t" not in specified:
+        return _gains(scene, specified, where)
+    from scipy.interpolate import PchipInterpolator
+
+    try:
+        t = np.asarray(specified["t"], dtype=np.float64)
+    except (TypeError, ValueError):
+        t = np.zeros(0)
+    if t.ndim != 1 or len(t) < 2 or not np.isfinite(t).all() or not np.all(np.diff(t) > 0):
+        raise SimulateError(f"{where}: t: give two times or more that rise, s")
+    found = [_gains(scene, _row(specified, k, len(t), where), where) for k in range(len(t))]
+    first, more = found[0]
+    curve = PchipInterpolator(t, [np.hstack([one.K.ravel(), one.q0, one.u0, one.initial]) for one, _ in found])
+    ends = np.cumsum([first.K.size, len(first.q0), len(first.u0)])
+
+    def at(now: float) -> Gains:
+        K, q0, u0, initial = np.split(curve(min(max(now, t[0]), t[-1])), ends)
+        return replace(first, K=K.reshape(first.K.shape), q0=_unit(scene, q0), u0=u0, initial=tuple(initial.tolist()))
+
+    return Schedule(at, first.inputs), more
+
+
+def _row(specified: Mapping[str, Any], k: int, count: int, where: str) -> dict[str, Any]:
+    """Return gains over time as they are at one of the times."""
+    try:
+        named = {
+            part: {name: float(np.broadcast_to(x, count)[k]) for name, x in specified.get(part, {}).items()}
+            for part in ("x0", "u0")
+        }
+        K = np.asarray(specified.get("K"), dtype=np.float64)
+        if len(K) != count:
+            raise ValueError
+    except (TypeError, ValueError, AttributeError):
+        told = f"{where}: with t, {count} times, K takes as many matrices, and x0 and u0 numbers or as many by name"
+        raise SimulateError(told) from None
+    return {**{name: one for name, one in specified.items() if name != "t"}, **named, "K": K[k]}
+
+
+def _gains(scene: Scene, specified: Mapping[str, Any], where: str) -> tuple[Gains, dict[str, Any]]:
+    """Return gains that stay, as of `gains_from`."""
     faults = Faults(where)
     for name in specified:
         if name not in ALLOWED:
@@ -222,12 +302,17 @@ def _reference(scene: Scene, specified: Mapping[str, float], faults: Faults) -> 
         elif name not in names:
             faults.add("x0", f"{name} is not known; {suggestion(name, names)}")
     q0 = np.array([specified.get(name, 0.0) for name in scene.coordinates])
+    return _unit(scene, q0), np.array([specified.get(name, 0.0) for name in scene.velocities])
+
+
+def _unit(scene: Scene, q0: Array) -> Array:
+    """Return coordinates with quaternions of length one; of length zero they are no rotation."""
     for here, _, turns in _parts(scene):
         if turns:
             e = q0[here][-4:]
             size = float(np.linalg.norm(e))
             q0[here] = np.concatenate([q0[here][:-4], e / size if size else [1.0, 0.0, 0.0, 0.0]])
-    return q0, np.array([specified.get(name, 0.0) for name in scene.velocities])
+    return q0
 
 
 def _rotation(e: Array) -> Rotation:

@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -263,7 +264,7 @@ def integrated(
             if not pieces:
                 ready = time.perf_counter()
             pieces.append(piece)
-            outlook.look(piece.now[0])
+            outlook.look(piece.now[0], partial(_grown, problem, piece.now[1]))
             if progress is not None:
                 progress(piece.now[0] / problem.until)
     except KeyboardInterrupt:
@@ -304,6 +305,22 @@ def _real(problem: InitialValueProblem, run: Integration) -> Integration:
     return run if np.all(np.isfinite(last)) else replace(run, t=run.t[:-1], x=run.x[:-1])
 
 
+GROWN = 100.0
+"""Times the largest velocity at the start, or 1 if that is less, beyond which one is named in a run that takes long."""
+
+
+def _grown(problem: InitialValueProblem, x: Array) -> str:
+    """Return which velocity has grown beyond all others at a state, in words; "" where none has grown much."""
+    velocities = slice(problem.system.nq, problem.system.nq + problem.system.nv)
+    now, first = x[velocities], np.max(np.abs(problem.x[velocities]), initial=1.0)
+    k = int(np.argmax(np.abs(now))) if len(now) else 0
+    if not len(now) or abs(now[k]) <= GROWN * first:
+        return ""
+    return (
+        f"; {problem.system.scene.velocities[k]} has grown to {now[k]:.2g} in SI units, so look whether it is unstable"
+    )
+
+
 FIRST = 3.0
 """Seconds of computing before the first look, and after each look four times as many."""
 
@@ -322,8 +339,8 @@ class Outlook:
         self.next, self.t, self.begin = FIRST, 0.0, time.perf_counter()
         self.last, self.hopeless = self.begin, False
 
-    def look(self, t: float) -> None:
-        """Tell how long the rest takes.
+    def look(self, t: float, why: Callable[[], str] = str) -> None:
+        """Tell how long the rest takes, and why.
 
         Raises:
             IntegrationError: it would take years.
@@ -338,12 +355,12 @@ class Outlook:
         if rest > HOPELESS and self.hopeless:
             raise IntegrationError(
                 f"t = {t:g} s after {spoken(spent)} of computing; at this pace t = {self.until:g} s takes "
-                f"{spoken(rest)}, so the run ends here; give an end that is sooner, or a coarser tolerance"
+                f"{spoken(rest)}, so the run ends here; give an end that is sooner, or a coarser tolerance{why()}"
             )
         if rest > LONG and self.say is not None:
             self.say(
                 f"t = {t:g} s after {spoken(spent)}; at this pace the end at t = {self.until:g} s is "
-                f"{spoken(rest)} away; Ctrl-C ends the run with what it has"
+                f"{spoken(rest)} away; Ctrl-C ends the run with what it has{why()}"
             )
         self.last, self.t, self.next, self.hopeless = now, t, 4 * self.next, rest > HOPELESS
 

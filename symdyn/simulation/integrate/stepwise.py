@@ -12,6 +12,7 @@ Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equati
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
@@ -23,6 +24,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.graph import reachable
+from symdyn.simulation.equations.control_loop import ControllerError
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.integration import SHARE, InitialValueProblem, IntegrationError, Method, Piece
@@ -124,6 +126,9 @@ MULTISTEP = ("BDF", "LSODA")
 IMPLICIT = ("Radau", *MULTISTEP)
 """Those that ask for the derivative of the rates."""
 
+NEAR = 1e-9
+"""Step, over the time or 1 s, at which a controller that has no value any more ends a run."""
+
 SMALLEST_SCIPY = 100 * float(np.finfo(np.float64).eps)
 """The smallest relative tolerance that SciPy takes."""
 
@@ -145,8 +150,19 @@ def run_scipy(problem: InitialValueProblem, name: str) -> Iterator[Piece]:
     spent = 0
 
     def steps() -> Iterator[IntegrationStep]:
+        nonlocal solver, spent
+        size = math.inf
         while solver.status == "running":
-            message = solver.step()
+            size = min(size, getattr(solver, "h_abs", None) or solver.step_size or math.inf, problem.bound - solver.t)
+            try:
+                message = solver.step()
+            except ControllerError:  # a step is tried ahead of where the law has no value: go as near as can be
+                if size <= NEAR * max(1.0, abs(solver.t)):
+                    raise
+                spent, size = spent + solver.nfev, size / 4
+                solver = kind(problem.system.rates, solver.t, solver.y, problem.bound, first_step=size, **options)
+                continue
+            size = math.inf
             if solver.status == "failed":
                 raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message.rstrip('.')}")
             yield IntegrationStep(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev)

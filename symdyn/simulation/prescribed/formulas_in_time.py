@@ -53,7 +53,7 @@ def read_formula(
         return None
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
-        more = f", {advice(name)}" if advice else ""
+        more = f", {told}" if advice and (told := advice(name)) else ""
         faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
     return None if unknown else formula
 

@@ -1,0 +1,334 @@
+"""What one types who knows another tool, and what it is answered: the word that is meant, or how it is called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.arguments import suggesting
+from symdyn.cli import main
+from symdyn.errors import (
+    ArgumentError,
+    EmitError,
+    LinearizeError,
+    SceneError,
+    SimulateError,
+    UnknownNameError,
+    suggestion,
+)
+from symdyn.linear import root_locus
+from symdyn.scene import body, revolute, scene, spring
+from symdyn.simulation import read_feedback
+from symdyn.simulation.integrate import integration
+
+pytestmark = pytest.mark.runs("cc")
+
+CART = symdyn.example("cart_pole")
+
+WRONG_CALLS: dict[str, Callable[[], object]] = {
+    "body() got an unexpected keyword argument 'inertia_about'; did you mean about?": (
+        lambda: body("bob", mass=1, inertia_about="com")  # type: ignore[call-arg]
+    ),
+    "spring() got an unexpected keyword argument 'from_'; did you mean ends?": (
+        lambda: spring("s", from_="a", to="b")  # type: ignore[call-arg]
+    ),
+    "load() got an unexpected keyword argument 'values'; did you mean parameters?": (
+        lambda: symdyn.load(CART, values={})  # type: ignore[call-arg]
+    ),
+    "simulate() takes 1 positional argument but 2 were given; call it as simulate(scene, forces=, start=": (
+        lambda: symdyn.simulate(CART, (0, 3))  # type: ignore[arg-type, call-arg]
+    ),
+    "simulate() got an unexpected keyword argument 'period'; give it with the controller: feedback=symdyn.Feedback("
+    "law, period=...)": lambda: symdyn.simulate(CART, period=0.1),  # type: ignore[call-arg]
+    "simulate() got an unexpected keyword argument 'bind'; did you mean values?": (
+        lambda: symdyn.simulate(CART, bind={"mc": 1})  # type: ignore[call-arg]
+    ),
+    "simulate() got an unexpected keyword argument 'controller'; did you mean feedback?": (
+        lambda: symdyn.simulate(CART, controller=0)  # type: ignore[call-arg]
+    ),
+    "Feedback() got an unexpected keyword argument 'limit'; did you mean limits?": (
+        lambda: symdyn.Feedback(0, limit=1)  # type: ignore[call-arg]
+    ),
+    "Problem() got an unexpected keyword argument 'bind'; did you mean values?": (
+        lambda: symdyn.Problem(CART, bind={})  # type: ignore[call-arg]
+    ),
+    "example() missing 1 required positional argument: 'name'; call it as example(name, floating_base=)": (
+        symdyn.example  # type: ignore[dict-item]
+    ),
+    "root_locus() got an unexpected keyword argument 'start'; system takes it": (
+        lambda: root_locus("mp", [1, 2], CART, start={})  # type: ignore[call-arg, arg-type]
+    ),
+    "place() missing 1 required positional argument: 'poles'; call it as place(poles, period)": (
+        lambda: symdyn.linearize(CART).place()  # type: ignore[call-arg]
+    ),
+}
+
+
+@pytest.mark.parametrize("told", WRONG_CALLS)
+def test_a_call_that_does_not_fit_is_told_how_it_is_made(told: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        WRONG_CALLS[told]()
+    assert str(caught.value).startswith(told)
+
+
+def test_an_error_from_inside_a_function_stays_what_it_is() -> None:
+    @suggesting
+    def outer(names: list[str]) -> str:
+        return " ".join(names)
+
+    with pytest.raises(TypeError, match="expected str instance") as caught:
+        outer([1])  # type: ignore[list-item]
+    assert not isinstance(caught.value, ArgumentError)
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"), [("tf", "transfer"), ("c2d", "discretize"), ("eig", "poles"), ("ctrb", "controllability")]
+)
+def test_words_of_other_control_tools_are_known(word: str, meant: str) -> None:
+    with pytest.raises(AttributeError, match=f"did you mean {meant}\\?"):
+        getattr(symdyn.linearize(CART), word)
+
+
+@pytest.mark.parametrize(("word", "meant"), [("to_df", "to_pandas"), ("time", "t"), ("to_excel", "to_csv")])
+def test_words_of_tables_are_known(word: str, meant: str) -> None:
+    with pytest.raises(AttributeError, match=f"did you mean {meant}\\?"):
+        getattr(symdyn.simulate(CART, until=0.1), word)
+
+
+def test_of_many_names_the_likest_are_told() -> None:
+    many = [f"alpha{k}" for k in range(20)] + ["zeta_bits"]
+    assert suggestion("bits_of_it", many).startswith("known are zeta_bits, ")
+    assert suggestion("wave", ["c", "b", "a"]) == "known are c, b, a"
+
+
+def test_rows_are_kept_up_to_where_a_controller_has_no_value() -> None:
+    with pytest.warns(RuntimeWarning, match="rows until t = 1 s are kept"):
+        run = symdyn.simulate(CART, until=2, feedback=lambda t, q, u: float("nan") if t > 1 else 0.0)
+    assert 1 - 1e-6 < run.t[-1] <= 1
+    assert len(run.t) >= 100
+    assert "at t = 1" in run.stopped
+
+
+def test_a_run_that_takes_long_warns_and_names_what_grows() -> None:
+    said: list[str] = []
+    outlook = integration.Outlook(1e6, said.append)
+    outlook.last -= 10.0
+    outlook.look(1e-3, lambda: "; x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
+    assert len(said) == 1
+    assert said[0].endswith("x_dot has grown to 5e+03 in SI units, so look whether it is unstable")
+
+
+FOUR_BAR = """
+parameters = { a = 0.1, b = 0.3, c = 0.25, d = 0.3 }
+bodies.crank.particles = [{ mass = 0.5, at = ["a/2", 0, 0] }]
+bodies.coupler.particles = [{ mass = 0.8, at = ["b/2", 0, 0] }]
+bodies.rocker.particles = [{ mass = 0.6, at = ["c/2", 0, 0] }]
+joints.A = { type = "revolute", parent = "ground", child = "crank", coordinate = "phi", start = 1 }
+joints.B = { type = "revolute", parent = "crank", child = "coupler", origin = ["a", 0, 0], drive = false }
+joints.C = { type = "revolute", parent = "coupler", child = "rocker", origin = ["b", 0, 0], drive = false }
+[joints.D]
+type = "revolute"
+parent = "rocker"
+child = "ground"
+origin = ["c", 0, 0]
+tip = ["-d", 0, 0]
+drive = false
+"""
+
+
+def test_a_motion_that_begins_where_the_start_does_not_close_is_found_from_other_guesses(tmp_path: Path) -> None:
+    (tmp_path / "four_bar.toml").write_text(FOUR_BAR, encoding="utf-8")
+    run = symdyn.inverse(tmp_path / "four_bar.toml", "phi=10*t", until=0.6)
+    assert run.complete
+    assert "the loops do not close from the start; one of random guesses is taken: start={" in run.notes[0]
+    assert max(abs(run["q2"]).max(), abs(run["q3"]).max()) < 7
+
+
+def test_motions_that_contradict_are_refused_after_other_guesses() -> None:
+    with pytest.raises(SimulateError, match=r"the loops cannot be closed .* and no less from 30 random guesses; give"):
+        symdyn.inverse(symdyn.example("four_bar"), {"phi": "2*pi*t", "psi": "t"}, until=1)
+
+
+def test_gains_act_on_an_ensemble_as_on_each_of_its_runs() -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    starts, given = [0.1, 0.2], {"until": 1, "measures": ("end(x)", "max(abs(F))")}
+    runs = symdyn.ensemble(CART, start={"theta": starts}, feedback=loop, **given)  # type: ignore[arg-type]
+    assert "lockstep" in runs.notes[0]
+    limited = symdyn.ensemble(CART, start={"theta": starts}, feedback=symdyn.Feedback(loop, limits=100), **given)  # type: ignore[arg-type]
+    for k, theta in enumerate(starts):
+        one = symdyn.simulate(CART, until=1, start={"theta": theta}, feedback=loop)
+        assert runs["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
+        assert limited["end(x)"][k] == pytest.approx(one["x"][-1], abs=1e-7)
+
+
+def test_a_sweep_takes_a_controller_and_its_store_knows_it(tmp_path: Path) -> None:
+    pytest.importorskip("zarr", reason="needs a store")
+    given = {"over": "mp=[0.1,0.2]", "measure": "end(theta)", "until": 0.1, "start": {"theta": 0.1}}
+    law, other = (symdyn.pid("theta", "F", kp=kp) for kp in (-20, -30))
+    runs = symdyn.sweep(CART, feedback=law, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
+    assert runs["end(theta)"][0] != runs["end(theta)"][1]
+    with pytest.raises(SimulateError, match="feedback"):
+        symdyn.sweep(CART, feedback=other, output=tmp_path / "a.zarr", **given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("reference", [0.3, "0.3*(1 - exp(-t))", lambda t: 0.3])
+def test_a_reference_of_gains_is_another_set_point(reference: object) -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    run = symdyn.simulate(CART, until=15, feedback=symdyn.Feedback(loop, reference={"x": reference}))
+    assert run["x"][-1] == pytest.approx(0.3, abs=1e-4)
+
+
+def test_gains_over_time_hold_before_and_behind_their_times() -> None:
+    loop = symdyn.linearize(CART).lqr({"x": 1, "theta": 10}, {"F": 0.1})
+    said = {**loop.gains(), "t": [1, 2], "K": [loop.K, 2 * loop.K], "x0": {"x": [0.1, 0.3]}}
+    law = read_feedback(CART, said).law
+    at, still = np.array([0.2, 0.1]), np.zeros(2)
+    for t, K, x0 in ((0, loop.K, 0.1), (1.5, 1.5 * loop.K, 0.2), (3, 2 * loop.K, 0.3)):
+        assert law(t, at, still) == pytest.approx(-K @ [at[0] - x0, at[1], 0, 0])
+    with pytest.raises(SimulateError, match="with t, 2 times, K takes as many matrices"):
+        read_feedback(CART, {**said, "K": [loop.K]})
+    with pytest.raises(SimulateError, match="t: give two times or more that rise"):
+        read_feedback(CART, {**said, "t": [2, 1]})
+
+
+def test_a_motion_that_is_tracked_is_come_back_to() -> None:
+    run = symdyn.simulate(CART, until=2, forces="F=0.1*sin(t)", start={"theta": "pi"}, every=0.05)
+    follows = symdyn.linear.track(run, {"x": 10, "theta": 100}, {"F": 0.1})
+    off = symdyn.simulate(CART, until=2, start={"theta": "pi+0.3"}, feedback=follows)
+    assert abs(off["theta"][-1] - run["theta"][-1]) < 0.02
+    along = symdyn.simulate(CART, until=2, start={"theta": "pi"}, feedback=follows)
+    assert abs(along["x"][-1] - run["x"][-1]) < 1e-4
+
+
+WRONG_CONTROLLERS: dict[str, tuple[object, dict[str, object]]] = {
+    "a controller is a function of (t, q, u)": (lambda t, x: 0, {}),
+    "these are 2 controllers, and a run has one; join them": ([symdyn.pid("x", "F", kp=1)] * 2, {}),
+    "reference: xx is not among x, theta, x_dot, theta_dot; did you mean x?": (
+        [[1, 1, 1, 1]],
+        {"reference": {"xx": 1}},
+    ),
+    "0.1 has 1 entries": ([[1, 1, 1, 1]], {"reference": 0.1}),
+}
+
+
+@pytest.mark.parametrize("told", WRONG_CONTROLLERS)
+def test_controllers_that_cannot_act_are_told_what_would(told: str) -> None:
+    law, settings = WRONG_CONTROLLERS[told]
+    with pytest.raises(SimulateError, match=re.escape(told)):
+        read_feedback(CART, symdyn.Feedback(law, **settings))  # type: ignore[arg-type]
+
+
+def test_one_input_takes_its_limit_as_a_number() -> None:
+    run = symdyn.simulate(CART, until=0.5, feedback=symdyn.Feedback(lambda t, q, u: 100 * t, limits=3))
+    assert abs(run["F"]).max() == 3
+
+
+@pytest.mark.parametrize(
+    ("formula", "written"),
+    [
+        ("step(t)", "write if(t > 1, 1, 0)"),
+        ("1 if t > 1 else 0", "write if(x > y, a, b)"),
+        ("t > 1", "write if(x > y, a, b)"),
+        ("clip(t, -1, 1)", "write max(-1, min(x, 1))"),
+    ],
+)
+def test_formulas_of_other_tools_are_told_how_they_are_written(formula: str, written: str) -> None:
+    with pytest.raises(SimulateError, match=re.escape(written)):
+        symdyn.simulate(CART, forces={"F": formula})
+
+
+def _flat() -> symdyn.Scene:
+    one = body("b", mass=1, inertia=(0, 0, "J"), about="com")
+    return scene("flat", parameters={"J": 1}, bodies=[one], joints=[revolute("p", "ground", "b")])
+
+
+TOLD: dict[str, tuple[type[Exception], Callable[[], object]]] = {
+    'x_dot is a velocity; give it by start_rates={"x_dot": 1}': (
+        SimulateError,
+        lambda: symdyn.simulate(CART, start={"x": 0, "x_dot": 1}),
+    ),
+    "a unit stands behind a number alone: in a formula write SI": (
+        SimulateError,
+        lambda: symdyn.inverse(CART, {"x": "0 m", "theta": "1500 rpm*t"}, until=1),
+    ),
+    "it is symdyn.identification.excite": (AttributeError, lambda: symdyn.excite),  # type: ignore[attr-defined]
+    "it is symdyn.linear.linearize_along": (AttributeError, lambda: symdyn.linearize_along),  # type: ignore[attr-defined]
+    "symdyn.load has functions to call": (AttributeError, lambda: symdyn.generate),  # type: ignore[attr-defined]
+    'symdyn.scene.write_text(scene, "toml").text is its file': (AttributeError, lambda: CART.save),  # type: ignore[attr-defined]
+    "symdyn.Feedback(regulator, reference={...}) sets another point": (
+        AttributeError,
+        lambda: symdyn.linearize(CART).lqr().kr,  # type: ignore[attr-defined]
+    ),
+    'a list of names is one panel: plot([["x", "theta"]])': (
+        UnknownNameError,
+        lambda: symdyn.simulate(CART, until=0.1).plot("x+theta"),
+    ),
+    "a flat body has [J/2, J/2, J]": (SceneError, _flat),
+    'linearize(..., outputs=["x_ddot"]) asks for others': (
+        LinearizeError,
+        lambda: symdyn.linearize(CART).transfer("x_ddot", "F"),
+    ),
+    "systems along a run are symdyn.linear.linearize_along(scene, run)": (
+        ArgumentError,
+        lambda: symdyn.linearize(CART, along=None),  # type: ignore[call-arg]
+    ),
+    "tau[1]: of what no drive moves, 0": (
+        ArgumentError,
+        lambda: symdyn.load(CART, "forward_dynamics").forward_dynamics([0, 0], [0, 0], [1]),
+    ),
+}
+
+
+@pytest.mark.parametrize("told", TOLD)
+def test_what_is_asked_in_another_place_is_told_where_it_is(told: str) -> None:
+    error, asked = TOLD[told]
+    with pytest.raises(error, match=re.escape(told)):
+        asked()
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["bode", "a.toml"], "did you mean linearize?"),
+        (["simulate", "a.toml", "--noise", "x=1"], "in Python a controller has it: symdyn.Feedback(law, noise=...)"),
+        (["sweep", "a.toml", "--feedback", "g.json"], "--feedback is no option\n"),
+    ],
+)
+def test_the_shell_guesses_what_is_meant_or_nothing(
+    words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(words)
+    assert meant in capsys.readouterr().err
+
+
+def test_equations_are_printed_by_other_formulations_in_python() -> None:
+    pendulum = symdyn.example("pendulum")
+    page = symdyn.equations(pendulum, "dalembert")
+    assert page.text() != symdyn.equations(pendulum).text()
+    with pytest.raises(EmitError, match="are printed, by"):
+        page.sympy()
+    with pytest.raises(EmitError, match=r"did you mean dalembert\?"):
+        symdyn.equations(pendulum, "d'alembert")
+
+
+def test_a_problem_without_a_solution_warns() -> None:
+    pytest.importorskip("casadi", reason="needs IPOPT")
+    problem = symdyn.collocation(CART, until=0.2, cost="F**2", end={"x": 1}, bounds={"F": (-1, 1)}, intervals=4)
+    with pytest.warns(RuntimeWarning, match="no solution was found: .*Infeasible"):
+        assert not problem.solve().success
+
+
+def test_a_plot_may_be_over_another_column_than_time() -> None:
+    pytest.importorskip("matplotlib", reason="draws")
+    run = symdyn.simulate(CART, until=0.5, start={"theta": 0.3})
+    (axis,) = run.plot("x", x="theta").axes
+    assert np.array_equal(axis.lines[0].get_xdata(), run["theta"])
+    assert "rad" in axis.get_xlabel()
+    with pytest.raises(UnknownNameError, match="thet"):
+        run.plot("x", x="thet")
