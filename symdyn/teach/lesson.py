@@ -184,9 +184,8 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, its places filled; bodies and joints by their descriptions."""
-        return Words(
-            fill(self.tongue.lesson[key], {place: self.shown(place, value) for place, value in places.items()})
-        )
+        shown = {place: self.shown(place, value) for place, value in places.items()}
+        return Words(fill(self.tongue.lesson[key], shown))
 
     def shown(self, place: str, value: str | Form | Words) -> str | Form | Words:
         """Return what stands in a place of a text: names of bodies and joints, commas between, as described."""
@@ -445,8 +444,6 @@ def silent_steps(lesson: Lesson) -> list[Step]:
     loops = lesson.workspace.loops
     owners = [(one.owner, one.loop) for one in loops.recursive.labels]
     speaking = {owners[k] for k in loops.decisions.independent_rows}
-    silent = [owner for owner in dict.fromkeys(owners) if owner not in speaking]
-    if not silent:
-        return []
-    claim = lesson.say("ties.silent", names=", ".join(name for name, _ in silent))
-    return [Step("ties.silent", claim, (), lesson.say("ties.silent.reason"))]
+    silent = ", ".join(name for name, loop in dict.fromkeys(owners) if (name, loop) not in speaking)
+    claim = lesson.say("ties.silent", names=silent)
+    return [Step("ties.silent", claim, (), lesson.say("ties.silent.reason"))] if silent else []

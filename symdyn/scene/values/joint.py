@@ -181,8 +181,7 @@ class Coupling:
     """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 
     Attributes:
-        ratios: the coordinates that it follows, at least one, each once, and its position per unit of each, free of
-            coordinates.
+        ratios: the coordinates that it follows, each once, and its position per unit of each, free of coordinates.
         offset: its position where they are zero; rad or m.
     """
 
