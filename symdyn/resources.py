@@ -12,9 +12,9 @@ def folder(name: str) -> Path:
 
 
 def example_files() -> dict[str, Path]:
-    """Return the files of the scenes that come with the package, and of the gallery, by the name of the scene."""
+    """Return the files of the scenes that come with the package, those in folders too, by the name of the scene."""
     inside = folder("examples")
-    return {path.stem: path for path in (*inside.glob("*.toml"), *inside.glob("gallery/*"))}
+    return {path.stem: path for path in (*inside.glob("*.toml"), *inside.glob("*/*"))}
 
 
 def version() -> str:

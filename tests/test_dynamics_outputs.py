@@ -34,7 +34,7 @@ from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import Place, acceleration_name
-from symdyn.scene.values.model import Signal
+from symdyn.scene.values.letters import Signal
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
 

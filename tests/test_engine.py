@@ -40,9 +40,10 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
 
 
 FORMULAS = {"output", "outputs", "tension"}
-ELSEWHERE = {*REGRESSORS, *PASSIVITY}
-"""What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`."""
 """What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""
+ELSEWHERE = {*REGRESSORS, *PASSIVITY, "state_rates"}
+"""What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`, and rates of states,
+which scenes of trials do not have, by `test_states.py` and `test_state_examples.py`."""
 
 
 def test_every_output_is_compared() -> None:

@@ -248,7 +248,7 @@ def test_derivatives_under_a_controller_are_those_of_the_whole(scene: Scene) -> 
     control = placed(scene, Feedback(law, names or (scene.velocities[0],)), 1.0)
     nq, nv = len(scene.coordinates), len(scene.velocities)
     system = state_equations(scene, Forces(fed=control.places))
-    system.__dict__["loop"] = loop = Loop(control, nq, nv, 1.0)
+    system.__dict__["loop"] = loop = Loop(control, nq, nv, 1.0, nv)
     start = read_start(scene)
     x = np.concatenate([start.q, start.u + (0.0 if scene.is_constrained else 0.3), np.zeros(int(system.works))])
 

@@ -341,7 +341,7 @@ def test_derivatives_under_a_law_with_states_are_those_of_the_whole(scene: symdy
         law = replace(C, law=replace(C.law, tracking=np.array([[2.0], [-1.0]])))
         control = placed(scene, replace(law, limits={} if limit is None else {drive: limit}), 1.0)
         system = state_equations(scene, Forces(fed=control.places))
-        system.__dict__["loop"] = loop = Loop(control, system.nq, system.nv, 1.0)
+        system.__dict__["loop"] = loop = Loop(control, system.nq, system.nv, 1.0, system.nv)
         start = read_start(scene)
         loop.start(start.q, start.u)
         x = np.concatenate([start.q, start.u, [0.4, -0.5], np.zeros(int(system.works))])

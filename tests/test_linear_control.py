@@ -30,7 +30,7 @@ from symdyn.linear.search import Search
 from symdyn.linear.transfer import invariant_zeros
 from symdyn.linear.weights import read_weights
 from symdyn.scene import bind, read, read_text
-from symdyn.scene.values.model import Input
+from symdyn.scene.values.letters import Input
 from symdyn.simulation import Problem, simulate
 from symdyn.simulation.variations import sensitivity
 

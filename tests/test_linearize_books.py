@@ -21,7 +21,7 @@ from symdyn.linear.linearized import complete
 from symdyn.linear.prepared import prepared
 from symdyn.linear.symbolic import symbolic
 from symdyn.scene import bind
-from symdyn.scene.values.model import Input
+from symdyn.scene.values.letters import Input
 from symdyn.simulation import Problem
 from symdyn.simulation.initial import read_start
 

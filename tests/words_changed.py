@@ -49,6 +49,10 @@ def of(kind: str, **keys: Any) -> dict[str, Any]:
     return {"joints__pin": {**beside, "type": kind, **keys}}
 
 
+JUMP: dict[str, object] = {
+    "states__s": {"rate": 1, "reset": {"when": "s - 0.1"}},
+    "joints__pin__force": "s",
+}
 TIP = {"points__tip": {"body": "arm", "at": [0.2, 0.3, 0.1]}}
 COIL = {"springs__coil": {"from": "tip", "to": "ground", "stiffness": 5, "free": 0.3}, **TIP}
 CURVE = {"joints__pin__force": 'table("curve", q1)', "tables__curve": {"points": [[0, 0], [0.3, 5], [1, 3]]}}
@@ -172,6 +176,18 @@ WORDS: tuple[Row, ...] = (
     row("inputs/v/unit", "N m", "V", inputs__v={"value": 2}),
     row("inputs/v/latex", r"\nu", ABSENT, inputs__v={"value": 2}, joints__pin__force="v"),
     row("inputs/v/text", "of a motor", ABSENT, inputs__v={"value": 2}),
+    row("states/s/rate", 2, "3 - s", joints__pin__force="s"),
+    row("states/s/start", 2, 3, joints__pin__force="s", states__s__rate=1),
+    row("states/s/unit", "N m", "V", states__s={"rate": 1}),
+    row("states/s/latex", r"\sigma", ABSENT, states__s={"rate": 1}, joints__pin__force="s"),
+    row("states/s/text", "of a coil", ABSENT, states__s={"rate": 1}),
+    row("states/s/reset", {"when": "s - 0.1"}, ABSENT, states__s={"rate": 1}, joints__pin__force="s"),
+    row("states/s/reset/when", "s - 0.1", "s - 0.2", states__s={"rate": 1, "reset": {}}, joints__pin__force="s"),
+    row("states/s/reset/to", 0, -1, **JUMP),
+    row("states/s/reset/way", "up", "down", **JUMP),
+    row("signals/g/formula", "2*q1", "3*q1", joints__pin__force="g"),
+    row("signals/g/unit", "J", ABSENT, signals__g={"formula": "2*q1"}),
+    row("signals/g/text", "a spring", ABSENT, signals__g={"formula": "2*q1"}),
     row("outputs/y/formula", "2*q1", "3*q1"),
     row("outputs/y/unit", "J", ABSENT, outputs__y={"formula": "2*M0"}),  # N m by its dimension
     row("outputs/y/text", "height", ABSENT, outputs__y={"formula": "2*q1"}),
@@ -295,6 +311,11 @@ ONLY_TOLD: dict[str, str] = {
     "inputs/latex": "how it is printed",
     "inputs/text": "what it is, for tables",
     "inputs/unit": "of columns",
+    "states/latex": "how it is printed",
+    "states/text": "what it is, for tables",
+    "states/unit": "of columns",
+    "signals/text": "what it is, for tables",
+    "signals/unit": "what its formula is checked by",
     "outputs/text": "what it is, for tables",
     "outputs/unit": "of columns",
     "constraints/components": "names of reactions",

@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "dd8965653c10906208dd387594187c87"
+#define SYMDYN_TOKEN "e49da1beeefb47f9bf493ccbcfadf2c6"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

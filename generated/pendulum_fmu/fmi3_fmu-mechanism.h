@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define SYMDYN_TOKEN "eed41183d1c329517b5631ee26cec55a"
+#define SYMDYN_TOKEN "e39adbcdc232a6982ffa3c52b3401429"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

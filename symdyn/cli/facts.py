@@ -197,7 +197,7 @@ def _derived(scene: Scene) -> list[dict[str, str]]:
 
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
-    """Return the inputs and the outputs that a scene names, nothing where it names none."""
+    """Return the inputs, states and outputs that a scene names, nothing where it names none."""
     told, written = SceneUnits(scene).inferred, _written(scene)
     inputs = [
         {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **written.get(p.name, {})}
@@ -207,7 +207,12 @@ def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     outputs = [
         {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text} for p in scene.outputs
     ]
-    return {name: some for name, some in (("inputs", inputs), ("outputs", outputs)) if some}
+    states = [
+        {"name": p.name, "rate": spell(p.rate), "start": spell(p.value), "unit": told[p.name], "text": p.text}
+        for p in scene.states
+    ]
+    found = {"inputs": inputs, "states": states, "outputs": outputs}
+    return {name: some for name, some in found.items() if some}
 
 
 def _written(scene: Scene) -> dict[str, dict[str, str]]:

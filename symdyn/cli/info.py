@@ -102,6 +102,10 @@ def show(facts: dict[str, Any]) -> None:
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["inputs"]]
         title = "Inputs; passed as inputs, in this order"
         print_table(Table(("name", "unless given", "unit", ""), rows, title=title))
+    if facts.get("states"):
+        rows = [(p["name"], short(p["rate"]), p["start"], p["unit"], p["text"]) for p in facts["states"]]
+        title = "States; passed as internal, in this order"
+        print_table(Table(("name", "rate", "start", "unit", ""), rows, title=title))
     if facts.get("outputs"):
         rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["outputs"]]
         print_table(Table(("name", "formula", "unit", ""), rows, title="Outputs"))

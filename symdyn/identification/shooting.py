@@ -240,6 +240,7 @@ def read_measured(
         SimulateError: with every fault, one line each.
     """
     scene, forces, faults = problem.scene, problem.forces, Faults("")
+    scene.refuse_states("output error", SimulateError)
     known = (*scene.coordinates, *scene.velocities)
     if isinstance(forces, Forces):
         raise SimulateError("forces: logs give some of them; give the others as text or by name, not read")

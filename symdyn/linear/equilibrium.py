@@ -59,6 +59,7 @@ class Equilibrium:
         family: whether others are next to it, along more than coordinates on which nothing depends.
         exact: its coordinates, those on which something depends, as formulas of the parameters if they are so for all
             values of these; else None.
+        u: velocities, zero, and states of one's own, shape (nu,).
         search: what led there.
     """
 
@@ -66,12 +67,18 @@ class Equilibrium:
     starts: int
     family: bool
     exact: Exact
+    u: Array
     search: Search = field(repr=False, compare=False)
 
     @cached_property
     def near(self) -> SecondOrder:
         """Inertia, damping and stiffness there."""
-        return self.search.near(self.q)
+        return self.search.near(self.whole)
+
+    @property
+    def whole(self) -> Array:
+        """Coordinates, and then states of one's own."""
+        return np.append(self.q, self.u[len(self.search.scene.velocities) :])
 
     @cached_property
     def kind(self) -> str:
@@ -120,7 +127,7 @@ class Equilibria:
         Raises:
             LinearizeError: a motion moves no mass there, or a derivative has no finite value.
         """
-        return tuple(at_rest(self.prepared, place.q) for place in self.places)
+        return tuple(at_rest(self.prepared, place.q, place.u) for place in self.places)
 
 
 def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: Array | None = None) -> Equilibria:
@@ -152,7 +159,7 @@ def equilibria(prepared: Prepared, t: float = 0.0, starts: int = STARTS, start: 
         lists.add(q[k], int(rank), int(k), bool(seeded[k]))
     return Equilibria(
         _sorted(lists.places), starts, int(np.sum(np.logical_and(seeded, np.logical_not(good)))), lists.singular,
-        tuple(name for name, idle in zip(scene.coordinates, search.idle, strict=True) if idle),
+        tuple(name for name, idle in zip(scene.coordinates, search.idle, strict=False) if idle),
         _sorted(lists.crossings), _sorted(lists.locked), _sorted(lists.false), lists.more, scanned, prepared,
     )  # fmt: skip
 
@@ -184,7 +191,7 @@ class _Lists:
     ) -> None:
         """Add a place to some, or count it where it is among them; of a family one of each set of eigenvalues."""
         search, values = self.search, np.zeros(0, dtype=np.complex128)
-        known = next((k for k, other in enumerate(some) if search.same(q, other.q, near)), None)
+        known = next((k for k, other in enumerate(some) if search.same(q, other.whole, near)), None)
         if family and known is None:
             values = search.eigenvalues(q)
             known = next((k for k, other in self.spectra.items() if _alike(values, other)), None)
@@ -194,11 +201,12 @@ class _Lists:
             self.more += seeded
         else:
             self.spectra |= {len(some): values} if family else {}
-            some.append(Equilibrium(q, int(seeded), family, exact, search))
+            at, u = search.state(q)
+            some.append(Equilibrium(at, int(seeded), family, exact, u, search))
 
 
 def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
-    return tuple(sorted(places, key=lambda place: [round(float(x), 6) + 0.0 for x in place.q]))
+    return tuple(sorted(places, key=lambda place: [round(float(x), 6) + 0.0 for x in place.whole]))
 
 
 def _alike(x: Complexes, y: Complexes) -> bool:
@@ -220,7 +228,7 @@ def _exact(prepared: Prepared, idle: Sequence[bool]) -> list[dict[str, Form]]:
     v, scene = prepared.functions, prepared.scene
     state, graph = v.w.state, v.w.graph
     bound = any(p.value is not None for p in v.w.scene.parameters)  # one decides the form of the equations
-    if bound or v.multipliers or v.inputs or prepared.forces.tables or len(state.q) != state.n:
+    if bound or v.multipliers or scene.given or prepared.forces.tables or len(state.q) != state.n:
         return []
     forces = substitute(v.statics.parts["f"][1], dict.fromkeys(state.tau, graph.zero))
     moving = [

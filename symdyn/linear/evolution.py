@@ -73,7 +73,7 @@ class SpinAxes:
 def ways(system: Linearization) -> Iterator[SpinAxes]:
     """Return the ways to look at a motion, those in axes that do not turn first, the bodies' own axes last."""
     every: list[list[SpinAxes]] = []
-    n, q, u = len(system.point.u), 0, 0
+    n, q, u = len(system.scene.velocities), 0, 0
     for joint in system.scene.moving:
         kind = JOINTS[joint.type]
         at = u
@@ -91,7 +91,7 @@ def ways(system: Linearization) -> Iterator[SpinAxes]:
 
 def _of_quaternion(system: Linearization, joint: Joint, first: int, end: int) -> Iterator[list[SpinAxes]]:
     """Yield the ways to look at what a quaternion turns: velocities from `first` to `end`, the last three its ω."""
-    turning, n = system.point.u[end - 3 : end], len(system.point.u)
+    turning, n = system.point.u[end - 3 : end], len(system.scene.velocities)
     if np.abs(turning).max() <= STILL:
         return
     spin = np.zeros((n, n))
@@ -107,7 +107,7 @@ def _of_quaternion(system: Linearization, joint: Joint, first: int, end: int) ->
 
 def _of_angles(system: Linearization, joint: Joint, gimbal: Gimbal, q: int, u: int) -> Iterator[list[SpinAxes]]:
     """Yield the ways to look at three angles whose axes turn; coordinates begin at place q, velocities at u."""
-    rates, n = system.point.u[u : u + len(gimbal.axes)], len(system.point.u)
+    rates, n = system.point.u[u : u + len(gimbal.axes)], len(system.scene.velocities)
     turning = [k for k, rate in enumerate(rates[:-1]) if abs(rate) > STILL]
     if len(rates) < len("zyx") or not turning:
         return
@@ -177,12 +177,14 @@ class Turned:
 
 def turned(start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Turned:
     """Return how states and inputs of a system turn; `labels` name displacements along all velocities."""
-    p, n, velocities = start.positions, len(spin), start.scene.velocities
-    N = np.vstack([np.hstack([start.directions, np.zeros((n, len(start.states) - p))]), start.rates])
+    from scipy.linalg import block_diag  # late: it takes long to load
+
+    p, n, nx, ns = start.positions, len(spin), len(start.states), len(start.scene.states)
+    N = np.vstack([np.hstack([start.directions, np.zeros((n, nx - p))]), start.rates, np.eye(ns, nx, nx - ns)])
     chosen = [labels.index(name) for name in start.states.names[:p]]
-    chosen += [n + velocities.index(name) for name in start.states.names[p:]]
-    back, both = _turn(-time * spin), np.kron(np.eye(2), spin)
-    whole = np.kron(np.eye(2), back)
+    chosen += [n + k for k in start.velocities]
+    back, both = _turn(-time * spin), block_diag(np.kron(np.eye(2), spin), np.zeros((ns, ns)))
+    whole = block_diag(np.kron(np.eye(2), back), np.eye(ns))
     W = np.eye(len(start.inputs))
     drives = [k for k, name in enumerate(start.scene.drives) if name and name in start.inputs.names]
     places = [start.inputs.names.index(str(start.scene.drives[k])) for k in drives]

@@ -185,7 +185,7 @@ def formulas(system: Linearization) -> Formulas:
 
 def _point(prepared: Prepared, system: Linearization) -> dict[Expr, float]:
     """Return the values of all symbols at the point."""
-    point, n = system.point, len(system.point.u)
+    point, n = system.point, len(system.scene.velocities)
     free = prepared.place(point.q, point.u, point.t, np.zeros(n + len(point.inputs))).point
     given = np.concatenate([point.tau - free.tau, point.inputs - free.inputs])  # beside formulas
     return dict(prepared.place(point.q, point.u, point.t, given).values)
@@ -194,7 +194,7 @@ def _point(prepared: Prepared, system: Linearization) -> dict[Expr, float]:
 def _letters(prepared: Prepared) -> dict[Expr, str]:
     """Return what users call driving forces and multipliers."""
     v, scene = prepared.functions, prepared.scene
-    taken = {*scene.coordinates, *scene.velocities, *(one.name for one in scene.parameters)}
+    taken = {*scene.coordinates, *scene.first_order, *(one.name for one in scene.parameters)}
     pulls = (fresh(f"lambda{k}", taken) for k in range(1, len(v.multipliers) + 1))
     return dict(zip((*v.w.state.tau, *v.multipliers), (*drive_names(scene), *pulls), strict=True))
 
@@ -202,14 +202,14 @@ def _letters(prepared: Prepared) -> dict[Expr, str]:
 def _written(prepared: Prepared, system: Linearization, point: Mapping[Expr, float]) -> Blocks:
     """Return a linear system in nodes: zero what is zero at the point, coordinates exact that can be."""
     v, w = prepared.functions, prepared.functions.w
-    n, graph = w.state.n, w.graph
-    moving = (*w.state.qd, *w.state.qdd, *w.state.tau, *v.multipliers, *map(graph.symbol, v.inputs))
+    n, graph = len(v.u), w.graph
+    moving = (*v.u, *v.a, *w.state.tau, *v.multipliers, *map(graph.symbol, v.inputs))
     known = {one: graph.symbol(name) for one, name in _letters(prepared).items()}
     field = Nodes(graph, {**point, **{symbol: point[one] for one, symbol in known.items()}})
     known |= {one: graph.zero for one in moving if abs(point[one]) <= EXACT}
     if system.kind == "rest":
-        known |= dict.fromkeys((*w.state.qd, *w.state.qdd), graph.zero)
-    u, ad_u = substitute(w.state.qd, known), [[graph.zero] * n for _ in range(n)]
+        known |= dict.fromkeys((*w.state.qd, *v.a), graph.zero)
+    u, ad_u = substitute(v.u, known), [[graph.zero] * n for _ in range(n)]
     for (j, i), terms in w.directions.brackets.items():
         for k, value in terms:
             ad_u[k][i] = ad_u[k][i] + value * u[j]

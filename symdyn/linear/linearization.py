@@ -27,6 +27,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import checked, native, walked
 from symdyn.errors import LinearizeError, listed
+from symdyn.linear.evolution import STILL
 from symdyn.linear.modes import NOTHING, balance, spectrum
 from symdyn.linear.plots import Answer
 from symdyn.linear.regulator import Compensator, Observer, Regulator, kalman, lqr, place
@@ -115,8 +116,8 @@ class Point:
     Attributes:
         t: time, s, of what depends on it.
         q: coordinates, shape (nq,); rad, m or 1.
-        u: velocities, shape (nv,).
-        udot: their rates, shape (nv,).
+        u: velocities, and then states of one's own, shape (nu,).
+        udot: their rates, shape (nu,).
         tau: driving forces, shape (nv,).
         multipliers: of the independent rows, then of prescribed motions, N and N m.
         inputs: of the scene, in its order.
@@ -176,6 +177,16 @@ class Linearization(StateSpace):
         axes = (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))
         told = "".join(f"\n    {len(axis)} {name}: {listed(axis.names)}" for name, axis in axes)
         return f"<Linearization of {self.scene.name} {where}:{told}>"
+
+    @property
+    def velocities(self) -> list[int]:
+        """Numbers of the independent velocities, and of states of one's own behind all velocities."""
+        return [self.scene.first_order.index(name) for name in self.states.names[self.positions :]]
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing moves at the point; states of one's own may change."""
+        return bool(np.abs(self.point.u[: len(self.scene.velocities)]).max(initial=0.0) <= STILL)
 
     def without(self, positions: Sequence[int], moving: Sequence[int] | None = None) -> Linearization:
         """Return the system without some positions on which nothing depends, and without outputs `moving` with them.

@@ -60,12 +60,7 @@ MOST_UNKNOWNS, MOST_SOLUTIONS = 4, 32
 def complete(equilibria: Equilibria) -> bool:
     """Tell whether it is proved that a tree has no positions of rest but those found; False where nothing is proved."""
     prepared = equilibria.prepared
-    if (
-        prepared.scene.is_constrained
-        or prepared.functions.multipliers
-        or prepared.functions.inputs
-        or equilibria.singular
-    ):
+    if prepared.scene.is_constrained or prepared.functions.multipliers or prepared.scene.given or equilibria.singular:
         return False
     if prepared.forces.tables or any(place.family for place in equilibria.places):
         return False
@@ -200,7 +195,7 @@ def linearize(
     if not math.isfinite(t):
         raise SimulateError(f"t = {t}: give a finite time, s")
     asked, start = prepared(problem, outputs, independent), problem.initial
-    return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
+    return settled(asked, asked.at(start.q, start.moving, t, start.notes), anywhere)
 
 
 def linearize_at_rest(
@@ -245,7 +240,8 @@ def along(requested: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
         for k, one in enumerate(requested.scene.inputs, n)
     ]
     found: list[Linearization] = []
-    for t, q, u, tau, inputs in zip(run.t, run.q, run.qd, run.tau, run.inputs, strict=True):
+    moving = np.hstack([run.qd, run.states])
+    for t, q, u, tau, inputs in zip(run.t, run.q, moving, run.tau, run.inputs, strict=True):
         given = np.concatenate([tau, inputs - usual])
         given[fed] = 0.0
         like = found[0] if found else None
@@ -344,7 +340,7 @@ def systems(
     formulas = [formula_text(one) for part in parts for one in part.values()]
     taken = {
         *scene.coordinates,
-        *scene.velocities,
+        *scene.first_order,
         *filter(None, scene.drives),
         *(one.name for one in scene.inputs),
         "t",
@@ -377,7 +373,7 @@ def systems(
         start = here.initial
         still = bool(np.abs(start.u).max() <= STILL)
         like, slim = known.get((form, still), (None, None))
-        found = asked.at(start.q, start.u, 0.0, start.notes, like=like)
+        found = asked.at(start.q, start.moving, 0.0, start.notes, like=like)
         if not (anywhere or stays(found)):
             found = _followed(asked, found, start.q, still, last) or found
         if like is not None and slim is not None and not slim.spin.any() and stays(found):
@@ -397,14 +393,14 @@ def _followed(
 ) -> Linearization | None:
     """Return the system at the place of rest, or the steady motion, next to the last one; None where none is near."""
     if still:
-        place = nearest(requested, last[-1] if last else start)
-        return None if place is None else requested.at(place, np.zeros(len(system.point.u)), like=system)
+        place = nearest(requested, last[-1] if last else start, system.point.u)
+        return None if place is None else requested.at(*place, like=system)
     return steady_next_to(requested, system, last[-1] if last else None)
 
 
 def stays(system: Linearization) -> bool:
     """Whether the independent velocities stay at the point of a system."""
-    velocities = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    velocities = system.velocities
     size = max(1.0, float(np.abs(system.A[system.positions :]).max(initial=0.0)))
     return bool(np.all(np.abs(system.point.udot[velocities]) <= BALANCED * size))
 

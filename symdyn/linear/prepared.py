@@ -64,7 +64,7 @@ class LinearPoint:
         M, G: mass matrix of the tree, independent rows and those of prescribed motions.
         holding: of G, which are position-level rows.
         H: q̇ = H u.
-        sizes: of the velocities, 1/√M_kk, shape (nv,), to compare what is of different units.
+        sizes: of the velocities, 1/√M_kk, shape (nu,), to compare what is of different units.
     """
 
     point: Point
@@ -86,7 +86,9 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
     scene, state = v.w.scene, v.w.state
     values = symbols_at(v, parameters, t, q, u, given)
     found = v.motion.at(values)
-    M, G, h = found["M"], found["G"], found["h"] - given[: len(u)]
+    n = state.n
+    M, G, h = found["M"], found["G"], found["h"].copy()
+    h[:n] -= given[:n]
     diagonal = np.abs(np.diag(M))
     sizes = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     free = _free(scene.name, G * sizes) * sizes[:, None]
@@ -94,12 +96,12 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
     if len(reduced) and np.linalg.eigvalsh(reduced)[0] <= MASS * max(1.0, float(np.abs(reduced).max())):
         k = int(np.abs(free @ np.linalg.eigh(reduced)[1][:, 0]).argmax())
         raise LinearizeError(
-            f"{scene.name}: the mass matrix is singular there, a motion with {scene.velocities[k]} moves no mass; give "
-            "another place, or a mass or an inertia"
+            f"{scene.name}: the mass matrix is singular there, a motion with {scene.first_order[k]} moves no mass; "
+            "give another place, or a mass or an inertia"
         )
     a, multipliers = _solved(M, G, h[:, None], found["b"][:, None])
-    point = Point(t, q, u, a[:, 0], found["push"] + given[: len(u)], multipliers[:, 0], found["inputs"])
-    values |= dict(zip(state.qdd, a[:, 0].tolist(), strict=True))
+    point = Point(t, q, u, a[:, 0], found["push"][:n] + given[:n], multipliers[:, 0], found["inputs"])
+    values |= dict(zip(v.a, a[:, 0].tolist(), strict=True))
     values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
     return LinearPoint(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
 
@@ -110,8 +112,8 @@ def symbols_at(
     """Return values of all symbols at a state, forces and inputs beside formulas `given`; accelerations are zero."""
     graph, state = v.w.graph, v.w.state
     values: dict[Expr, float] = {graph.symbol(name): x for name, x in parameters.items()}
-    values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(state.qd, u.tolist(), strict=True))
-    values |= dict.fromkeys([*state.qdd, *v.multipliers], 0.0)
+    values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(v.u, u.tolist(), strict=True))
+    values |= dict.fromkeys([*v.a, *v.multipliers], 0.0)
     acting = (*state.tau, *map(graph.symbol, v.inputs))
     return values | dict(zip(acting, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
 
@@ -148,19 +150,22 @@ class Choice:
     N: Array
 
 
-def chosen(here: LinearPoint, requested: Sequence[int]) -> Choice:
-    """Return which positions and velocities are independent: velocities as wanted if they do, all of them positions."""
-    dependent = [k for k in range(len(here.M)) if k not in requested]
+def chosen(here: LinearPoint, requested: Sequence[int], n: int) -> Choice:
+    """Return which positions and velocities are independent: velocities as wanted if they do, all of them positions.
+
+    Of the nu velocities and states n are velocities; all states are independent.
+    """
+    dependent = [k for k in range(n) if k not in requested]
     scaled = here.G * here.sizes
     velocities = _dependent(scaled, dependent)
-    return independent(here, _dependent(scaled[here.holding], velocities), velocities)
+    return independent(here, _dependent(scaled[here.holding], velocities), velocities, n)
 
 
-def independent(here: LinearPoint, positions: Sequence[int], velocities: Sequence[int]) -> Choice:
-    """Return what follows from dependent positions and velocities."""
-    N_h, N = _followed(here.G[here.holding], positions), _followed(here.G, velocities)
-    every = range(len(here.M))
-    return Choice(tuple(k for k in every if k not in positions), tuple(k for k in every if k not in velocities), N_h, N)
+def independent(here: LinearPoint, positions: Sequence[int], velocities: Sequence[int], n: int) -> Choice:
+    """Return what follows from dependent positions and velocities; states, behind the first n, have no positions."""
+    free = tuple(k for k in range(n) if k not in positions)
+    N_h, N = _followed(here.G[here.holding], positions)[:, : len(free)], _followed(here.G, velocities)
+    return Choice(free, tuple(k for k in range(len(here.M)) if k not in velocities), N_h, N)
 
 
 def _dependent(G: Array, requested: Sequence[int]) -> list[int]:
@@ -221,7 +226,7 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     upper = rates - _turning(v, here.point.u) @ moves
     A = np.vstack([upper[list(choice.positions)], a[list(choice.velocities), :states]])
     B = np.vstack([np.zeros((p, inputs)), a[list(choice.velocities), states:]])
-    driven, own = np.zeros((n, states + inputs)), np.zeros((len(v.inputs), states + inputs))
+    driven, own = np.zeros((len(v.w.state.tau), states + inputs)), np.zeros((len(v.inputs), states + inputs))
     for column, k in enumerate(drives):
         driven[k, states + column] = 1.0
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
@@ -279,7 +284,8 @@ class Prepared:
     def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> LinearPoint:
         """Return what happens at a state; forces, then inputs, are `given` in place of what tables say."""
         values = opened(self.scene).values
-        tables = self.forces.tabulated(np.asarray(t), len(u) + len(self.scene.inputs)) if given is None else given
+        size = len(self.scene.velocities) + len(self.scene.inputs)
+        tables = self.forces.tabulated(np.asarray(t), size) if given is None else given
         try:
             with np.errstate(all="ignore"):
                 return place(self.functions, values, t, q, u, tables)
@@ -288,8 +294,8 @@ class Prepared:
 
     def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
         """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""
-        v, still = self.functions, np.zeros(len(self.scene.velocities))
-        nothing = np.zeros(len(still) + len(self.scene.inputs))
+        v, still = self.functions, np.zeros(len(self.scene.first_order))
+        nothing = np.zeros(len(self.scene.velocities) + len(self.scene.inputs))
         found = v.motion.at(symbols_at(v, opened(self.scene).values, t, q, still, nothing))
         return found["G"], found["H"]
 
@@ -306,7 +312,7 @@ class Prepared:
         v, scene = self.functions, self.scene
         here = self.place(q, u, t, given)
         try:
-            choice = chosen(here, self.independent) if like is None else self._like(here, like)
+            choice = chosen(here, self.independent, v.w.state.n) if like is None else self._like(here, like)
             with np.errstate(all="ignore"):  # what has no finite value is told below
                 found = matrices(v, here, choice, self.drives)
         except NoValueError as fault:
@@ -320,9 +326,10 @@ class Prepared:
                 )
         units, labels, told = SceneUnits(scene).velocities, COLUMNS["q"](v.w), SceneUnits(scene).inferred
         shown = scene.shown_unit
+        speeds = (*(shown(f"{unit}/s") for unit in units), *(told[one.name] for one in scene.states))
         states = Axis(
-            (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),
-            (*(shown(units[k]) for k in choice.positions), *(shown(f"{units[k]}/s") for k in choice.velocities)),
+            (*(labels[k] for k in choice.positions), *(scene.first_order[k] for k in choice.velocities)),
+            (*(shown(units[k]) for k in choice.positions), *(speeds[k] for k in choice.velocities)),
         )
         inputs = Axis(
             (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
@@ -331,13 +338,13 @@ class Prepared:
         return Linearization(
             found.A, found.B, found.C, found.D, states, inputs, Axis(self.outputs.names, self.outputs.units), None,
             scene.name, scene, replace(here.point, outputs=found.y), len(choice.positions), found.moves,
-            found.directions, found.rates, notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
-            prepared=self,
+            found.directions[: len(units)], found.rates[: len(units)], notes=(*notes, *self._corners(here)),
+            feeding=self._feeding(here, given), prepared=self,
         )  # fmt: skip
 
     def _feeding(self, here: LinearPoint, given: Array | None) -> tuple[float, ...]:
         """Return the forces at a place, those `given` apart, if formulas of them depend on the state."""
-        state, formulas = {*self.scene.coordinates, *self.scene.velocities}, self.forces.formulas
+        state, formulas = {*self.scene.coordinates, *self.scene.first_order}, self.forces.formulas
         n = len(self.scene.velocities)
         led = [k for k in formulas if k < n and not self.scene.drives[k]]
         if not led and not any(state.intersection(one.symbols) for one in formulas.values()):
@@ -349,7 +356,7 @@ class Prepared:
         """Return what is said of signs and absolute values that turn over at a place."""
         corners = self.functions.corners
         (_, nodes), values = corners.parts["of"], corners.at(here.values)["of"]
-        known = {*self.scene.coordinates, *self.scene.velocities}
+        known = {*self.scene.coordinates, *self.scene.first_order}
         turned = (node for node, x in zip(nodes, values.tolist(), strict=True) if abs(x) <= CORNER)
         names = dict.fromkeys(
             str(one.value) for node in turned for one in reachable([node]) if one.op is Op.SYMBOL and one.value in known
@@ -365,7 +372,8 @@ class Prepared:
         names, labels = self.scene.velocities, COLUMNS["q"](self.functions.w)
         p = other.positions
         positions = [k for k, name in enumerate(labels) if name not in other.states.names[:p]]
-        return independent(here, positions, [k for k, name in enumerate(names) if name not in other.states.names[p:]])
+        velocities = [k for k, name in enumerate(names) if name not in other.states.names[p:]]
+        return independent(here, positions, velocities, len(names))
 
 
 def prepared(problem: Problem, outputs: Looked = (), independent: str | Sequence[str] = ()) -> Prepared:

@@ -103,7 +103,7 @@ class Regulator(_Gain):
         """Return what `symdyn simulate --feedback` reads."""
         one = self.system
         point = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
-        point |= dict(zip(one.scene.velocities, one.point.u.tolist(), strict=True))
+        point |= dict(zip(one.scene.first_order, one.point.u.tolist(), strict=True))
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),

@@ -151,7 +151,8 @@ def where_in_words(system: Linearization) -> str:
 
     parts = [*map(shown, scene.coordinates, point.q, SceneUnits(scene).coordinates)]
     units = SceneUnits(scene).velocities
-    parts += [shown(n, x, f"{u}/s") for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
+    speeds = (*(f"{unit}/s" for unit in units), *(one.unit for one in scene.states))
+    parts += [shown(n, x, u) for n, x, u in zip(scene.first_order, point.u, speeds, strict=True) if x]
     names = drive_names(scene)
     parts += [shown(names[k], x, force_unit(units[k])) for k, x in enumerate(point.tau) if abs(x) > NOTHING]
     inputs = zip(scene.inputs, point.inputs, strict=False)
@@ -270,7 +271,7 @@ def as_json(system: Linearization, formulas: Symbolic | None = None) -> dict[str
         "point": {
             "t": point.t,
             "q": dict(zip(scene.coordinates, point.q.tolist(), strict=True)),
-            "u": dict(zip(scene.velocities, point.u.tolist(), strict=True)),
+            "u": dict(zip(scene.first_order, point.u.tolist(), strict=True)),
             "tau": dict(zip(drive_names(scene), point.tau.tolist(), strict=True)),
             **_given(system),
         },

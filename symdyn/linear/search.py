@@ -60,10 +60,11 @@ BESIDE, WORKS = 1e-5, 1e-3
 
 
 class Search:
-    """Newton's method over many positions at once, shape (N, nq)."""
+    """Newton's method over many positions at once, states of one's own behind coordinates, shape (N, nq + ns)."""
 
     def __init__(self, prepared: Prepared, start: Array, t: float) -> None:
         self.asked, self.v, self.scene, self.t = prepared, prepared.functions, prepared.scene, t
+        self.n, self.letters = len(self.v.u), (*self.v.w.state.q, *self.v.w.states)
         self.block, state, graph = self.v.statics, self.v.w.state, self.v.w.graph
         self.values: dict[Expr, Any] = {graph.symbol(name): x for name, x in opened(self.scene).values.items()}
         self.values[graph.symbol(TIME)] = t
@@ -71,27 +72,32 @@ class Search:
         self.values |= dict(zip(acting, prepared.forces.tabulated(np.asarray(t), len(acting)).tolist(), strict=True))
         parts = self.block.parts
         needed = set(reachable([x for name in "frG" for x in parts[name][1]]))
-        self.idle = [q not in needed for q in state.q]
-        self.start = start
+        self.idle = [q not in needed for q in self.letters]
+        self.start = start if len(start) == len(self.letters) else np.append(start, Problem(self.scene).initial.s)
         if self.v.multipliers:  # raises where rows depend on each other at the start
-            prepared.place(self.start, np.zeros(state.n), t)
-        self.sizes, self.units = np.ones(state.n), SceneUnits(self.scene).coordinates
+            prepared.place(*self.state(self.start), t)
+        self.units = (*SceneUnits(self.scene).coordinates, *(one.unit for one in self.scene.states))
+        self.sizes = np.ones(self.n)
         diagonal = np.diag(self.inertia(self.start[None, :])[0])
         self.sizes = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self.turns, self.numbers = self._turns(), opened(self.scene).numbers()
 
+    def state(self, q: Array) -> tuple[Array, Array]:
+        """Return coordinates, and velocities that are zero with states, shapes (nq,) and (nu,)."""
+        nq, ns = len(self.scene.coordinates), len(self.scene.states)
+        return q[:nq], np.append(np.zeros(self.n - ns), q[nq:])
+
     def at(self, q: Array, multipliers: Array) -> dict[str, Array]:
         """Return the parts of the equations, shape (N, ...)."""
         values = dict(self.values)
-        values |= dict(zip(self.v.w.state.q, q.T, strict=True))
+        values |= dict(zip(self.letters, q.T, strict=True))
         values |= dict(zip(self.v.multipliers, multipliers.T, strict=True))
         return self.block.over(values, len(q))
 
     def inertia(self, q: Array) -> Array:
         """Return mass matrices in the scaled units, shape (N, nv, nv)."""
-        state = self.v.w.state
-        values = {**self.values, **dict.fromkeys([*state.qd, *state.qdd, *self.v.multipliers], 0.0)}
-        values |= dict(zip(state.q, q.T, strict=True))
+        values = {**self.values, **dict.fromkeys([*self.v.u, *self.v.a, *self.v.multipliers], 0.0)}
+        values |= dict(zip(self.letters, q.T, strict=True))
         return self.v.motion.over(values, len(q))["M"] * self.sizes[:, None] * self.sizes
 
     def placed(self, exact: Sequence[Mapping[str, Form]]) -> Array:
@@ -139,7 +145,7 @@ class Search:
 
     def roots(self, q: Array) -> tuple[Array, Array]:
         """Return where starts lead, and which of these places are roots."""
-        n, rows = self.v.w.state.n, len(self.v.multipliers)
+        n, rows = self.n, len(self.v.multipliers)
         multipliers, pushed = np.zeros((len(q), rows)), self._pushed
         for _ in range(STEPS):
             found = self.at(q, multipliers)
@@ -223,23 +229,25 @@ class Search:
 
         `rank` is that of `ranks`, where it is known.
         """
-        if self.singular(q, int(self.ranks(q[None, :])[0]) if rank is None else rank) or self.numbers.lying_flat(q):
+        if self.singular(q, int(self.ranks(q[None, :])[0]) if rank is None else rank) or self.numbers.lying_flat(
+            self.state(q)[0]
+        ):
             return False
         if self.v.multipliers:
             try:
-                self.asked.place(q, np.zeros(self.v.w.state.n), self.t)
+                self.asked.place(*self.state(q), self.t)
             except LinearizeError:
                 return False
         return True
 
     def singular(self, q: Array, rank: int) -> bool:
         """Tell whether coordinates are singular at a place: angles, or what moves a mass elsewhere in a tree."""
-        return rank < self._rank or bool(self.numbers.singular_angles(q))
+        return rank < self._rank or bool(self.numbers.singular_angles(self.state(q)[0]))
 
     def ranks(self, q: Array) -> Array:
         """Return how many motions of a tree have an inertia, however small, shape (N,); with rows that is not asked."""
         if self.v.multipliers or not len(q):
-            return np.full(len(q), self.v.w.state.n)
+            return np.full(len(q), self.n)
         M = np.nan_to_num(self.inertia(q))
         diagonal = np.abs(np.diagonal(M, axis1=1, axis2=2))
         d = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -267,7 +275,7 @@ class Search:
 
     def crossing(self, q: Array) -> bool:
         """Tell whether rows of loops depend on each other at a place, and what is left of them balances the forces."""
-        if self.numbers.singular_angles(q) or self.numbers.lying_flat(q):
+        if any(amiss(self.state(q)[0]) for amiss in (self.numbers.singular_angles, self.numbers.lying_flat)):
             return False
         found = self.at(q[None, :], np.zeros((1, len(self.v.multipliers))))
         f, G = found["f"][0] * self.sizes, found["G"][0] * self.sizes
@@ -301,32 +309,31 @@ class Search:
         """Return the multipliers that balance the forces at a place of rest, shape (1, rows); zeros at a crossing."""
         found = np.zeros((1, len(self.v.multipliers)))
         if self.v.multipliers and self.regular(q):
-            found[0] = self.asked.place(q, np.zeros(self.v.w.state.n), self.t).point.multipliers
+            found[0] = self.asked.place(*self.state(q), self.t).point.multipliers
         return found
 
     def near(self, q: Array) -> SecondOrder:
         """Return inertia, damping and stiffness at a place of rest."""
-        state, n = self.v.w.state, self.v.w.state.n
-        still = dict.fromkeys([*state.qd, *state.qdd, *self.v.multipliers], 0.0)
-        values = {**self.values, **still, **dict(zip(state.q, q.tolist(), strict=True))}
+        n, still = self.n, dict.fromkeys([*self.v.u, *self.v.a, *self.v.multipliers], 0.0)
+        values = {**self.values, **still, **dict(zip(self.letters, q.tolist(), strict=True))}
         M, e = self.v.motion.over(values, 1)["M"][0], self.v.slopes.over(values, 1)["e"][0]
         return SecondOrder(M, e[:, n : 2 * n], self.at(q[None, :], self._multipliers(q))["K"][0])
 
     def eigenvalues(self, q: Array) -> Complexes:
         """Return the eigenvalues of the motion next to a place, of the stiffness where not all of it has an inertia."""
         try:
-            return self.asked.at(q, np.zeros(self.v.w.state.n), self.t).poles
+            return self.asked.at(*self.state(q), self.t).poles
         except LinearizeError:
             return np.linalg.eigvals(self.near(q).K).astype(np.complex128)
 
 
-def nearest(prepared: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
-    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere.
+def nearest(prepared: Prepared, q: Array, u: Array, t: float = 0.0, whole: bool = True) -> tuple[Array, Array] | None:
+    """Return the equilibrium, q and u, that Newton's method leads to from a state, None where it leads nowhere.
 
     Whole turns are taken away, but for those who compare it with where it began.
     """
     search = Search(prepared, Problem(prepared.scene).initial.q, t)
-    found, good = search.roots(q[None, :])
+    found, good = search.roots(np.append(q, u[len(prepared.scene.velocities) :])[None, :])
     if not (good[0] and search.regular(found[0])):
         return None
-    return search.wrapped(found[0]) if whole else found[0]
+    return search.state(search.wrapped(found[0]) if whole else found[0])

@@ -52,7 +52,7 @@ def settled(requested: Prepared, system: Linearization, anywhere: bool = False) 
         LinearizeError: it is neither, with what is out of balance and where it is not; not if `anywhere` is asked for.
     """
     off = _accelerated(requested, system)
-    still = np.abs(system.point.u).max(initial=0.0) <= STILL
+    still = system.still
     if not off and still:
         why = _passing(requested, system)
         if why and not anywhere:
@@ -72,7 +72,7 @@ def settled(requested: Prepared, system: Linearization, anywhere: bool = False) 
 
 def _accelerated(requested: Prepared, system: Linearization) -> list[int]:
     """Return the velocities that change, of those that are independent or prescribed."""
-    velocities = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    velocities = system.velocities
     size = max(1.0, float(np.abs(system.A[system.positions :]).max(initial=0.0)))
     watched = (*velocities, *requested.functions.w.prescribed.place)
     return [k for k in watched if abs(system.point.udot[k]) > BALANCED * size]
@@ -82,7 +82,7 @@ def _passing(requested: Prepared, system: Linearization) -> str:
     """Return why a point of rest does not last, "" where it does: forces and motions that time changes."""
     for more in LATER if requested.timed else ():
         later = requested.at(system.point.q, system.point.u, system.point.t + more, like=system)
-        changed = ", ".join(acceleration_name(system.scene.velocities[k]) for k in _accelerated(requested, later))
+        changed = ", ".join(acceleration_name(system.scene.first_order[k]) for k in _accelerated(requested, later))
         what = f"{changed} would not be zero any more" if changed else "A is another"
         if changed or not np.allclose(later.A, system.A, rtol=EQUAL, atol=EQUAL * np.abs(system.A).max(initial=0.0)):
             return (
@@ -103,7 +103,7 @@ def _steady(requested: Prepared, system: Linearization) -> tuple[Linearization |
         later = system
     changed = _accelerated(requested, later) if requested.timed else []
     if changed:
-        told = ", ".join(acceleration_name(system.scene.velocities[k]) for k in changed)
+        told = ", ".join(acceleration_name(system.scene.first_order[k]) for k in changed)
         return None, (
             f"no steady motion: at t = {later.point.t:.3g} s {told} would not be zero any more, as forces or motions "
             f"depend on time; give forces that last, or {argument('anywhere', True)} for A at this instant"
@@ -152,9 +152,9 @@ def _apart(one: Array, other: Array) -> float:
     return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
 
-def at_rest(requested: Prepared, q: Array) -> Linearization:
-    """Return the system at a position of rest; errors as of `settled`."""
-    found = requested.at(q, np.zeros(len(requested.scene.velocities)))
+def at_rest(requested: Prepared, q: Array, u: Array) -> Linearization:
+    """Return the system at a position of rest, velocities zero; errors as of `settled`."""
+    found = requested.at(q, u)
     if why := _passing(requested, found):
         raise LinearizeError(f"{requested.scene.name}: {why}")
     return with_families(requested, found)
@@ -180,9 +180,9 @@ def _leads_on(requested: Prepared, system: Linearization, way: Array) -> bool:
     """Tell whether equilibria go on along a direction of positions: Newton's method does not come back."""
     numbers = opened(system.scene).numbers()
     there = _closed(numbers, numbers.retract(system.point.q, AWAY * (system.directions @ way)))
-    place = nearest(requested, there, system.point.t, whole=False)
+    place = nearest(requested, there, system.point.u, system.point.t, whole=False)
     far = np.abs(there - system.point.q).max()
-    return place is not None and bool(np.abs(place - there).max() < far / 4)
+    return place is not None and bool(np.abs(place[0] - there).max() < far / 4)
 
 
 def _cyclic_at_rest(
@@ -245,7 +245,7 @@ def _rates_of_positions(requested: Prepared, system: Linearization) -> Array:
 def _velocities(requested: Prepared, system: Linearization, q: Array) -> Array:
     """Return velocities at a position whose independent ones are those of the point."""
     G, _ = requested.kinematics(q, system.point.t)
-    independent = [system.scene.velocities.index(name) for name in system.states.names[system.positions :]]
+    independent = system.velocities
     led = list(requested.functions.w.prescribed.place)
     kept = [*independent, *led]
     dependent = [k for k in range(len(system.point.u)) if k not in kept]
@@ -258,7 +258,7 @@ def _velocities(requested: Prepared, system: Linearization, q: Array) -> Array:
 def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
     """Return where the mechanism is after about a radian or a metre, and when, s; what has no rate has stayed."""
     numbers, labels = opened(system.scene).numbers(), COLUMNS["q"](requested.functions.w)
-    time = ON / float(np.abs(system.point.u).max())
+    time = ON / float(np.abs(system.point.u[: len(system.scene.velocities)]).max())
     q, step = system.point.q.copy(), time / STEPS
 
     def rate(place: Array) -> Array:
@@ -287,18 +287,24 @@ def _closed(numbers: Numbers, q: Array) -> Array:
 
 def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[int], still: bool) -> str:
     """Return what is said of a point that is no equilibrium: what accelerates, and where nothing would."""
-    scene, units = system.scene, SceneUnits(system.scene).velocities
-    sizes = {k: scene.in_shown_unit(f"{system.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
-    told = ", ".join(f"{acceleration_name(scene.velocities[k])} = {size}" for k, size in sizes.items())
+    scene = system.scene
+    units = [*(f"{unit}/s^2" for unit in SceneUnits(scene).velocities), *(one.rate_unit for one in scene.states)]
+    sizes = {k: scene.in_shown_unit(f"{system.point.udot[k]:.6g}", units[k]) for k in off}
+    told = ", ".join(f"{acceleration_name(scene.first_order[k])} = {size}" for k, size in sizes.items())
     what = "equilibrium" if still else "steady motion"
     words = f"{scene.name}: no {what} at this point: {told}{_precession(system, off)}"
-    place = nearest(requested, system.point.q, system.point.t) if still else _balanced(requested, system)
+    point = system.point
+    rest = nearest(requested, point.q, point.u, point.t) if still else None
+    place = rest[0] if rest else None if still else _balanced(requested, system)
     held = _holding(requested, system) if still else ""
     hold = f"it is held there by {held}" if held else "give forces that hold it"
     if place is None:
         other = hold if held else "give forces or rates that balance it"
         return f"{words}; none is near; {other}, or {argument('anywhere', True)} for A at this instant"
-    near = argument("start", {name: _rounded(x) for name, x in zip(scene.coordinates, place, strict=True)})
+    there = dict(zip(scene.coordinates, place, strict=True))
+    if rest:
+        there |= dict(zip(scene.first_order, rest[1], strict=True))
+    near = argument("start", {name: _rounded(x) for name, x in there.items() if name not in scene.velocities})
     kept = "" if still else " and the same rates"
     return f"{words}; the nearest {what} is at {near}{kept}; or {hold}, or {argument('anywhere', True)}"
 
@@ -352,7 +358,7 @@ def steady_next_to(requested: Prepared, system: Linearization, q: Array | None =
 def _balanced(requested: Prepared, system: Linearization) -> Array | None:
     """Return the position next to a point at which its independent velocities stay, None where Newton finds none."""
     numbers, here, p = opened(system.scene).numbers(), system, system.positions
-    places = [system.scene.velocities.index(name) for name in system.states.names[p:]]
+    places = system.velocities
     for _ in range(TRIES):
         step = -np.linalg.lstsq(here.A[p:, :p], here.point.udot[places], rcond=1e-9)[0]
         longest = float(np.abs(step).max(initial=0.0))
@@ -377,7 +383,7 @@ def steady_at_start(scene: Scene) -> tuple[Linearization, Array] | None:
     asked, start = prepared(problem), problem.initial
     if np.abs(start.u).max(initial=0.0) <= MOVES:
         return None
-    near = steady_next_to(asked, asked.at(start.q, start.u))
+    near = steady_next_to(asked, asked.at(start.q, start.moving))
     one = None if near is None else settled(asked, near)
     if one is None or one.kind != "steady":
         return None

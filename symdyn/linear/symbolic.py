@@ -40,9 +40,9 @@ DIGITS = 12
 
 def places(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
     """Return independent positions, dropped ones among them, and velocities, by number of the velocity."""
-    labels, names, p = COLUMNS["q"](prepared.functions.w), system.scene.velocities, system.positions
+    labels, p = COLUMNS["q"](prepared.functions.w), system.positions
     positions = sorted(labels.index(x) for x in (*system.states.names[:p], *system.dropped))
-    return positions, [names.index(x) for x in system.states.names[p:]]
+    return positions, system.velocities
 
 
 def kept(prepared: Prepared, system: Linearization) -> tuple[list[int], list[int]]:
@@ -64,7 +64,7 @@ def with_definitions(prepared: Prepared, system: Linearization, held: tuple[str,
     positions, velocities = places(prepared, system)
     rows = len(v.multipliers)
     many = positions != velocities or len(positions) != 1 or rows > MOST_ROWS or rows != n - 1
-    if many or v.inputs or system.dropped:
+    if many or prepared.scene.given or system.dropped:
         return None
     free = positions[0]
     name, labels = system.states.names[0], COLUMNS["q"](w)
@@ -189,11 +189,12 @@ def symbolic(prepared: Prepared, system: Linearization) -> Symbolic | None:
     v = prepared.functions
     if system.kind != "rest" or len(system.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
         return None
-    w, n, rows = v.w, v.w.state.n, len(v.multipliers)
+    w, n, rows = v.w, len(v.u), len(v.multipliers)
     place, held = exact(prepared, system)
     if held and v.multipliers:
         return with_definitions(prepared, system, held)
-    place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
+    moving = [one for one in v.u if one not in w.states or system.point.u[v.u.index(one)] == 0.0]
+    place |= dict.fromkeys([*moving, *v.a, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
     try:
         entries, forces = substitute(entries_of(v), place), substitute(v.motion.parts["h"][1], place)
         field = Ratios([*entries, *forces])
@@ -309,9 +310,10 @@ def assembled(
     Blocks beside those of the linearised functions are of motions alone: "s", "ad_u", and "spin", Ω, of axes that spin.
     """
     v = prepared.functions
-    n, drives, inputs, zero, one = v.w.state.n, prepared.drives, len(v.inputs), field.zero, field.one
+    n, drives, inputs, zero, one = len(v.u), prepared.drives, len(v.inputs), field.zero, field.one
     G, e, M = blocks["G"], blocks["e"], blocks["M"]
-    N_h = followed(field, [row for row, holds in zip(G, v.holding, strict=True) if holds], positions, n)
+    holding = [row for row, holds in zip(G, v.holding, strict=True) if holds]
+    N_h = [row[: len(positions)] for row in followed(field, holding, (*positions, *range(v.w.state.n, n)), n)]
     N, p, states = followed(field, G, velocities, n), len(positions), len(positions) + len(velocities)
     width = states + len(drives) + inputs
     dependent = [k for k in range(n) if k not in velocities]
@@ -342,7 +344,7 @@ def assembled(
     a = plus(field.product(N, independent), beside)
     held, turned = plus(field.product(M, a), right), [list(row) for row in zip(*square, strict=True)]
     multipliers = field.solved(turned, [held[k] for k in dependent]) if G else []
-    y = field.product(blocks["y_"], [*moved, *a, *multipliers, *driven, *own[len(drives) :]])
+    y = field.product(blocks["y_"], [*moved, *a, *multipliers, *driven[: v.w.state.n], *own[len(drives) :]])
     upper = moved[n:]
     if "spin" in blocks:
         spun = [field.product(blocks["spin"], rows) for rows in (moved[:n], moved[n:])]
@@ -376,6 +378,7 @@ def _true(field: Ratios, exact: Sequence[Rows], prepared: Prepared, system: Line
     w = prepared.functions.w
     values = {w.graph.symbol(name): x for name, x in opened(system.scene).values.items()}
     values |= dict(zip(w.state.q, system.point.q.tolist(), strict=True))
+    values |= dict(zip(prepared.functions.u, system.point.u.tolist(), strict=True))
     if any(node.op is Op.SYMBOL and node not in values for node in reachable(field.atoms)):
         return False  # multipliers, which no formula here tells
     numbers = dict(zip(field.atoms, evaluate(field.atoms, Floats(), values), strict=True))

@@ -65,7 +65,7 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
         raise LinearizeError(f"{path}: runs are read from {' or '.join(READERS)} files, as simulate -o writes them")
     if not path.is_file():
         raise LinearizeError(f"{path}: there is no such file")
-    t, columns = reader(path, [one.name for one in scene.inputs])
+    t, columns = reader(path, [one.name for one in scene.given])
     missing = [name for name in (*scene.coordinates, *scene.velocities) if name not in columns]
     if missing:
         raise LinearizeError(
@@ -76,10 +76,10 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
     u = np.stack([columns[name] for name in scene.velocities], axis=-1)
     forces = (columns.get(f"force {k}", columns.get(name, still)) for k, name in enumerate(drive_names(scene)))
     tau = np.stack(list(forces), axis=-1)
-    lacking = [one.name for one in scene.inputs if one.name not in columns]
-    if lacking:
-        raise LinearizeError(f"{path}: has no column {', '.join(lacking)}, which {scene.name} is given over time")
-    given = {one.name: columns[one.name] for one in scene.inputs}
+    for letters, what in ((scene.inputs, "which {} is given over time"), (scene.states, "a state of {}")):
+        if lacking := [one.name for one in letters if one.name not in columns]:
+            raise LinearizeError(f"{path}: has no column {', '.join(lacking)}, {what.format(scene.name)}")
+    given = {one.name: columns[one.name] for one in scene.given}
     return Trajectory(scene, t, q, u, np.zeros_like(u), tau, given)
 
 
@@ -174,7 +174,7 @@ class System:
             return [cls(asked, one, None) for one in along(asked, read_run(problem.scene, where))], ()
         if where != "rest":
             start = problem.initial
-            found = settled(asked, asked.at(start.q, start.u, notes=start.notes), anywhere)
+            found = settled(asked, asked.at(start.q, start.moving, notes=start.notes), anywhere)
             return [cls(asked, found, symbolic(asked, found))], ()
         places = equilibria(asked)
         notes = search_report(places)

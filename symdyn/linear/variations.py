@@ -5,6 +5,9 @@
     s        G u = 0, the constraints; of a prescribed motion u_k
     X_k f    d/dε f(q ∘ exp(ε X_k)), all else held: a column for every velocity
 
+States s of one's own stand behind velocities as if they were such, of mass 1: e has the rows ṡ - rate(t, q, u, s, w),
+and u below is (u, s). No positions belong to them.
+
 Outputs are formulas in the letters of `symdyn.scene.values.grammar`, parameters, and the outputs that the scene
 declares.
 
@@ -30,7 +33,7 @@ from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, growing, reachable, repeated, substitute, tangents
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, formula_text, split_commas
+from symdyn.scene.values import LETTERS, Faults, acceleration_name, formula_text, split_commas
 from symdyn.simulation import read_output
 from symdyn.unlocked import cached_property
 
@@ -151,17 +154,21 @@ class Variations:
 
     Attributes:
         w: what they are derived on.
+        u: velocities, and then states of one's own, shape (nu,).
+        a: rates of these, shape (nu,).
         multipliers: symbols λ of the independent rows, then of prescribed motions.
         holding: which are position-level rows.
         inputs: names of the inputs, deviations from what is given.
         motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
             "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u), "inputs".
-        slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nv, 3 nv + nw); "c"
+        slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nu, 3 nu + nw); "c"
             along q and u, "s" along q.
         outputs: "y", and "y_" along q, u, u̇, λ, τ and w.
     """
 
     w: Workspace = field(repr=False)
+    u: tuple[Expr, ...]
+    a: tuple[Expr, ...]
     multipliers: tuple[Expr, ...]
     holding: tuple[bool, ...]
     inputs: tuple[str, ...]
@@ -178,20 +185,25 @@ class Variations:
 
     @cached_property
     def statics(self) -> VariationBlock:
-        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", "r" of position-level rows, "push"."""
-        w, n = self.w, self.w.state.n
-        still = dict.fromkeys([*w.state.qd, *w.state.qdd], w.graph.zero)
+        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q and s, "G", "r" of position-level rows, "push".
+
+        States of one's own are among what is looked for; "H" says how q, and then s, move.
+        """
+        w, n, zero = self.w, len(self.u), self.w.graph.zero
+        owned = range(w.state.n, n)
+        still = dict.fromkeys([*w.state.qd, *self.a], zero)
         (rows, _), G = self.motion.parts["G"]
-        _, e = self.slopes.parts["e"]
-        width = len(e) // n
-        K = substitute([e[i * width + k] for i in range(n) for k in range(n)], still)
+        (_, width), e = self.slopes.parts["e"]
+        K = substitute([e[i * width + k + n * (k in owned)] for i in range(n) for k in range(n)], still)
+        H = [*self.motion.parts["H"][1], *(w.graph.one if i == k else zero for i in owned for k in range(n))]
         forces = substitute(self.motion.parts["h"][1], still)
         pulled = [w.graph.total(G[r * n + k] * x for r, x in enumerate(self.multipliers)) for k in range(n)]
-        f = [h - tau - more for h, tau, more in zip(forces, w.state.tau, pulled, strict=True)]
+        driven = (*w.state.tau, *(zero for _ in owned))
+        f = [h - tau - more for h, tau, more in zip(forces, driven, pulled, strict=True)]
         r = [one for one, holds in zip(self.motion.parts["r"][1], self.holding, strict=True) if holds]
         push = substitute(self.motion.parts["push"][1], still)
         return block(
-            f=((n,), f), K=((n, n), K), G=((rows, n), list(G)), r=((len(r),), r), H=self.motion.parts["H"],
+            f=((n,), f), K=((n, n), K), G=((rows, n), list(G)), r=((len(r),), r), H=((len(H) // n, n), H),
             push=((n,), push),
         )  # fmt: skip
 
@@ -223,16 +235,21 @@ def _written(
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)
     zero = graph.zero
-    letters = w.inputs
+    letters, owned = w.inputs, w.states
+    u, a = (*state.qd, *owned), (*state.qdd, *(graph.symbol(acceleration_name(str(one.value))) for one in owned))
+    more = len(owned)
     acting = {one: one + places[k].express(graph) if k in places else one for k, one in enumerate(letters, n)}
     push = substitute([places[k].express(graph) if k in places else zero for k in range(n)], acting)
-    acting |= {tau: tau + more for tau, more in zip(state.tau, push, strict=True)}
+    acting |= {tau: tau + force for tau, force in zip(state.tau, push, strict=True)}
+    push += [zero] * more
     bias, G, residual, holding = _rows(w)
-    rates = [graph.total(entry * u for entry, u in zip(row, state.qd, strict=True)) for row in G]
+    G = [[*row, *[zero] * more] for row in G]
+    rates = [graph.total(entry * x for entry, x in zip(row, u, strict=True)) for row in G]
     multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
-    pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n)]
-    forces = substitute(w.forces(list(state.qdd)), {one: acting[one] for one in letters})
-    along = list(w.directions.along)
+    pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n + more)]
+    balance = [*w.forces(list(state.qdd)), *(x - rate for x, rate in zip(a[n:], w.state_rates, strict=True))]
+    forces = substitute(balance, {one: acting[one] for one in letters})
+    along = [*w.directions.along, *({} for _ in owned)]
     own = list(letters)
 
     def columns(entries: Sequence[Expr], *groups: Sequence[Mapping[Expr, Expr]]) -> tuple[tuple[int, int], list[Expr]]:
@@ -243,29 +260,30 @@ def _written(
     def each(symbols: Sequence[Expr]) -> list[dict[Expr, Expr]]:
         return [{one: graph.one} for one in symbols]
 
-    q, u, a = along, each(state.qd), each(state.qdd)
+    by_u, by_a = each(u), each(a)
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
-    swept = columns(balance, q, u, a, each(own))
-    if not scene.is_constrained and not own:  # in the formulation that is preferred
+    swept = columns(balance, along, by_u, by_a, each(own))
+    if not scene.is_constrained and not scene.given:  # in the formulation that is preferred
         direct = derive_one(w, "inverse_dynamics_derivatives")
-        others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
+        others = columns([p + r for p, r in zip(push, pulled, strict=True)], along, by_u, by_a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
-    still = dict.fromkeys([*state.qdd, *multipliers], zero)
+    still = dict.fromkeys([*a, *multipliers], zero)
     resting = [one - acted for one, acted in zip(substitute(forces, still), push, strict=True)]
-    moving = [
-        c + graph.total(x * y for x, y in zip(row, state.qdd, strict=True)) for c, row in zip(bias, G, strict=True)
-    ]
+    moving = [c + graph.total(x * y for x, y in zip(row, a, strict=True)) for c, row in zip(bias, G, strict=True)]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
     y = on_graph(w, outputs, multipliers, acting)
     return Variations(
-        w, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
+        w, u, a, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
         block(
-            M=columns(forces, a), h=((n,), resting), G=((len(G), n), [x for row in G for x in row]),
-            b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((n,), push),
-            H=((len(state.q), n), along_q), inputs=((len(own),), [acting[one] for one in own]),
+            M=columns(forces, by_a), h=((len(u),), resting), G=((len(G), len(u)), [x for row in G for x in row]),
+            b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((len(u),), push),
+            H=((len(state.q), len(u)), along_q), inputs=((len(own),), [acting[one] for one in own]),
         ),
-        block(e=swept, p=columns(push, q, u, a, each(own)), c=columns(moving, q, u), s=columns(rates, q)),
-        block(y=((len(y),), y), y_=columns(y, q, u, a, each(multipliers), each(state.tau), each(own))),
+        block(
+            e=swept, p=columns(push, along, by_u, by_a, each(own)), c=columns(moving, along, by_u),
+            s=columns(rates, along),
+        ),
+        block(y=((len(y),), y), y_=columns(y, along, by_u, by_a, each(multipliers), each(state.tau), each(own))),
     )  # fmt: skip
 
 

@@ -77,12 +77,14 @@ def _tables(result: Scene) -> list[Markup]:
         for one in result.parameters
     ]
     given = [(one.name, spell(one.value), told[one.name], one.text) for one in result.inputs]
+    own = [(one.name, spell(one.rate), spell(one.value), told[one.name], one.text) for one in result.states]
     seen = [(one.name, spell(one.formula), looked[one.name], one.text) for one in result.outputs]
     gravity = ", ".join(map(spell, result.gravity))
     return [
         table(("coordinate", "unit", "joint", "type", "drive"), rows),
         table(("parameter", "value", "unit", ""), named),
         table(("input", "unless given", "unit", ""), given),
+        *([table(("state", "rate", "start", "unit", ""), own)] if own else []),
         table(("output", "formula", "unit", ""), seen),
         note(f"gravity [{gravity}] m/s²"),
     ]
@@ -362,7 +364,7 @@ def _equations(page: Printable) -> Iterator[str]:
     write = page.writer()
     for i in range(len(page.rows)):
         yield f"{write(page.left(i)) or '0'} {BREAK}= {write(page.driving(i))}"
-    for name, form in (*page.motions, *page.definitions):
+    for name, form in (*page.beside, *page.definitions):
         yield f"{write.symbols[name]} {BREAK}= {write(form)}"
 
 

@@ -56,7 +56,15 @@ def tunable(
 
 DRAWS = 40  # states tried for one at which a function is real
 
-RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0}  # half-widths of the sampled states, SI
+RANGES = {
+    "q": 3.0,
+    "qd": 2.0,
+    "qdd": 2.0,
+    "tau": 5.0,
+    "t": 3.0,
+    "inputs": 3.0,
+    "internal": 3.0,
+}  # half-widths of the sampled states, SI
 RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
 
 Array = np.ndarray[Any, Any]

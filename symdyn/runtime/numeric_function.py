@@ -38,7 +38,7 @@ WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "sub
 REAL = "biuf"
 """Kinds of NumPy's types that are real numbers."""
 
-BY_NAME = ("params", "inputs", "tau")
+BY_NAME = ("params", "inputs", "internal", "tau")
 """Arguments whose entries a call is likely to name."""
 
 

@@ -21,7 +21,9 @@ from .build import (
     revolute as revolute,
     rod as rod,
     scene as scene,
+    signal as signal,
     spherical as spherical,
+    state as state,
     table as table,
     universal as universal,
 )
@@ -53,7 +55,5 @@ from .symbolic import (
 )
 from .toml import read_text as read_text, tables_of as tables_of
 from .values.formula import parse as parse
-from .values.model import (
-    Scene as Scene,
-)
+from .values.model import Scene as Scene
 from .values.quantity import Quantity as Quantity

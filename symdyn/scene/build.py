@@ -137,6 +137,44 @@ def output(name: str, formula: Number, *, unit: str = "", text: str = "") -> Ent
 
 
 @suggesting
+def state(
+    name: str,
+    rate: Number,
+    *,
+    start: Number | None = None,
+    unit: str = "",
+    reset: Mapping[str, Number] | None = None,
+    latex: str | None = None,
+    text: str = "",
+) -> Entry:
+    """Declare a state of one's own, such as a motor's current: rate "(u - R*i - k*theta_dot)/L".
+
+    Args:
+        name: as formulas write it.
+        rate: in coordinates, velocities, states, signals, inputs, parameters and t.
+        start: where it starts; zero when left out.
+        unit: of SI.
+        reset: where it jumps, {"when": "s - 1", "to": 0, "way": "up"}: when `when` passes zero, upwards.
+        latex: how to print it.
+        text: a description for tables.
+    """
+    return entry("states", **locals())
+
+
+@suggesting
+def signal(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
+    """Declare a formula that others use by its name, in what rates of states may use.
+
+    Args:
+        name: as formulas write it.
+        formula: in coordinates, velocities, states, other signals, inputs, parameters and t.
+        unit: of SI.
+        text: a description for tables.
+    """
+    return entry("signals", **locals())
+
+
+@suggesting
 def table(
     name: str,
     points: str | Sequence[Sequence[object]],
@@ -181,6 +219,8 @@ def scene(
     dh: Entry | None = None,
     inputs: Sequence[Entry] | Mapping[str, Number | None] = (),
     outputs: Sequence[Entry] | Mapping[str, Number] = (),
+    states: Sequence[Entry] = (),
+    signals: Sequence[Entry] | Mapping[str, Number] = (),
     tables: Sequence[Entry] = (),
     source: str = "",
     allow_invalid_inertia: bool = False,
@@ -202,6 +242,8 @@ def scene(
         dh: declared by `dh_table`.
         inputs: declared by `input_signal`, or a mapping of names to values where none are given over time (None: zero).
         outputs: declared by `output`, or a mapping of names to formulas.
+        states: declared by `state`.
+        signals: declared by `signal`, or a mapping of names to formulas.
         tables: declared by `table`.
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that are not physically consistent, of every body.
@@ -224,6 +266,8 @@ def scene(
         inputs = [input_signal(key, value) for key, value in inputs.items()]
     if isinstance(outputs, Mapping):
         outputs = [output(key, formula) for key, formula in outputs.items()]
+    if isinstance(signals, Mapping):
+        signals = [signal(key, formula) for key, formula in signals.items()]
     faults = Faults(source or str(name))
     declaration = Declaration(
         name=name,
@@ -237,6 +281,8 @@ def scene(
         dh=dh,
         inputs=_entries("inputs", "input_signal", inputs, faults),
         outputs=_entries("outputs", "output", outputs, faults),
+        states=_entries("states", "state", states, faults),
+        signals=_entries("signals", "signal", signals, faults),
         tables=_entries("tables", "table", tables, faults),
         units=units,
         text=text or None,

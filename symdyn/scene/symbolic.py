@@ -41,7 +41,8 @@ from symdyn.scene.values.entry import Faults, compose, show
 from symdyn.scene.values.folding import add, map_quantities, mul, neg, substituted
 from symdyn.scene.values.joint import Element, Joint
 from symdyn.scene.values.key import Key, Names
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.letters import Parameter
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 
 INERTIAL = (

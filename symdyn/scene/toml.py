@@ -21,6 +21,7 @@ from symdyn.scene.declaration.declare import SECTIONS, Declaration, reading_of
 from symdyn.scene.declaration.joint_table import Standing, said_joint, said_place
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, Written, read_bounded
 from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
+from symdyn.scene.declaration.states import SIGNAL, STATE
 from symdyn.scene.declaration.tables import TABLE
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import place_of, sections, table_of
@@ -233,7 +234,8 @@ def write_text(scene: Scene) -> Written:
     blocks += [_block("[loop]", {"name": joint.name, **said_place(joint)}) for joint in scene.loops]
     scope = Scope({}, scene.gravity, scene.parameters)
     blocks += [_block(place_of(one), table_of(one, scope)) for one in scene.elements]
-    blocks += [*_blocks("inputs", INPUT, scene.inputs), *_blocks("outputs", OUTPUT, scene.outputs)]
+    blocks += [*_blocks("inputs", INPUT, scene.inputs), *_blocks("states", STATE, scene.states)]
+    blocks += [*_blocks("signals", SIGNAL, scene.signals), *_blocks("outputs", OUTPUT, scene.outputs)]
     blocks += _blocks("tables", TABLE, tables_in(scene))
     return Written("\n".join(blocks))
 

@@ -135,8 +135,9 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         found.append(Column(name, FORCES, force_unit(unit), latex[name]))
     told = SceneUnits(scene).inferred
     said = {
-        one.name: Column(one.name, "inputs", told[one.name], one.latex or str(PrintName.of_code(one.name)))
-        for one in scene.inputs
+        one.name: Column(one.name, kind, told[one.name], one.latex or str(PrintName.of_code(one.name)))
+        for kind, letters in (("inputs", scene.inputs), ("states", scene.states))
+        for one in letters
     }
     units = {one.name: one.unit for one in (*found, *said.values())}
     said |= {
@@ -158,7 +159,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
 
 def unit_of(formula: Quantity, scene: Scene) -> str:
     """Return the unit of what an output may name; "" where a number in it may carry one, or nothing tells."""
-    names = (one.name for one in scene.inputs)
+    names = (one.name for one in scene.given)
     return _unit(scene, formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
 
 

@@ -26,13 +26,13 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import WrittenDecisions, reaction_names, unique
+from symdyn.dynamics.outputs import WrittenDecisions, arguments, reaction_names, unique
 from symdyn.errors import SimulateError, suggestion
 from symdyn.graph import Graph, evaluate, reachable
 from symdyn.program import formulate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS
-from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, function_of, opened
+from symdyn.simulation.equations.compiled_routines import Compiled, Opened, compiled, compiled_once, opened, plain
 from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 
@@ -46,8 +46,9 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 
     def make() -> Compiled:
         w = Workspace(found.scene, found.closing)
-        inputs = ("inputs",) if w.scene.inputs else ()
-        forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
+        given = [kind for kind, letters in (("inputs", w.inputs), ("internal", w.states)) if letters]
+        takes = arguments(w, ("q", "qd", "qdd", TIME, *given))
+        forces = plain("forces", w.forces(list(w.state.qdd)), takes)
         return compiled(w.scene, w.graph, (forces, derive_one(w, "constraint_jacobian")))
 
     made = compiled_once(("multipliers", found.scene, decisions), make)
@@ -58,7 +59,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 def _over(motion: Trajectory, made: Compiled, result: Opened, function: Function) -> Array:
     """Return a compiled function at all samples of a motion, shape (N, ...)."""
     series = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
-    series |= {"inputs": motion.inputs} if motion.scene.inputs else {}
+    series |= {"inputs": motion.inputs, "internal": motion.states}
     values = made.at(result.values)[function.name](*(series[one] for one in made.takes(function.name)))
     return np.broadcast_to(values, (len(motion.t), *function.shape))
 

@@ -229,17 +229,18 @@ def simulate(
     system = state_equations(scene, given, zeros, problem.whole)
     system = replace(system, loop=outside.begun(scene, initial, run.until))
     own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
-    x = np.concatenate([initial.q, initial.u, own, np.zeros(int(system.works))])
+    x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
-    looked_for = (*flags, *(bool(said) for said in system.ends), *limits)
+    kinds = enumerate(system.kinds)
+    looked_for = tuple(flags[k] if k < len(flags) else limits.get(k, bool(kind.end)) for k, kind in kinds)
     notes = (*initial.notes, *held(scene, given, run.until), *system.notes, *at_start(system, x, limits))
     notes += (*nothing_ignored(system, run.ignore_limits), *outside.notes(times))
     for note in notes:
         tell(note)
 
-    choice = choose(system, x, run.until, run.method, run.rtol, any(limits))
+    choice = choose(system, x, run.until, run.method, run.rtol, any(limits.values()))
 
     def attempt(choice: Choice) -> tuple[Integration, InitialValueProblem, list[str]]:
         relative, absolute, others = choice.method.tolerances(choice.name, run.rtol, run.atol)
@@ -297,7 +298,7 @@ def check_start(system: StateEquations, x: Array) -> None:
         rates = system.rates(0.0, x)
     why = "" if system.closed else singular(system, x[: system.nq])
     if not np.all(np.isfinite(rates)):
-        part = valueless(system.scene, system.forces, 0.0, x[: system.nq], x[system.nq : system.nq + system.nv])
+        part = valueless(system.scene, system.forces, 0.0, *system.parts(x)[:2])
         why = f"start: {part}; give another start" if part else why
         why = why or "the accelerations have no finite value at the start; give another start"
     if why:
@@ -358,9 +359,10 @@ class Control:
         if not self.laws:
             return None
         first, *beside = self.laws
-        found = Loop(first, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs), beside)
+        n, nu = len(scene.velocities), len(scene.velocities) + len(scene.states)
+        found = Loop(first, len(scene.coordinates), nu, until, n + len(scene.inputs), beside)
         with np.errstate(all="ignore"):  # what has no value is told
-            found.start(initial.q, initial.u)
+            found.start(initial.q, np.append(initial.u, initial.s))
         return found
 
     def reported(self, trajectory: Trajectory, x: Array, forces: Forces, loop: Loop | None) -> Trajectory:
@@ -372,9 +374,9 @@ class Control:
             return trajectory
         cuts, end = loop.cuts, float(trajectory.t[-1])
         others = tuple(k for one in self.functions for k in one.places)
-        n = trajectory.q.shape[1] + trajectory.qd.shape[1]
+        n = loop.nq + loop.nu
         with np.errstate(all="ignore"):
-            told = loop.columns(trajectory.t, trajectory.q, trajectory.qd, x[:, n : n + loop.nz])
+            told = loop.columns(trajectory.t, trajectory.q, x[:, loop.nq : n], x[:, n : n + loop.nz])
         extra = apart(trajectory.scene, {**trajectory.extra, **told})
         held: tuple[str, ...] = ()
         if self.sampled is not None:

@@ -12,7 +12,7 @@ replace those of the scene, of which only those are kept that the given ones lea
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -145,14 +145,21 @@ class Start:
     Attributes:
         q: coordinates, shape (nq,).
         u: velocities, shape (nv,).
+        s: states of one's own, shape (ns,); () where they start as the scene says.
         notes: what was changed so that loops close, one line each.
-        formulas: what was said of q and u, parameters bound; () where they are numbers.
+        formulas: what was said of q, u and s, parameters bound; () where they are numbers.
     """
 
     q: Array
     u: Array
     notes: tuple[str, ...] = ()
     formulas: tuple[Quantity, ...] = ()
+    s: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def moving(self) -> Array:
+        """Velocities, and then states of one's own, shape (nu,)."""
+        return np.append(self.u, self.s)
 
     @classmethod
     def guess(cls, scene: Scene, start: Values | Start | None = None) -> Array:
@@ -164,7 +171,7 @@ class Start:
         if isinstance(start, Start):
             return start.q
         faults = Faults("")
-        q, _, _ = _position(scene, start, parameter_values(scene), faults)
+        q, *_ = _position(scene, start, parameter_values(scene), faults)
         faults.close(SimulateError)
         return opened(scene).numbers().normalised(q)
 
@@ -187,10 +194,10 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     """
     if isinstance(start, Start):
         no_equations(opened(scene).numbers(), start.q)
-        return start
+        return start if len(start.s) == len(scene.states) else replace(start, s=read_start(scene).s)
     values = parameter_values(scene)
     faults = Faults("")
-    q, given_q, formulas = _position(scene, start, values, faults)
+    q, given_q, formulas, own = _position(scene, start, values, faults)
     u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in start_of(scene).velocity])
     formulas += start_of(scene).velocity
     moved = scene.prescribed_velocities
@@ -224,7 +231,9 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         notes += more
         faults.close(SimulateError)
     no_equations(numbers, q)
-    return Start(q, u, tuple(notes), tuple(bound(one, values) for one in formulas))
+    s = np.array([number_of(one, values, "start", faults) for one in own], dtype=np.float64)
+    formulas += own
+    return Start(q, u, tuple(notes), tuple(bound(one, values) for one in formulas), s)
 
 
 def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
@@ -242,7 +251,7 @@ def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
         length = graph.sqrt(graph.total(x * x for x in four))
         numbers[first : first + 4] = [x / length for x in four]
     known = constants(numbers)
-    for k, (number, double) in enumerate(zip(numbers, (*start.q, *start.u)[: len(numbers)], strict=True)):
+    for k, (number, double) in enumerate(zip(numbers, (*start.q, *start.u, *start.s)[: len(numbers)], strict=True)):
         off = known[number] - Fraction(float(double))
         low[k] = float(off) if abs(off) <= NEAR * abs(known[number]) else 0.0
     return low
@@ -250,21 +259,26 @@ def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
 
 def _position(
     scene: Scene, start: Values | None, values: Mapping[str, Quantity], faults: Faults
-) -> tuple[Array, list[int], list[Quantity]]:
-    """Return coordinates at the start, which of them the user gives, and the formulas of all."""
+) -> tuple[Array, list[int], list[Quantity], list[Quantity]]:
+    """Return coordinates at the start, which of them the user gives, and the formulas of all, and of states."""
     formulas, given = [*start_of(scene).position], list[int]()
+    own, names = [one.value for one in scene.states], (*scene.coordinates, *(one.name for one in scene.states))
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     units = SceneUnits(scene).letters
     for name, text in by_name(start, "start", faults).items():
         if name in scene.velocities and name not in scene.coordinates:
             faults.add("start", f"{name} is a velocity; give it by {argument('start_rates', {name: text})}")
             continue
-        k = _index(name, scene.coordinates, "start", faults)
+        k = _index(name, names, "start", faults)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
-        if k is not None and formula is not None and value is not None:
+        if k is None or formula is None or value is None:
+            continue
+        if k < len(q):
             q[k], formulas[k] = value, formula
             given.append(k)
-    return q, given, formulas
+        else:
+            own[k - len(q)] = formula
+    return q, given, formulas, own
 
 
 def no_equations(numbers: Numbers, q: Array) -> None:

@@ -293,6 +293,8 @@ def shape(task: Task) -> str:
         return "loops close"
     if not scene.velocities:
         return "nothing moves"
+    if scene.states:
+        return "it has states of its own"
     if forces.tables:
         return "a force is a table"
     if forces.functions or forces.fed:

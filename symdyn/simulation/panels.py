@@ -102,6 +102,7 @@ USUAL = (
     "coordinates",
     "velocities",
     "inputs",
+    "states",
     FORCES,
     "reactions",
     "multipliers",

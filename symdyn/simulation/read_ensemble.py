@@ -292,7 +292,7 @@ def read_lanes(problem: Problem, start: object, rates: object, values: object, f
     lengths: dict[str, int] = {}
     read: dict[str, dict[str, Any]] = {what: {} for what in given}
     known = {
-        "start": scene.coordinates,
+        "start": (*scene.coordinates, *(one.name for one in scene.states)),
         "start rates": scene.velocities,
         "values": tuple(p.name for p in scene.parameters),
     }

@@ -181,6 +181,7 @@ class TimedRuns:
             DerivationError: there is no forward dynamics.
         """
         system, begin = state_equations(scene), read_start(scene, at)
+        scene.refuse_states("a timed run", SimulateError)
         x = np.concatenate([begin.q, begin.u, np.zeros(int(system.works))])
         check_start(system, x)
         return cls(system, x)

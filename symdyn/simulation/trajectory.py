@@ -14,8 +14,9 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, listed, quoted
+from symdyn.graph import Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import acceleration_name
+from symdyn.scene.values import Letter, acceleration_name
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
 from symdyn.simulation.equations.saturation import Saturation, cut_lines
@@ -164,13 +165,23 @@ class Trajectory(Shown):
     @property
     def inputs(self) -> Array:
         """What was given over time, shape (N, inputs); what no column tells is as the scene says."""
-        usual = {one.name: np.full(len(self.t), float(one.value.at({}) or 0)) for one in self.scene.inputs}
-        return np.array([self.extra.get(name, column) for name, column in usual.items()]).reshape(-1, len(self.t)).T
+        return self._told(self.scene.inputs)
+
+    @property
+    def states(self) -> Array:
+        """The states of one's own, shape (N, states); what no column tells stays where the scene starts."""
+        return self._told(self.scene.states)
+
+    def _told(self, letters: Sequence[Letter]) -> Array:
+        graph = Graph()
+        usual = self.scene.at_time(graph)
+        each = [self.extra.get(x.name, np.full(len(self.t), usual[graph.symbol(x.name)])) for x in letters]
+        return np.array(each).reshape(-1, len(self.t)).T
 
     @staticmethod
     def check_columns(scene: Scene, names: Iterable[str]) -> None:
         """Raise UnknownNameError for a name that no column of a run of the scene will have."""
-        own = [*(one.name for one in scene.inputs), *(one.name for one in scene.outputs)]
+        own = [one.name for one in (*scene.given, *scene.outputs)]
         every = [one.name for one in columns(scene, own)]
         for name in names:
             if not any(letter in name for letter in "*?[") and name not in every and not known(name):

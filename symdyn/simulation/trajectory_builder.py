@@ -47,14 +47,14 @@ from symdyn.simulation.trajectory import Event, Trajectory
 DATA = "the limit is data for controllers, nothing in the equations keeps it"
 
 
-def stopping(system: StateEquations, ignored: bool) -> tuple[bool, ...]:
-    """Return of every limit whether it ends a run where a joint passes it."""
-    return tuple(limit.kind in STOPS and not ignored for limit in system.limits)
+def stopping(system: StateEquations, ignored: bool) -> dict[int, bool]:
+    """Return of every limit whether it ends a run where a joint passes it, by the number of its kind of event."""
+    return {k: limit.kind in STOPS and not ignored for k, limit in system.limits.items()}
 
 
 def nothing_ignored(system: StateEquations, ignored: bool) -> tuple[str, ...]:
     """Return what is said where limits are to be ignored that there are not."""
-    if not ignored or any(limit.kind in STOPS for limit in system.limits):
+    if not ignored or any(limit.kind in STOPS for limit in system.limits.values()):
         return ()
     return (f"ignoring limits has no effect: no joint of {system.scene.name} has a limit of its position",)
 
@@ -72,11 +72,11 @@ def reached(limit: Limit, scene: Scene, t: float) -> str:
     )
 
 
-def at_start(system: StateEquations, x: Array, stops: Sequence[bool]) -> list[str]:
+def at_start(system: StateEquations, x: Array, stops: Mapping[int, bool]) -> list[str]:
     """Return what is said of a start x, shape (nx,), beyond limits, of which some stop a run."""
     goes_on = "the run goes on until the joint has come back and passes it again"
-    outside = beyond(system, np.zeros(1), x[None])[0]
-    found = [(limit, stop) for limit, out, stop in zip(system.limits, outside, stops, strict=True) if out]
+    outside = beyond(system, np.zeros(1), x[None])
+    found = [(limit, stops[k]) for k, limit in system.limits.items() if outside[0, k]]
     found += [(limit, False) for limit in _by_constant_forces(system, x)]
     return [
         f"{named(limit, system.scene)} is passed at the start; {goes_on if stop else DATA}" for limit, stop in found
@@ -86,7 +86,7 @@ def at_start(system: StateEquations, x: Array, stops: Sequence[bool]) -> list[st
 def _by_constant_forces(system: StateEquations, x: Array) -> list[Limit]:
     """Return the limits of effort that a force passes which no state changes, so that nothing crosses zero."""
     scene, graph = system.scene, Graph()
-    watched = {limit.joint.name for limit in system.limits if limit.kind == "effort"}
+    watched = {limit.joint.name for limit in system.limits.values() if limit.kind == "effort"}
     forces = np.broadcast_to(system.evaluate("drives", 0.0, x), (system.nv,))
     found = []
     for joint in scene.moving:
@@ -96,22 +96,22 @@ def _by_constant_forces(system: StateEquations, x: Array) -> list[Limit]:
     return found
 
 
-def on_the_way(system: StateEquations, t: Array, x: Array, hits: Sequence[Hit], stops: Sequence[bool]) -> list[str]:
+def on_the_way(system: StateEquations, t: Array, x: Array, hits: Sequence[Hit], stops: Mapping[int, bool]) -> list[str]:
     """Return what is said of limits that a run passed after its start, at samples or, by its hits, between them."""
-    outside, first, found = beyond(system, t, x), len(system.events) + len(system.ends), []
-    for k, (limit, stop) in enumerate(zip(system.limits, stops, strict=True)):
-        times = [] if stop else [hit.t for hit in hits if hit.event == first + k]
+    outside, found = beyond(system, t, x), []
+    for k, limit in system.limits.items():
+        stop = stops[k]
+        times = [] if stop else [hit.t for hit in hits if hit.event == k]
         rows = slice(len(t) - stop)  # where a limit stops a run, its last row is beyond it
         found += passed(limit, system.scene, times or passages(t[rows], outside[rows, k])[int(outside[0, k]) :])
     return found
 
 
 def beyond(system: StateEquations, t: Array, x: Array) -> Array:
-    """Return whether states (N, nx) at times (N,) are beyond each limit, shape (N, limits)."""
+    """Return whether guards of all kinds of events are positive, beyond a limit where it is one, shape (N, kinds)."""
     if not system.limits:
-        return np.zeros((len(t), 0), dtype=bool)
-    values = system.evaluate("events", t, x)
-    return np.asarray(values[:, values.shape[1] - len(system.limits) :] > SLACK)
+        return np.zeros((len(t), len(system.kinds)), dtype=bool)
+    return np.asarray(system.evaluate("events", t, x) > SLACK)
 
 
 def passages(t: Array, outside: Array) -> list[float]:
@@ -256,9 +256,12 @@ def trajectory_of(
         qdd = system.evaluate("rates", run.t, run.x)[:, parts[1]]
         tau = np.broadcast_to(system.evaluate("drives", run.t, run.x), u.shape)
         found = Trajectory(scene, run.t, q, u, qdd, tau, events=events, stopped=_why(system, formulas, run))
-        if scene.inputs:
-            told = np.broadcast_to(system.evaluate("inputs", run.t, run.x), (len(run.t), len(scene.inputs)))
-            columns = {one.name: column for one, column in zip(scene.inputs, told.T, strict=True)} | columns
+        if scene.given:
+            inputs = system.evaluate("inputs", run.t, run.x) if scene.inputs else 0.0
+            told = np.broadcast_to(inputs, (len(run.t), len(scene.inputs)))
+            own = run.x[:, system.nq + system.nv : system.nq + system.nu]
+            given = zip(scene.given, (*told.T, *own.T), strict=True)
+            columns = {one.name: column for one, column in given} | columns
             found = replace(found, extra=columns)
         if scene.points:
             columns |= dict(zip(scene.point_names, system.evaluate("points", run.t, run.x).T, strict=True))
@@ -327,7 +330,8 @@ class DenseOutput:
         loop = None if system.loop is None else system.loop.again(begin)
         times = np.concatenate([[begin], t])
         problem = replace(
-            self.problem, system=replace(system, loop=loop), x=self.run.x[k], times=times, stops=(), low=None,
+            self.problem, system=replace(system, loop=loop), x=self.run.x[k], times=times, low=None,
+            stops=tuple(False for _ in system.kinds) if system.jumps else (),
             atol=max(self.problem.atol, DOUBLES), unsure={},
         )  # fmt: skip
         part = integrated(problem, self.method)
@@ -339,10 +343,13 @@ class DenseOutput:
 def _events(
     system: StateEquations, run: Integration, formulas: Sequence[str], flags: Sequence[bool]
 ) -> tuple[Event, ...]:
-    """Return the zeros of formulas, and behind them the limit of a joint that ended the run."""
+    """Return the zeros of formulas, resets, and behind them the limit of a joint that ended the run."""
     nq, nv = system.nq, system.nv
-    told = [(hit, formulas[hit.event], flags[hit.event]) for hit in run.hits if hit.event < len(formulas)]
-    if run.stopped == STOPPED and (limit := _limit(system, run.hits[-1], formulas)) is not None:
+    texts = {k: kind.text for k, kind in enumerate(system.kinds) if kind.text} | dict(enumerate(formulas))
+    told = [
+        (hit, texts[hit.event], hit.event < len(flags) and flags[hit.event]) for hit in run.hits if hit.event in texts
+    ]
+    if run.stopped == STOPPED and (limit := system.kinds[run.hits[-1].event].limit) is not None:
         told.append((run.hits[-1], named(limit, system.scene), True))
     return tuple(Event(text, hit.t, hit.x[:nq], hit.x[nq : nq + nv], stops) for hit, text, stops in told)
 
@@ -357,12 +364,6 @@ def overlooked(unsure: Mapping[int, float], formulas: Sequence[str]) -> list[str
     ]
 
 
-def _limit(system: StateEquations, hit: Hit, formulas: Sequence[str]) -> Limit | None:
-    """Return the limit that a hit tells of, None of another event."""
-    k = hit.event - len(formulas) - len(system.ends)
-    return system.limits[k] if k >= 0 else None
-
-
 def _why(system: StateEquations, formulas: Sequence[str], run: Integration) -> str:
     """Return what ended a run: its time, a formula of the user, where equations end, or what has no value there."""
     if run.stopped in (END, INTERRUPTED):
@@ -371,17 +372,15 @@ def _why(system: StateEquations, formulas: Sequence[str], run: Integration) -> s
         hit = run.hits[-1]
         if hit.event < len(formulas):
             return formulas[hit.event]
-        if (limit := _limit(system, hit, formulas)) is not None:
-            return reached(limit, system.scene, hit.t)
-        return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
+        kind = system.kinds[hit.event]
+        if kind.limit is not None:
+            return reached(kind.limit, system.scene, hit.t)
+        return f"t = {hit.t:.9g} s: {kind.end}"
     t, x = float(run.t[-1]), run.x[-1]
     if system.changes(x[: system.nq]):
         return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
     rates = np.nan_to_num(system.evaluate("rates", np.array([t]), x[None])[0])
     places = (x + way * max(1.0, t) * rates for way in AHEAD)
-    parts = (
-        valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])
-        for one in places
-    )
+    parts = (valueless(system.scene, system.forces, t, *system.parts(one)[:2]) for one in places)
     found = next(filter(None, parts), "")
     return f"{run.stopped}; {found}" if found else run.stopped

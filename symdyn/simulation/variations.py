@@ -145,10 +145,11 @@ class Variations:
         """Return the derivatives of columns of the run by each of the names, shape (T, columns, k)."""
         scene = run.scene
         nq, nv = len(scene.coordinates), len(scene.velocities)
-        exact = [*scene.coordinates, *scene.velocities, *run.names[1 + nq + nv : 1 + nq + 2 * nv]]
+        accelerations = run.names[1 + nq + nv : 1 + nq + 2 * nv]
+        exact = [*scene.coordinates, *scene.first_order, *accelerations]
         each = zip(self.times.tolist(), self.tape.x, self.ways, strict=True)
         rates = np.array([self.flow.along(t, x, way, self.changes) for t, x, way in each])
-        parts = np.concatenate([self.ways, rates[:, :, nq:]], axis=2)
+        parts = np.concatenate([self.ways, rates[:, :, nq : nq + nv]], axis=2)
         found = np.zeros((len(run.t), len(columns), len(self.names)))
         beside = [name for name in columns if name not in exact]
         for j, name in enumerate(columns):
@@ -170,7 +171,7 @@ class Variations:
     def beside(self, run: Trajectory, k: int, step: float) -> Trajectory:
         """Return the run as it is to first order where one of the names is moved by a step."""
         system = self.flow.system
-        x = np.hstack([run.q, run.qd]) + step * self.ways[:, k]
+        x = np.hstack([run.q, run.qd, run.states]) + step * self.ways[:, k]
         x = np.hstack([x, np.zeros((len(x), int(system.works)))])
         moved = {
             name: system.opened.values[name] + step * float(change)
@@ -198,7 +199,7 @@ def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[st
     scene = run.scene
     _check(scene, forces, names)
     system = state_equations(scene, forces, (), start.q)
-    x = np.concatenate([start.q, start.u, np.zeros(int(system.works))])
+    x = np.concatenate([start.q, start.moving, np.zeros(int(system.works))])
     every = [one.name for one in scene.parameters]
     what = f"{scene.name}: variations of the run to t = {run.t[-1]:g} s"
     try:
@@ -240,9 +241,9 @@ class Sensitivity(Shown):
     Attributes:
         scene: the mechanism.
         t: time of the end, s.
-        q, u: coordinates and velocities there, shapes (nq,) and (nv,).
-        rows: names of positions and velocities at the end.
-        columns: names of positions and velocities at the start, then of parameters.
+        q, u: coordinates there, shape (nq,), velocities and states of one's own, shape (nu,).
+        rows: names of positions, velocities and states at the end.
+        columns: the same at the start, then parameters.
         matrix: shape (rows, columns); units are those of the row over those of the column.
         by: "forward" or "adjoint".
         method: the integrator.
@@ -332,7 +333,7 @@ def sensitivity(
             faults.add("parameters", scene.derived_words(name) or f"{name} is not known; {suggestion(name, known)}")
     faults.close(SimulateError)
     system = state_equations(scene, forces, (), problem.whole)
-    x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
+    x = np.concatenate([initial.q, initial.moving, np.zeros(int(system.works))])
     outlook, told = Outlook(run.until, say), progress or UNHEARD
 
     def look(t: float) -> None:
@@ -368,9 +369,9 @@ def _each(names: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def _ends(along: Flow, x: Array) -> Array:
-    """Return the covectors of all positions along the velocities, and of velocities, at a state, shape (2 nv, nx)."""
+    """Return the covectors of all positions along the velocities, and of the rest of a state, shape (nv + nu, nx)."""
     nq, nv = along.system.nq, along.system.nv
-    found = np.zeros((2 * nv, along.size))
+    found = np.zeros((nv + along.system.nu, along.size))
     found[:nv, :nq] = np.linalg.pinv(along.turned(x[:nq]))
-    found[nv:, nq:] = np.eye(nv)
+    found[nv:, nq:] = np.eye(along.system.nu)
     return found

@@ -255,7 +255,7 @@ def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) 
         letters: that may be varied beside parameters, coordinates and velocities.
         faults: takes what is wrong.
     """
-    there = (*(one.name for one in scene.parameters), *scene.coordinates, *scene.velocities, *letters)
+    there = (*(one.name for one in scene.parameters), *scene.coordinates, *scene.first_order, *letters)
     found: dict[str, Distribution] = {}
     pairs = _pairs(over, faults)
     if not pairs and not faults.lines:

@@ -61,7 +61,7 @@ def places_job(
         SimulateError: with every fault, those that there are already among them.
     """
     faults.close(SimulateError)
-    moving = (*scene.coordinates, *scene.velocities)
+    moving = (*scene.coordinates, *scene.first_order)
     letters = _entries(scene, function, faults)
     varied = read_over(scene, over, [name for name in letters if name not in moving], faults)
     planned = read_design(varied, design, count, seed, faults)

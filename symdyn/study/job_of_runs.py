@@ -150,14 +150,14 @@ def runs_job(
     if planned is not None and not faults.lines:
         first = dict(zip(names, planned.values(0, 1)[0].tolist(), strict=True))
         free = {one.name: first[one.name] for one in scene.free_parameters if one.name in first}
-        moving = {*known, *scene.coordinates, *scene.velocities}
+        moving = {*known, *scene.coordinates, *scene.first_order}
         more = tuple(Parameter(name) for name in names if name not in moving)
         scene = bind(
             replace(scene, parameters=(*scene.parameters, *more)), free | {p.name: first[p.name] for p in more}
         )
     parts = {
         "values": [name for name in names if name in {one.name for one in scene.parameters}],
-        "start": [name for name in names if name in scene.coordinates],
+        "start": [name for name in names if name in (*scene.coordinates, *(one.name for one in scene.states))],
         "start_rates": [name for name in names if name in scene.velocities],
     }
     start, rates = faults.taken(lambda: problem.by_name, ({}, {}))

@@ -308,6 +308,7 @@ def collocation(
     declared = problem.refused("drives are unknowns, and inputs held", "forces").scene
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
+    declared.refuse_states("collocation", SimulateError)
     try:
         problem = replace(problem, scene=declared.held())
     except FormulaError as fault:

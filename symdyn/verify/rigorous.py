@@ -191,14 +191,14 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
     known: dict[str, str] = {str(node.value): str(node.value) for node in (*state.q, *state.qd, *state.qdd)}
     known |= {drive: str(node.value) for drive, node in zip(scene.drives, state.tau, strict=True) if drive}
     known |= {str(node.value): str(node.value) for node in state.tau}
-    known |= {name: name for name in ("t", *(p.name for p in scene.inputs), *(p.name for p in scene.free_parameters))}
+    known |= {name: name for name in ("t", *(p.name for p in scene.given), *(p.name for p in scene.free_parameters))}
     wrong = [name for name in at if name not in known]
     if wrong:
         lines = [f"{scene.name}: {name} is no argument; {suggestion(name, known)}" for name in wrong]
         raise VerifyError("\n".join(lines))
     values = dict.fromkeys(known.values(), 0.0)
     values |= {p.name: 1.0 for p in scene.free_parameters}
-    values |= {p.name: _number(p.value, workspace) for p in scene.inputs}
+    values |= {p.name: _number(p.value, workspace) for p in scene.given}
     for nodes, quantities in ((state.q, start_of(scene).position), (state.qd, start_of(scene).velocity)):
         values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
     values |= {known[name]: float(value) for name, value in at.items()}

@@ -85,6 +85,7 @@ static int advance(Model *m, double until)
         const double off = fine ? measured(error, x, y, m->n.tolerance) : HUGE_VAL;
         if (off <= 1) {
             time = last ? until : time + h;
+            memcpy(x, y, sizeof x);
             memcpy(x, m->q, sizeof m->q);
             memcpy(x + NQ, m->u, sizeof m->u);
             if (!memcmp(x, y, sizeof x))

@@ -96,6 +96,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
         return
     given = states(positions_of(scene), len(scene.velocities)) | {TIME: np.linspace(0.0, 1.0, STATES)[:, None]}
     given |= {"inputs": np.linspace(1.0, 2.0, STATES * len(scene.inputs)).reshape(STATES, -1)}
+    given |= {"internal": np.linspace(1.0, 2.0, STATES * len(scene.states)).reshape(STATES, -1)}
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
         for formulation in _formulations(one):

@@ -31,7 +31,7 @@ from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Joint, Load, Place, Strut, acceleration_name
+from symdyn.scene.values import Input, Joint, Load, Place, StateVariable, Strut, acceleration_name
 from symdyn.spatial import Transform, Vec, Wrench, dot, sub
 
 
@@ -346,13 +346,21 @@ def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
 TIME = "t"
 """Name of time in formulas and on the graph, s."""
 
-INPUTS = "inputs"
-"""Name of the argument of what depends on letters that are given over time."""
+INPUTS, STATES = "inputs", "internal"
+"""Names of the arguments of what depends on letters that are given over time, and on states of one's own.
+
+Generated code counts `states`.
+"""
 
 
-def inputs_of(scene: Scene, graph: Graph) -> tuple[Expr, ...]:
-    """Return the symbols of the inputs of a scene."""
-    return tuple(graph.symbol(one.name) for one in scene.inputs)
+def letters_of(scene: Scene, argument: str) -> tuple[Input | StateVariable, ...]:
+    """Return the letters of an argument, `INPUTS` or `STATES`."""
+    return scene.inputs if argument == INPUTS else scene.states
+
+
+def symbols_of(scene: Scene, graph: Graph, argument: str) -> tuple[Expr, ...]:
+    """Return the symbols of the entries of such an argument."""
+    return tuple(graph.symbol(one.name) for one in letters_of(scene, argument))
 
 
 def has_motion(scene: Scene) -> bool:

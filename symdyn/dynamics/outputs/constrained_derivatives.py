@@ -20,6 +20,7 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.outputs import constrained_outputs as closed, implicit
 from symdyn.dynamics.outputs.derivative_outputs import (
     BESIDE,
+    SPELLED,
     derivatives,
     jacobian_row,
     kinks,
@@ -283,8 +284,10 @@ CLOSED: dict[str, Output] = {
     },
     **{f"{name}{UNPROJECTED}": ALONG_MANIFOLD[name].unprojected() for name in SOLVED},
     **{
-        f"{name}_by_{argument}": replace(derivatives("", OUTPUTS[name].constrained, argument), when_constrained="only")
-        for argument in BESIDE
+        f"{name}_by_{SPELLED.get(one, one)}": replace(
+            derivatives("", OUTPUTS[name].constrained, one), when_constrained="only"
+        )
+        for one in BESIDE
         for name in SOLVED
     },
     RESIDUAL: MOTION_RESIDUAL,

@@ -19,7 +19,7 @@ from itertools import product
 
 from symdyn.arguments import argument
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
-from symdyn.dynamics.mechanism.state import INPUTS, TIME
+from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.outputs import recursive_derivatives
 from symdyn.dynamics.outputs.output import Constrained, Formulation, Output, Size
 from symdyn.dynamics.outputs.result_labels import Axis
@@ -57,7 +57,7 @@ def parameters_of(w: Workspace, only: str = "") -> tuple[str, ...]:
     """
     scene = w.declared
     there = tuple(p.name for p in scene.parameters)
-    if only in (one.name for one in scene.inputs):  # held in the same way
+    if only in (one.name for one in scene.given):  # held in the same way
         return (only,)
     without = _gone(scene)
     if only in without:
@@ -68,8 +68,8 @@ def parameters_of(w: Workspace, only: str = "") -> tuple[str, ...]:
     if only and only not in there:
         known = f"there are {listed(there)}" if there else "it has none"
         raise DerivationError(
-            f"{scene.name}: {only} is neither an argument (q, qd, qdd, tau, t, inputs) nor a parameter of the "
-            f"scene; {known}"
+            f"{scene.name}: {only} is neither an argument (q, qd, qdd, tau, t, inputs, states) nor a parameter of "
+            f"the scene; {known}"
         )
     found = (only,) if only else tuple(name for name in there if name not in without)
     if not found:
@@ -177,7 +177,10 @@ def _names(of: Iterable[Expr], varied: Collection[Expr]) -> str:
     return listed([" and ".join(group) if len(group) < 3 else f"({', '.join(group[:MOST])})" for group in groups], MOST)
 
 
-ALONE = {TIME: "time", INPUTS: "inputs"}
+ALONE = {TIME: "time", INPUTS: "inputs", STATES: "states"}
+SPELLED = {STATES: "states"}
+"""What derivatives by an argument are asked for as, where that is not its name."""
+
 BESIDE = tuple(ALONE)
 """Those that no row names: an output has them where its entries do; and what they are called."""
 

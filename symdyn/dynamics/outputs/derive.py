@@ -13,7 +13,7 @@ from typing import ClassVar
 from symdyn.arguments import argument, check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.linear_solve import Singular, moves_no_mass
-from symdyn.dynamics.mechanism.state import INPUTS, TIME, has_motion, refuse_ideal_friction
+from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, has_motion, letters_of, refuse_ideal_friction
 from symdyn.dynamics.outputs.constrained_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.outputs.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.outputs.output import DefaultIn, Output
@@ -172,7 +172,7 @@ def called(workspace: Workspace, request: str) -> Function | None:
     scene = workspace.scene
     request = request_of(request, scene)
     row, place = row_of(request, scene)
-    if scene.is_constrained or scene.loads or scene.inputs or has_motion(scene):
+    if scene.is_constrained or scene.loads or scene.given or has_motion(scene):
         return None
     refuse_large(workspace, request)
     return derive_one(workspace, request) if row.may_fail != "never" else _called(workspace, request, row, place)
@@ -209,8 +209,9 @@ def _terms(scene: Scene) -> dict[str, str]:
 
 
 def over_time(workspace: Workspace, entries: Sequence[Expr]) -> tuple[str, ...]:
-    """Return the names of the arguments that entries take beside those of their row: time, and inputs."""
-    symbols = {TIME: (TIME,), INPUTS: tuple(one.name for one in workspace.scene.inputs)}
+    """Return the names of the arguments that entries take beside those of their row: time, inputs, and states."""
+    named = {kind: tuple(one.name for one in letters_of(workspace.scene, kind)) for kind in (INPUTS, STATES)}
+    symbols = {TIME: (TIME,), **named}
     there = {name: argument for argument, names in symbols.items() for name in names if workspace.graph.names(name)}
     if not there:
         return ()

@@ -18,7 +18,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS as COSTS
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
-from symdyn.dynamics.mechanism.state import INPUTS, TIME, inputs_of
+from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
 from symdyn.errors import UnknownNameError, choice, listed
@@ -33,7 +33,7 @@ class Argument:
     """One argument of a function: a vector, or one number.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau", "t", "inputs", "params", or "prepared" in programs that prepare.
+        name: "q", "qd", "qdd", "tau", "t", "inputs", "internal", "params", or "prepared" in programs that prepare.
         symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
@@ -157,6 +157,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "tau": ("driving forces, positive accelerates the joint", {unit: force_unit(unit) for unit in ("rad", "m")}),
     TIME: ("time", {"s": "s"}),
     INPUTS: ("inputs", {}),
+    STATES: ("states", {}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "multipliers": ("multipliers of the rows that close loops", {"": "N or N m"}),
@@ -268,10 +269,11 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             nodes = direction(workspace.graph, name, len(weighed))
             result.append(Argument(name, nodes, text, (), names=runs(weighed)))
             continue
-        if name == INPUTS:
-            told = runs([one.name for one in scene.inputs])
-            units_of = tuple(one.unit for one in scene.inputs)
-            result.append(Argument(name, inputs_of(scene, workspace.graph), f"{text}: {told}", units_of))
+        if name in (INPUTS, STATES):
+            letters = letters_of(scene, name)
+            told = runs([one.name for one in letters])
+            units_of = tuple(one.unit for one in letters)
+            result.append(Argument(name, symbols_of(scene, workspace.graph, name), f"{text}: {told}", units_of))
             continue
         if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
             decisions = workspace.loops.decisions

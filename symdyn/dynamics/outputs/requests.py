@@ -31,10 +31,10 @@ from functools import partial
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kinematics import check_place
-from symdyn.dynamics.mechanism.state import INPUTS, TIME
+from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.outputs.constrained_derivatives import ALONG_MANIFOLD, CLOSED, MOTION_RESIDUAL, RESIDUAL, SOLVED
-from symdyn.dynamics.outputs.derivative_outputs import BESIDE, by_parameters, derivatives, differentiable
+from symdyn.dynamics.outputs.derivative_outputs import BESIDE, SPELLED, by_parameters, derivatives, differentiable
 from symdyn.dynamics.outputs.directional_outputs import ALONG_ONE
 from symdyn.dynamics.outputs.output import INVERSE, PLENTY, TREE_NAME, DefaultIn, Output, depths_of
 from symdyn.dynamics.outputs.output_table import OUTPUTS
@@ -55,14 +55,14 @@ MOTION = ("q", "qd", "qdd", "tau", TIME)
 
 def _by(name: str, row: Output, only: str) -> Output:
     """Return the row of derivatives by an argument; by a parameter where that has the name and no argument has."""
-    argument = only in row.arguments or only in (*MOTION, INPUTS)
+    argument = only in row.arguments or only in (*MOTION, INPUTS, STATES)
     return derivatives(name, row, only) if argument else by_parameters(name, row, only)
 
 
 OPERATORS: dict[str, Callable[[str, Output], Output]] = {
     **ALONG_ONE,
     "_derivatives": derivatives,
-    **{f"{BY}{one}": partial(_by, only=one) for one in COLUMNS},
+    **{f"{BY}{SPELLED.get(one, one)}": partial(_by, only=one) for one in COLUMNS},
     f"{BY}parameters": by_parameters,
 }
 """What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""
@@ -86,7 +86,7 @@ def words(of: str, closed: bool) -> list[str]:
 def _words_of(name: str, row: Output) -> list[str]:
     """Return the same, those of arguments that it does not take left out."""
     along = differentiable(row)
-    taken = [f"{BY}{one}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
+    taken = [f"{BY}{SPELLED.get(one, one)}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
     return [
         f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
     ]
@@ -129,6 +129,7 @@ STATE_MATRICES = "state_matrices"
 
 def _assembled(formulation: str, derive: Callable[[Workspace], Sequence[Expr]], w: Workspace) -> list[Expr]:
     """Return [A | B] row by row, from the derivatives of forward dynamics."""
+    w.scene.refuse_states(STATE_MATRICES, DerivationError)  # state_rates has derivatives by all states
     graph, u, manifold = w.graph, w.state.qd, manifold_of(w, formulation)
     places, speeds = manifold.position_partition.independent, manifold.partition.independent
     slopes, following, moving = manifold.position_tangents, manifold.by_position, manifold.by_velocity

@@ -1,6 +1,7 @@
 """The outputs that a person names: formulas of coordinates, rates, points, reactions and inputs, as rows of OUTPUTS.
 
-    y = f(t, q, u, u̇, λ, R, τ, w)      u̇, λ and reactions R of the motion that the forces τ and inputs w give
+    y = f(t, q, u, s, u̇, λ, R, τ, w)   u̇, λ and reactions R of the motion that the forces τ and inputs w give
+    ẋ = (q̇, u̇, ṡ)                      of a scene with states s of its own
 
 `Moving.expressed` puts what letters stand for into formulas; who looks at another motion says what it is.
 """
@@ -11,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
@@ -245,6 +247,14 @@ def _told(w: Workspace, name: str = "") -> str:
     return f": {'; '.join(told)}"
 
 
+def _rates(formulation: str) -> Formulation:
+    """Return the rates of coordinates, velocities and states by a formulation of the accelerations."""
+    return Formulation(
+        lambda w: [*w.state.rates, *Moving.driven(w, formulation).accelerations(), *w.state_rates],
+        up_to=inf if formulation == "recursive" else 4,
+    )
+
+
 _USUAL = partial(
     Output,
     arguments=("q", "qd", "tau"),
@@ -277,6 +287,15 @@ SIGNALS: dict[str, Output] = {
         axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
     ),
     "output": _USUAL("output {name}", axes=(), place="output"),
+    "state_rates": _USUAL(
+        "rates of coordinates, velocities and states",
+        result="xdot",
+        axes=(lambda w: (*w.scene.coordinates, *w.scene.velocities, *(one.name for one in w.scene.states)),),
+        units="of each, per second",
+        formulations={name: _rates(name) for name in ("recursive", "lagrange")},
+        exists=lambda scene: bool(scene.states),
+        remark=None,
+    ),
     "tension": _USUAL(
         "tension of rope {name}, positive where it pulls",
         axes=(),
@@ -290,4 +309,4 @@ SIGNALS: dict[str, Output] = {
         remark=None,
     ),
 }
-"""Rows of the table, about what the scene declares in [outputs]."""
+"""Rows of the table, about what the scene declares in [outputs] and [states]."""

@@ -16,13 +16,14 @@ independent velocities serve all outputs; of inverse dynamics, which may solve f
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from typing import ClassVar
 
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.state import INPUTS, TIME, inputs_of
+from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
 from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.named_functions import (
     ALONG_MANIFOLD,
@@ -48,11 +49,12 @@ def _label(w: Workspace, k: int) -> str:
     return rates[0] if rates else f"along {w.scene.velocities[k]}"
 
 
-def declared_inputs(w: Workspace) -> tuple[str, ...]:
-    """Return the names of the inputs; DerivationError where there are none."""
-    if not w.scene.inputs:
-        raise DerivationError(f"{w.scene.name} has no inputs to differentiate by; declare one, such as [inputs.u]")
-    return tuple(one.name for one in w.scene.inputs)
+def declared(w: Workspace, argument: str) -> tuple[str, ...]:
+    """Return the names of inputs or states; DerivationError where there are none."""
+    if not (letters := letters_of(w.scene, argument)):
+        what, such = ("inputs", "[inputs.u]") if argument == INPUTS else ("states", "[states.s]")
+        raise DerivationError(f"{w.scene.name} has no {what} to differentiate by; declare one, such as {such}")
+    return tuple(one.name for one in letters)
 
 
 COLUMNS: dict[str, Axis] = {
@@ -64,7 +66,8 @@ COLUMNS: dict[str, Axis] = {
     "ui": lambda w: tuple(str(one.value) for one in independent_symbols(w, "ui")),
     MULTIPLIERS: lambda w: tuple(f"multiplier of {name}" for name in labels.kept_rows(w)),
     TIME: labels.fixed(TIME),
-    INPUTS: declared_inputs,
+    INPUTS: partial(declared, argument=INPUTS),
+    STATES: partial(declared, argument=STATES),
 }
 """Arguments that an output is differentiated along, and what the columns stand for."""
 
@@ -89,8 +92,8 @@ def directions_of(w: Workspace, argument: str) -> list[Seeds]:
         symbols = multiplier_symbols(w)
     elif argument == TIME:
         symbols = (w.graph.symbol(TIME),)
-    elif argument == INPUTS:
-        symbols = inputs_of(w.scene, w.graph)
+    elif argument in (INPUTS, STATES):
+        symbols = symbols_of(w.scene, w.graph, argument)
     else:
         symbols = {"qd": w.state.qd, "qdd": w.state.qdd, "tau": w.state.tau}[argument]
     return [{one: w.graph.one} for one in symbols]

@@ -12,7 +12,15 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kane import Kane
 from symdyn.dynamics.mechanism.kinematics import Christoffel, Directions, centre_of_mass, directions
 from symdyn.dynamics.mechanism.lagrange import Energies
-from symdyn.dynamics.mechanism.state import Prescribed, State, generalized_forces, inputs_of, prescribed
+from symdyn.dynamics.mechanism.state import (
+    INPUTS,
+    STATES,
+    Prescribed,
+    State,
+    generalized_forces,
+    prescribed,
+    symbols_of,
+)
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba, crba_in_runs
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
@@ -77,7 +85,17 @@ class Workspace:
     @property
     def inputs(self) -> tuple[Expr, ...]:
         """Symbols of the inputs."""
-        return inputs_of(self.scene, self.graph)
+        return symbols_of(self.scene, self.graph, INPUTS)
+
+    @property
+    def states(self) -> tuple[Expr, ...]:
+        """Symbols of the states of one's own."""
+        return symbols_of(self.scene, self.graph, STATES)
+
+    @cached_property
+    def state_rates(self) -> list[Expr]:
+        """Rates of the states of one's own."""
+        return [one.rate.express(self.graph) for one in self.scene.states]
 
     @cached_property
     def prescribed(self) -> Prescribed:

@@ -21,7 +21,14 @@ from symdyn.emit.print.breaking import BREAK, DIGITS, LINE, BMatrix, Line, align
 from symdyn.emit.print.formula_text import Latex, broken_text, rounded
 from symdyn.emit.print.printable import Lengths, NamedLength, called
 from symdyn.emit.print.printed_names import Letters, latex_symbols
-from symdyn.emit.print.written_page import equation_lines, length_lines, symbol_row, symbol_table
+from symdyn.emit.print.written_page import (
+    equation_lines,
+    length_lines,
+    rate_lines,
+    rate_sections,
+    symbol_row,
+    symbol_table,
+)
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
@@ -147,7 +154,7 @@ def dalembert_lines(scene: Scene) -> str:
     for j in range(len(system.bodies)):
         lines += ["", *_body(scene, system, written, names, j)]
     lines += length_lines(written.lengths, {name for one in written.lengths.named for name, _ in one.defined})
-    return "\n".join(lines)
+    return "\n".join(lines + rate_lines(scene))
 
 
 def _names(scene: Scene, system: Equilibrium, written: Written) -> list[str]:
@@ -232,6 +239,7 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
             r"With the unknowns $x$ in front this is $A\,x + b = 0$, in blocks by body and joint:",
             "body": "\n".join(page.system_blocks()),
         },
+        *rate_sections(scene, page.write),
     ]
     if any(re.search(r"\d\.\d", section["body"]) for section in sections):
         sections[0]["text"] += f" Decimal numbers are rounded to {digits_or(DIGITS)} digits."
@@ -240,16 +248,9 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
     from symdyn.emit.render import render
 
     symbols = [*page.symbol_rows(), *symbol_table(scene, page.write, page.timed)]
-    return render(
-        "latex/equations.tex.jinja",
-        {
-            "title": in_latex(scene.name),
-            "comment": scene.name,
-            "sections": sections,
-            "symbols": symbols,
-            "values": any(row["value"] for row in symbols),
-        },
-    )
+    title, values = in_latex(scene.name), any(row["value"] for row in symbols)
+    inside = {"title": title, "comment": scene.name, "sections": sections, "symbols": symbols, "values": values}
+    return render("latex/equations.tex.jinja", inside)
 
 
 BRACKETS = 60.0  # of the three matrices of the system, with what stands between them

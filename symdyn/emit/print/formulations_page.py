@@ -21,7 +21,7 @@ from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
 from symdyn.emit.print.formula_text import Latex, broken_text, rounded
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.emit.print.written_page import equation_lines, symbol_table
+from symdyn.emit.print.written_page import equation_lines, rate_lines, rate_sections, symbol_table
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
@@ -355,9 +355,9 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     forms = [row.form for group in groups for row in group.rows]
     refuse_too_long(scene.name, f"{formulation}:", forms, "symdyn generate writes code, which has no such limit")
     if format == "text":
-        return "\n\n".join(_text(group) for group in groups)
+        return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
     write = Latex(latex_symbols(scene, [row.name for group in groups for row in group.rows]), digits_or(DIGITS))
-    sections = [_section(group, write) for group in groups]
+    sections = [*(_section(group, write) for group in groups), *rate_sections(scene, write)]
     if not document:
         return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
     from symdyn.emit.render import render

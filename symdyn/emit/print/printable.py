@@ -243,6 +243,7 @@ class Printable:
         right: for each joint drive + Q, the right-hand side but for what loops and contacts carry.
         constraints: rows of loops and contacts, with their multipliers.
         motions: coordinates whose motion is prescribed, with their formulas in time.
+        rates: of states of one's own, by name.
         K, P: the energies.
         E: the share of struts in P.
         lengths: of struts between points, which stand in all of these by their names.
@@ -254,6 +255,7 @@ class Printable:
     right: tuple[Form, ...]
     constraints: PrintedConstraints
     motions: tuple[tuple[str, Form], ...]
+    rates: tuple[tuple[str, Form], ...]
     K: Form
     P: Form
     E: Form
@@ -275,7 +277,7 @@ class Printable:
         closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
         scene = closed.scene
         names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
-        names |= {given.name for given in scene.inputs}
+        names |= {given.name for given in scene.given}
         names |= {drive for drive in scene.drives if drive}
         units = SceneUnits(scene).coordinates
         numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
@@ -306,8 +308,15 @@ class Printable:
         constraints = _constraints(scene, spelled, names | set(scene.velocities))
         graph = Graph()
         motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
+        moved = [(name, spelled(form)) for name, form in rates_of_states(scene)]
         K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
-        return cls(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
+        beside = tuple(motions), tuple(moved)
+        return cls(scene, tuple(map(tuple, rows)), right, constraints, *beside, K, P, E, found, short)
+
+    @property
+    def beside(self) -> tuple[tuple[str, Form], ...]:
+        """What stands beside the equations: prescribed motions, and rates of states of one's own."""
+        return (*self.motions, *self.rates)
 
     @property
     def forms(self) -> list[Form]:
@@ -365,6 +374,12 @@ class Printable:
         named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
         others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in self.lengths.named]
         return Latex(latex_symbols(self.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
+
+
+def rates_of_states(scene: Scene) -> list[tuple[str, Form]]:
+    """Return the rates of states of one's own, by name."""
+    graph = Graph()
+    return [(acceleration_name(one.name), Form.of(one.rate.express(graph))) for one in scene.states]
 
 
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:

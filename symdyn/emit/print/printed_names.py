@@ -116,8 +116,10 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
     taken.update(LatexSymbol(one).letters for one in found.values())
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
-    for given in scene.inputs:
+    for given in scene.given:
         enter(given.name, given.latex)
+    for state in scene.states:
+        found[acceleration_name(state.name)] = PrintName(found[state.name]).accented("dot")
     for drive in scene.drives:
         if drive and drive not in found:
             enter(drive)

@@ -51,6 +51,7 @@ class SympyEquations(Shown):
         bias: Ġ q̇, shape (m, 1).
         residual: r(q), of position-level rows, shape (p, 1).
         motions: formulas in t of the coordinates whose motion is prescribed.
+        s, sd: states of one's own and their rates, shape (ns, 1).
         sub: lengths of struts between points and their rates, which stand in k_E, tau and P as functions of what they
             depend on, such as s_sf(a, x, y), with their formulas: `.subs(eq.sub).doit()` writes them out, before any
             values are put in.
@@ -75,6 +76,8 @@ class SympyEquations(Shown):
     bias: Any
     residual: Any
     motions: Mapping[Any, Any]
+    s: Any
+    sd: Any
     K: Any
     P: Any
     sub: Mapping[Any, Any] = field(default_factory=dict)
@@ -204,7 +207,7 @@ class SympyEquations(Shown):
         return found[: self.M.rows, :], found[self.M.rows :, :]
 
     def state_space(self) -> tuple[Any, Any]:
-        """Return x = [q; q̇] and f of ẋ = f, columns in symbols: of drives, inputs, parameters and t, too.
+        """Return x = [q; q̇; s] and f of ẋ = f, columns in symbols: of drives, inputs, parameters and t, too.
 
         >>> import symdyn
         >>> x, f = symdyn.equations(symdyn.example("pendulum")).sympy().state_space()
@@ -214,11 +217,11 @@ class SympyEquations(Shown):
         Raises:
             EmitError: as of `solve_accelerations`.
         """
-        rates = self.qd.col_join(self.solve_accelerations()[0])
-        return self.q.col_join(self.qd), self._explicit(rates)
+        rates = self.qd.col_join(self.solve_accelerations()[0]).col_join(self.sd)
+        return self.q.col_join(self.qd).col_join(self.s), self._explicit(rates)
 
     def lambdify(self, values: Mapping[Any, Any] | None = None) -> Callable[[float, Any], Array]:
-        """Return f(t, x) of ẋ = f as NumPy computes it, for `scipy.integrate.solve_ivp`, x = [q; q̇].
+        """Return f(t, x) of ẋ = f as NumPy computes it, for `scipy.integrate.solve_ivp`, x = [q; q̇; s].
 
         Accelerations are solved for at every call, so that equations may be of any size.
 
@@ -242,17 +245,17 @@ class SympyEquations(Shown):
 
         idle = [*filter(None, self.scene.drives), *(one.name for one in self.scene.inputs)]
         known = {**self.values, **self._known(dict.fromkeys(idle, 0)), **self._known({} if values is None else values)}
-        x, t = self.q.col_join(self.qd), self.symbols[TIME]
+        x, t = self.q.col_join(self.qd).col_join(self.s), self.symbols[TIME]
         places = {one: sympy.Dummy() for one in (*reversed(list(x)), t)}
-        parts = [self._explicit(part).xreplace(known).xreplace(places) for part in self._balance()]
+        parts = [self._explicit(part).xreplace(known).xreplace(places) for part in (*self._balance(), self.sd)]
         if free := sorted(map(str, set().union(*(one.free_symbols for one in parts)) - set(places.values()))):
             raise EmitError(f"{self.scene.name}: no value for {listed(free)}; give {{'{free[0]}': 1}}")
         shared = partial(sympy.cse, order="none", list=False)  # the usual order takes minutes of an arm
         call, n = sympy.lambdify([places[t], [places[one] for one in x]], parts, "numpy", cse=shared), self.M.rows
 
         def rates(t: float, x: Any) -> Array:
-            A, b = call(t, x)
-            return np.concatenate([x[n:], np.linalg.solve(A, b)[:n, 0]])
+            A, b, own = call(t, x)
+            return np.concatenate([x[n : 2 * n], np.linalg.solve(A, b)[:n, 0], np.ravel(own)])
 
         return rates
 
@@ -275,7 +278,9 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     rates, accelerations = scene.velocities, [acceleration_name(u) for u in scene.velocities]
     sizes = [row.multiplier for row in rows]
     names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
+    own = [one.name for one in scene.states]
     names += [*filter(None, scene.drives), *(one.name for one in scene.inputs), *sizes, TIME]
+    names += [*own, *map(acceleration_name, own)]
     plain = {name: Symbol(name).to_sympy(positive) for name in names}
     symbols = plain | _in_time(scene, sizes) if dynamic else plain
     moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
@@ -315,6 +320,8 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         bias=column(bias for _, bias, _ in kept if bias is not None),
         residual=column(residual for _, _, residual in kept if residual is not None),
         motions={symbols[name]: write(form) for name, form in page.motions},
+        s=column(map(Symbol, own)),
+        sd=column(form for _, form in page.rates),
         K=write(page.K),
         P=write(page.P),
         sub={function: write(page.lengths.explicit[name]) for name, function in functions.items()},
@@ -366,8 +373,9 @@ def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:
     from sympy.physics.vector import dynamicsymbols
 
     found = {TIME: dynamicsymbols._t}
-    given = [*filter(None, scene.drives), *(one.name for one in scene.inputs), *multipliers]
+    given = [*filter(None, scene.drives), *(one.name for one in scene.given), *multipliers]
     found |= {name: dynamicsymbols(name) for name in given}
+    found |= {acceleration_name(one.name): found[one.name].diff(found[TIME]) for one in scene.states}
     for coordinate, velocity in zip(scene.coordinates, scene.velocities, strict=True):
         found[coordinate] = dynamicsymbols(coordinate)
         found[velocity] = found[coordinate].diff(found[TIME])

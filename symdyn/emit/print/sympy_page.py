@@ -84,13 +84,14 @@ def sympy_page(page: Printable, group: str) -> str:
     n, found = range(len(page.rows)), page.constraints
     forms = [page.left(i) for i in n] + [c.rate for row in page.rows for c in row] + [page.driving(i) for i in n]
     forms += [*found.positions(), *found.accelerations()]
-    forms += [form for name, motion in page.motions for form in (Symbol(name), motion)]
+    forms += [form for name, motion in page.beside for form in (Symbol(name), motion)]
     explicit = {name: page.lengths.explicit[name] for name, _ in page.definitions}
     variables = _Variables(page.scene, (name for form in forms for name in form.symbols), explicit)
     lines = [*variables.declarations(), *variables.substitution(), *LINES[group](page, variables)]
     lines += [
-        f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
-        for name, form in page.motions
+        f"{variables.fresh(f'{kind}_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
+        for kind, some in (("motion", page.motions), ("rate", page.rates))
+        for name, form in some
     ]
     return "\n".join([*lines, *_constraints(page, variables)])
 

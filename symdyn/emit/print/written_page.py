@@ -28,7 +28,7 @@ from symdyn.emit.print.breaking import (
     latex_width,
 )
 from symdyn.emit.print.formula_text import Latex, broken_text, text_of, value_text
-from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Lengths, Printable, PrintedConstraints
+from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Lengths, Printable, PrintedConstraints, rates_of_states
 from symdyn.emit.print.printed_names import Letters, head, latex_symbols, latex_unit
 from symdyn.emit.render import in_latex
 from symdyn.rounding import digits_or
@@ -49,8 +49,8 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
         rows.append(symbol_row(write.symbols[drive], text, scene.shown_unit(unit)))
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", scene.shown_unit("s")))
-    for given in scene.inputs:
-        rows.append(symbol_row(write.symbols[given.name], given.text or "input", told[given.name]))
+    for kind, letters in (("input", scene.inputs), ("state", scene.states)):
+        rows += [symbol_row(write.symbols[one.name], one.text or kind, told[one.name]) for one in letters]
     for parameter in scene.parameters:
         value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
         rows.append(
@@ -88,7 +88,7 @@ def latex_document(page: Printable, group: str) -> str:
     sections = [{"title": title, "text": _introduction(page, group), "body": displays}]
     if page.constraints.rows:
         sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
-    timed = any(TIME in form.symbols for form in (*page.right, *(form for _, form in page.motions)))
+    timed = any(TIME in form.symbols for form in (*page.right, *(form for _, form in page.beside)))
     symbols = symbol_table(page.scene, write, timed)
     symbols += [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
     used = dict(defined)
@@ -111,6 +111,19 @@ def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula` of base parameters as displays."""
     write = Latex(latex_symbols(scene), digits_or(DIGITS))
     return "\n".join(definitions([(base_parameter_name(name), write(form)) for name, form in named]))
+
+
+def rate_sections(scene: Scene, write: Latex) -> list[dict[str, str]]:
+    """Return the rates of states of one's own as the last section of a page, none where there are none."""
+    rates = [(write.symbols[name], write(form)) for name, form in rates_of_states(scene)]
+    text = "What the state holds beside the motion has rates too:"
+    return [{"title": "States", "text": text, "body": "\n".join(definitions(rates))}] if rates else []
+
+
+def rate_lines(scene: Scene) -> list[str]:
+    """Return the same as plain text."""
+    rates = [equation_lines(name, broken_text(form)) for name, form in rates_of_states(scene)]
+    return ["", "# States: rates of what the state holds beside the motion", *rates] if rates else []
 
 
 def base_parameter_name(name: str) -> str:
@@ -148,7 +161,7 @@ def _displays(page: Printable, group: str, defined: Sequence[tuple[str, Form]]) 
     def lines(pairs: Sequence[tuple[str, Form]]) -> list[str]:
         return definitions([(write.symbols[name], write(form)) for name, form in pairs])
 
-    displays = [*DISPLAYS[group](page, write), *lines(page.motions)]
+    displays = [*DISPLAYS[group](page, write), *lines(page.beside)]
     return [*displays, *([AND if WHERE in displays else WHERE, *lines(defined)] if defined else [])]
 
 
@@ -297,7 +310,7 @@ TEXT_INDENT = "    "
 
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
-    motions = (equation_lines(name, broken_text(form)) for name, form in page.motions)
+    motions = (equation_lines(name, broken_text(form)) for name, form in page.beside)
     lengths = length_lines(page.lengths, dict(page.definitions))
     return "\n".join([*PARAGRAPHS[group](page), *motions, *lengths, *_constraints(page, group)])
 

@@ -96,6 +96,7 @@ PLACES = {
     "tau": "m->tau",
     "t": "m->n.time",
     "inputs": "m->inputs",
+    "internal": "m->n.x + NQ + NU",
     "params": "m->n.p",
     "prepared": "m->prepared",
 }
@@ -106,12 +107,12 @@ DIFFERENTIATED = ("forward_dynamics", "outputs", "coordinate_rates")
 
 def needed(scene: Scene) -> tuple[str, ...]:
     """Return the functions that the model of a scene is made of."""
-    names = ["forward_dynamics"]
+    names = ["state_rates" if scene.states else "forward_dynamics"]
     names += ["coordinate_rates"] if OUTPUTS["coordinate_rates"].exists(scene) else []
     names += ["outputs"] if scene.outputs else []
     if scene.is_constrained:
         names += ["constraint_residual", "constraint_jacobian"]
-    else:
+    elif not scene.states:
         names += [f"{name}_derivatives" for name in names]
         by_inputs = [name for name in names if name in DIFFERENTIATED[:2]] if scene.inputs else []
         names += [f"{name}_by_inputs" for name in by_inputs]
@@ -123,14 +124,21 @@ def _write(draft: Draft) -> dict[str, bytes]:
     program, scene = draft.program, draft.program.scene
     if not scene.velocities:
         raise EmitError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    if jumping := [one.name for one in scene.states if one.reset is not None]:
+        raise EmitError(f"{scene.name}: a model without events cannot jump: reset of {', '.join(jumping)}; take it out")
     there = variables(program, *starting_state(scene))
     code = C.write(C.draft(program, draft.real, draft.page.command))
     values = _values(draft, there)
-    facts = described(draft, there, not scene.is_constrained, TOLERANCE)
+    facts = described(draft, there, _differentiated(scene), TOLERANCE)
     return {
         f"{draft.stem}_{version}.fmu": packed(_members(version, draft.stem, code, values, facts))
         for version in ("fmi2", "fmi3")
     }
+
+
+def _differentiated(scene: Scene) -> bool:
+    """Whether a model tells directional derivatives: of trees without states of their own."""
+    return not (scene.is_constrained or scene.states)
 
 
 def _members(
@@ -175,6 +183,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         "tolerance": TOLERANCE,
         "nq": len(names),
         "nu": len(velocities),
+        "ns": len(scene.states),
         "nd": len(inputs) - len(scene.inputs),
         "ni": len(scene.inputs),
         "ny": len(scene.outputs),
@@ -193,7 +202,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         }
         if pinned
         else {},
-        "differentiated": not scene.is_constrained,
+        "differentiated": _differentiated(scene),
         "calls": {name: _call(draft, name, PLACES) for name in shapes},
         "calls_along": {name: _call(draft, name, along) for name in shapes if name == "coordinate_rates"},
     }

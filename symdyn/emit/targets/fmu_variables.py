@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import in_xml
 from symdyn.errors import EmitError
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Unit, UnitError, velocity_name
@@ -72,7 +72,9 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     words = _words(scene)
     outputs = {one.name: one for one in scene.outputs}
     shown = "local" if outputs else "output"
-    named = [TIME, *scene.coordinates, *scene.velocities]
+    start = scene.at_time(Graph())
+    own = [x for node, x in start.items() if node.value in {one.name for one in scene.states}]
+    named = [TIME, *scene.coordinates, *scene.first_order]
     named += [f"der({name})" for name in named[1:]]
     forces, units = driven(scene), {drive: unit for _, drive, unit in SceneUnits(scene).each_drive()}
     inputs = [*filter(None, forces), *(one.name for one in scene.inputs)]
@@ -81,12 +83,12 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     place = {name: k for k, name in enumerate(named)}
     limits, depends = _limits(scene), _depends(program, place)
     found = [Variable(0, TIME, "independent", None, scene.shown_unit("s"), "time")]
-    for name, value in zip([*scene.coordinates, *scene.velocities], [*q, *u], strict=True):
+    for name, value in zip([*scene.coordinates, *scene.first_order], [*q, *u, *own], strict=True):
         least, most = limits.get(name, (None, None))
         unit, text = words[name]
         unit = scene.shown_unit(unit)
         found.append(Variable(place[name], name, shown, value, unit, text, 0, (place[name],), least, most))
-    for name in [*scene.coordinates, *scene.velocities]:
+    for name in [*scene.coordinates, *scene.first_order]:
         rate = f"der({name})"
         unit = f"{words[name][0]}/s" if words[name][0] not in ("rad/s", "m/s") else f"{words[name][0]}^2"
         unit = scene.shown_unit(unit)
@@ -114,7 +116,8 @@ def _words(scene: Scene) -> dict[str, tuple[str, str]]:
     speeds = iter(SceneUnits(scene).velocities)
     for joint in scene.moving:
         words |= {u: (f"{next(speeds)}/s", f"velocity, joint {joint.name}") for u in joint.rates}
-    return words
+    told = SceneUnits(scene).inferred
+    return words | {one.name: (told[one.name] or "1", one.text or "state") for one in scene.states}
 
 
 def _limits(scene: Scene) -> dict[str, tuple[float | None, float | None]]:
@@ -151,7 +154,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
     """Return the references that rates and outputs depend on, by name."""
     scene, functions = program.scene, {one.function.request: one.function for one in program.routines}
     groups = {name: group for group in quaternions(scene) for name in group}
-    states = [*scene.coordinates, *scene.velocities]
+    states = [*scene.coordinates, *scene.first_order]
     forces = {f"tau[{k}]": name for k, name in enumerate(driven(scene)) if name}
 
     def found(entry: Expr) -> tuple[int, ...]:
@@ -177,7 +180,8 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
         else:
             rate = velocity_name(name)
             depends[f"der({name})"] = () if rate in moved else (place[rate],)
-    for name, entry in zip(scene.velocities, functions["forward_dynamics"].entries, strict=True):
+    moving = functions["state_rates" if scene.states else "forward_dynamics"].entries
+    for name, entry in zip(scene.first_order[::-1], moving[::-1], strict=False):
         depends[f"der({name})"] = found(entry)
     if scene.outputs:
         for one, entry in zip(scene.outputs, functions["outputs"].entries, strict=True):

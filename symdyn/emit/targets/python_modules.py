@@ -145,10 +145,11 @@ HEYOKA_HELPERS = ("array_of", "expressions_of", "pars_of")
 HEYOKA_WORDS = frozenset((*PYTHON, *HEYOKA_HELPERS, "dynamics", "heyoka", "numpy"))
 """Reserved words, what is there unasked, and what the module has and imports."""
 
-MOTION, RATES = "forward_dynamics", "coordinate_rates"
-"""Functions that the equations of motion are made of; the second where velocities are no rates of coordinates."""
+MOTION, RATES, WHOLE_STATE = "forward_dynamics", "coordinate_rates", "state_rates"
+"""Functions that equations of motion are made of; the second where velocities are no rates of coordinates, the third in
+place of both where there are states of one's own."""
 
-STATE = ("q", "qd")
+STATE = ("q", "qd", "internal")
 """Arguments that are heyoka's variables."""
 
 
@@ -157,12 +158,14 @@ def _write_heyoka(draft: Draft) -> dict[str, str]:
     scene = draft.program.scene
     there = {function.name: function for function in draft.page.functions}
     plain = scene.velocities == tuple(map(velocity_name, scene.coordinates))
-    wanted = (MOTION,) if plain else (MOTION, RATES)
+    own = [one.name for one in scene.states]
+    wanted = (WHOLE_STATE,) if own else (MOTION,) if plain else (MOTION, RATES)
     values = {
         "page": draft.page,
         "about": draft.about,
         "missing": [name for name in wanted if name not in there],
-        "motion": there.get(MOTION),
+        "motion": there.get(wanted[0]),
+        "own": own,
         "rates": None if plain else there.get(RATES),
         "given": _given([there[name] for name in wanted if name in there]),
         "coordinates": list(scene.coordinates),

@@ -39,8 +39,9 @@ from symdyn.scene.declaration.joint_table import (
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.declaration.scene_table import BODY, HEAD, INPUT, OUTPUT, PARAMETER, POINT, SHORT
 from symdyn.scene.declaration.spanning import span, turned
+from symdyn.scene.declaration.states import SIGNAL, STATE, derived_apart, signals_apart
 from symdyn.scene.declaration.tables import TABLE, curves_of, tabled
-from symdyn.scene.declaration.whole_scene import check, derived_apart
+from symdyn.scene.declaration.whole_scene import check
 from symdyn.scene.forces.force_kind import ForceKind, Scope
 from symdyn.scene.forces.force_table import kinds_of, read_elements, sections
 from symdyn.scene.joints.joint_kind import JointKind
@@ -49,7 +50,8 @@ from symdyn.scene.values.body import Body
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, compose, plain, show, shown
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Part, fields_of, keys_of, needed_of, number, one_of, word
-from symdyn.scene.values.model import Input, Parameter, Point, Scene, Signal
+from symdyn.scene.values.letters import Input, Parameter, Signal, StateVariable
+from symdyn.scene.values.model import Point, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shape import NUMBER, Shape, choice_of, described, name_shape, table_shape
 
@@ -60,6 +62,8 @@ SECTIONS: Mapping[str, Sequence[Part]] = {
     "points": POINT,
     "inputs": INPUT,
     "outputs": OUTPUT,
+    "states": STATE,
+    "signals": SIGNAL,
     "tables": TABLE,
 }
 """The tables of a scene but those of elements, and their keys; of joints those that all types share."""
@@ -72,7 +76,7 @@ class Declaration:
     Attributes:
         name: of the scene.
         gravity: raw value; None for the standard 9.81 m/s^2 along -z, False or "none" for no gravity.
-        parameters, bodies, joints, points, inputs, outputs, tables: declared tables.
+        parameters, bodies, joints, points, inputs, outputs, states, signals, tables: declared tables.
         loops: declared joints that close loops.
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
@@ -91,6 +95,8 @@ class Declaration:
     dh: Entry | None = None
     inputs: tuple[Entry, ...] = ()
     outputs: tuple[Entry, ...] = ()
+    states: tuple[Entry, ...] = ()
+    signals: tuple[Entry, ...] = ()
     tables: tuple[Entry, ...] = ()
     units: object = None
     text: object = None
@@ -150,19 +156,24 @@ def assemble(
         inputs=_nouns(Input, INPUT, declaration.inputs, faults),
         outputs=_nouns(Signal, OUTPUT, declaration.outputs, faults),
         derived=derived,
+        states=_nouns(StateVariable, STATE, declaration.states, faults),
+        signals=_nouns(Signal, SIGNAL, declaration.signals, faults),
         dimensionless=head["dimensionless"] or dimensionless,
         source=source,
         text=head["text"],
         texts=head["texts"],
     )
     curves = curves_of(declaration.tables, faults)
-    scene = _written_out(tabled(scene, curves, faults), faults)
+    scene = tabled(scene, curves, faults)
+    scene = _written_out(scene, scene.derived_formulas, faults)
+    declared_at = [entry.where for entry in declaration.signals]
+    scene = replace(scene, signals=signals_apart(scene.signals, declared_at, faults))
     scope = Scope({point.name: point for point in scene.points}, scene.gravity, parameters)
     elements = read_elements(declaration.elements, scope, faults)
     scene = replace(scene, elements=tabled(tuple(one for _, one in elements), curves, faults))
-    scene = _written_out(scene, faults)
+    scene = _written_out(scene, scene.definitions, faults)
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
-    places |= {kind: getattr(declaration, kind) for kind in ("points", "inputs", "outputs")}
+    places |= {kind: getattr(declaration, kind) for kind in ("points", "inputs", "outputs", "states", "signals")}
     apart = {one.name for one in derived}
     places["parameters"] = [entry for entry in declaration.parameters if entry.name not in apart]
     places["derived"] = [entry for entry in declaration.parameters if entry.name in apart]
@@ -178,13 +189,15 @@ def assemble(
     return lock(ordered, positions, faults) if positions else ordered
 
 
-def _written_out(scene: Scene, faults: Faults) -> Scene:
-    """Return the scene with formulas in place of derived parameters."""
+def _written_out(scene: Scene, formulas: Mapping[str, Quantity], faults: Faults) -> Scene:
+    """Return the scene with formulas in place of the names that stand for them."""
     try:
-        return scene.substituted(scene.derived_formulas)
+        return scene.substituted(formulas)
     except FormulaError as error:
-        names = ", ".join(f"{name} = {shown(formula)}" for name, formula in scene.derived_formulas.items())
-        faults.add("parameters", f"with {names} a formula {error}; check what it divides by")
+        names = ", ".join(f"{name} = {shown(formula)}" for name, formula in formulas.items())
+        faults.add(
+            "signals" if scene.signals else "parameters", f"with {names} a formula {error}; check what it divides by"
+        )
         return scene
 
 

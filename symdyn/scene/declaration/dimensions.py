@@ -24,7 +24,7 @@ from symdyn.scene.values.entry import Faults, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.model import Letter, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
@@ -41,8 +41,7 @@ def dimension_of(unit: str) -> Dimension:
 def declared_units(scene: Scene) -> dict[str, str]:
     """Return the unit of every letter whose unit is said, or is that of a joint."""
     found = {CLOCK: "s"}
-    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    found |= {one.name: one.unit for one in letters if one.unit}
+    found |= {one.name: one.unit for one in scene.letters if one.unit}
     for joint in scene.joints:
         kind = JOINTS[joint.type]
         found |= dict(zip(joint.coordinates, kind.coordinates(joint), strict=False))
@@ -105,8 +104,7 @@ def check_dimensions(scene: Scene, uses: Iterable[Use], faults: Faults) -> None:
 
 def _cycles(scene: Scene, uses: Iterable[Use]) -> Iterator[tuple[Use, str]]:
     """Yield where a letter in cycles stands alone, its sign apart, and rad/s is asked for, with both readings."""
-    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    own = {one.name: (one, Unit.read(one.written or one.unit)) for one in letters if one.unit}
+    own = {one.name: (one, Unit.read(one.written or one.unit)) for one in scene.letters if one.unit}
     for use in uses:
         name = alone(use.quantity)
         if name not in own or not use.unit or not own[name][1].cycles:
@@ -133,8 +131,7 @@ def doubts(scene: Scene, analysis: Analysis) -> Iterator[str]:
             found.setdefault(name, []).append(f"{where}{words(pair, analysis)}")
     for name, places in found.items():
         yield f"{name} has no unit and is used with two dimensions: {'; '.join(dict.fromkeys(places))}"
-    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    cyclic = {one.name for one in letters if one.unit and Unit.read(one.unit).cycles}
+    cyclic = {one.name for one in scene.letters if one.unit and Unit.read(one.unit).cycles}
     for pair in analysis.pairs if cyclic else ():
         if pair.function not in ("sin", "cos"):
             continue
@@ -239,8 +236,7 @@ class SceneUnits:
     @property
     def inferred(self) -> dict[str, str]:
         """The coherent unit of every parameter and input: as it says, or as where it stands tells; else ""."""
-        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
-        found = {one.name: one.unit for one in letters}
+        found = {one.name: one.unit for one in self.scene.letters}
         silent = [name for name, unit in found.items() if not unit]
         if silent and not self.scene.dimensionless:
             known = self.dimensions
@@ -250,7 +246,7 @@ class SceneUnits:
     @property
     def written(self) -> dict[str, str]:
         """The values of parameters and inputs as their writer said them, "500 mm", where that is no unit of SI."""
-        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
+        letters = self.scene.letters
         said = {one.name: (one.value, one.written or one.value.unit) for one in letters if one.value is not None}
         return {
             name: with_unit(x, unit) for name, (x, unit) in said.items() if unit and not Unit.read(unit).is_coherent
@@ -302,8 +298,7 @@ class SceneUnits:
         """Report terms of letters alone that do not measure the same, in a formula that looks at a scene."""
         if self.scene.dimensionless or not formula.symbols:
             return
-        letters: tuple[Letter, ...] = (*self.scene.parameters, *self.scene.inputs)
-        silent = {one.name: "" for one in letters if not one.unit}
+        silent = {one.name: "" for one in self.scene.letters if not one.unit}
         known = self.letters | silent | dict(columns or {})
         found = analysed(self.scene, [Use("", "", formula)], known)
         for pair in found.wrong:
@@ -324,7 +319,7 @@ class SceneUnits:
         scene, letters = self.scene, self.letters
         nouns = (scene.gravity, *scene.parameters, *scene.bodies, *scene.joints, *scene.points, *scene.loops)
         told = []
-        for one in Quantity.inside((*nouns, *scene.elements, *scene.inputs, *scene.outputs)):
+        for one in Quantity.inside((*nouns, *scene.elements, *scene.given, *scene.outputs)):
             both = [name for name in re.findall(r"[^\W\d_]+", one.unit) if name in letters]
             if both:
                 value = with_unit(one, one.unit)

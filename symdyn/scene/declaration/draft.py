@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from symdyn.errors import listed
 from symdyn.graph import Op
 from symdyn.scene.declaration.scene_table import BODY, GRAVITY, POINT
+from symdyn.scene.declaration.states import STATE
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.joints.joint_table import JOINTS, ORIGIN, RESISTING, TIP
 from symdyn.scene.values.body import Body, Pose, central_inertia, circular, impossible, inertia_fault
@@ -30,7 +31,19 @@ from symdyn.scene.values.key import MOTION, OWN, PARAMETERS, TIMED, Part
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 
-KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs", "derived")
+KINDS = (
+    "parameters",
+    "bodies",
+    "joints",
+    "loops",
+    "points",
+    "elements",
+    "inputs",
+    "outputs",
+    "derived",
+    "states",
+    "signals",
+)
 
 
 @dataclass(frozen=True)
@@ -72,7 +85,7 @@ def uses(draft: Draft) -> Iterator[Use]:
     """Return every quantity but parameter values and directions, in declared order."""
     scene, where = draft.scene, draft.where
     moving = frozenset((*scene.coordinates, *scene.velocities))
-    timed = moving | {CLOCK, *(one.name for one in scene.inputs)}
+    timed = moving | {CLOCK, *(one.name for one in scene.given)}
     allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed}
     yield from _uses("", (GRAVITY,), scene, allowed)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
@@ -88,6 +101,11 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield from _uses(place, FORCES[one.kind].parts, one, allowed, slides(scene, one))
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
         yield Use(place, "formula", output.formula, frozenset(scene.formula_names(output.formula.symbols)), output.unit)
+    for place, state in zip(where["states"], scene.states, strict=True):
+        units = {"rate": state.rate_unit, "start": state.unit, "reset.to": state.unit}
+        yield from (use._replace(unit=units.get(use.key, "")) for use in _uses(place, STATE, state, allowed))
+    for place, signal in zip(where["signals"], scene.signals, strict=True):
+        yield Use(place, "formula", signal.formula, timed, signal.unit)
     for place, parameter in zip(where["derived"], scene.derived, strict=True):
         if parameter.value is not None:
             yield Use(place, "value", parameter.value, unit=parameter.unit)

@@ -21,7 +21,8 @@ from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.values.dimensional_analysis import fits
 from symdyn.scene.values.entry import EntryReader
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Letter, Scene
+from symdyn.scene.values.letters import Letter
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 
@@ -176,6 +177,7 @@ def lost_words(scene: Scene) -> Iterator[str]:
         if any(x != Quantity.ZERO for x in (*joint.start, *joint.start_rates)):
             yield f"{where}: where it starts"
     yield from (f"inputs.{one.name}: the file has no inputs" for one in scene.inputs)
+    yield from (f"states.{one.name}: the file has no states" for one in scene.states)
     yield from (f"outputs.{one.name} = {spell(one.formula)}: the file has no outputs" for one in scene.outputs)
 
 

@@ -29,7 +29,8 @@ from symdyn.scene.values.key import (
     shape_of,
     word,
 )
-from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter
+from symdyn.scene.values.letters import Input, Parameter
+from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.shape import (
     NUMBER,
@@ -378,5 +379,5 @@ POINT: tuple[Part, ...] = (
     placement("at", "placement in the frame of the body"),
 )
 
-SHORT: Mapping[str, str] = {"parameters": "value", "inputs": "value", "outputs": "formula"}
+SHORT: Mapping[str, str] = {"parameters": "value", "inputs": "value", "outputs": "formula", "signals": "formula"}
 """What a number or text in place of a table says; names of such tables are those of letters or of columns."""

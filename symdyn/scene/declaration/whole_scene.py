@@ -9,8 +9,7 @@ Joints hang every body on ground, each on one joint; what closes a loop connects
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping
 
 from symdyn.errors import listed, nearest, suggestion
 from symdyn.graph import Graph, Op
@@ -21,17 +20,15 @@ from symdyn.scene.joints.joint_table import JOINTS, RESISTING
 from symdyn.scene.values.body import mass_faults
 from symdyn.scene.values.dimensional_analysis import fits, with_unit
 from symdyn.scene.values.entry import Faults, show, shown
-from symdyn.scene.values.folding import substituted
-from symdyn.scene.values.formula import DEEPEST, MOST_NODES
 from symdyn.scene.values.grammar import CLOCK, LETTERS, check_latex, check_name, check_scene_name
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.unit import Unit, UnitError
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
-FAMILIES |= {"inputs": "symbol", "outputs": "symbol", "derived": "symbol"}
+FAMILIES |= dict.fromkeys(("inputs", "outputs", "derived", "states", "signals"), "symbol")
 """Names of one family differ; elements are a family a section."""
 
 
@@ -48,12 +45,12 @@ def check_names(draft: Draft, faults: Faults) -> None:
             _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
             if family == "frame" and one.name == Scene.GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
-    declared = [one.latex for one in scene.parameters] + [one.latex for one in scene.inputs]
-    for where, latex in zip((*draft.where["parameters"], *draft.where["inputs"]), declared, strict=True):
-        fault = check_latex(latex) if latex else None
+    places = (where for kind in ("parameters", "inputs", "states") for where in draft.where[kind])
+    for where, letter in zip(places, scene.letters, strict=True):
+        fault = check_latex(letter.latex) if letter.latex else None
         if fault:
-            faults.add(where, f"latex = {show(latex)} {fault}")
-    for kind in ("inputs", "outputs"):
+            faults.add(where, f"latex = {show(letter.latex)} {fault}")
+    for kind in ("inputs", "outputs", "states", "signals"):
         for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
             if LETTERS.has_column(column.name):
                 faults.add(where, f"{show(column.name)} is called like a column of runs; choose another name")
@@ -84,18 +81,26 @@ def check_symbols(draft: Draft, faults: Faults) -> None:
     for use in uses(draft):
         for name in use.quantity.symbols:
             if name not in parameters and name not in use.allowed:
-                why = _why(name, use, parameters, motion, {one.name: None for one in draft.scene.inputs})
+                why = _why(name, use, draft.scene, motion)
                 faults.add(use.where, f"{use.key} = {shown(use.quantity)} {why}")
 
 
-def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None], inputs: dict[str, None]) -> str:
-    if name in inputs:
+def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
+    parameters, given = (dict.fromkeys(one.name for one in some) for some in (scene.parameters, scene.given))
+    later = {*map(acceleration_name, scene.velocities), *filter(None, scene.drives), *scene.reaction_axes}
+    if use.where.startswith(("states.", "signals.")) and name in later:
+        return (
+            f"uses {name}, which follows from forces: an algebraic loop; use coordinates, velocities, states, inputs, t"
+        )
+    if name in given:
+        if name in (one.name for one in scene.states):
+            return f"uses {name}, a state; only forces, loads, rates, signals and outputs may depend on it"
         return f"uses {name}, an input; only forces, loads and outputs may depend on what is given over time"
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
-    known = [*parameters, *(other for other in (*motion, *inputs) if other in use.allowed)]
+    known = [*parameters, *(other for other in (*motion, *given) if other in use.allowed)]
     near = nearest(name, sorted(use.allowed))
     known += [near] if near and near not in known else []
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
@@ -257,76 +262,6 @@ def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
         if not JOINTS[joint.type].velocities(joint):
             root[joint.child] = root.get(joint.parent, joint.parent)
     return root
-
-
-Parameters = tuple[Parameter, ...]
-
-
-def derived_apart(parameters: Parameters, places: Sequence[str], faults: Faults) -> tuple[Parameters, Parameters]:
-    """Return the parameters that are plain, and the ones that are formulas of others, in plain ones alone.
-
-    What is derived wrongly, such as in a circle, is a fault, and without a value then.
-    """
-    where = dict(zip((one.name for one in parameters), places, strict=True))
-    formulas = {one.name: one.value for one in parameters if one.value is not None and one.value.symbols}
-    found: dict[str, Quantity] = {}
-    for name in formulas:
-        _derive(name, formulas, (), where, found, faults)
-    apart = tuple(replace(one, value=found.get(one.name)) for one in parameters if one.name in formulas)
-    for one in apart:
-        if one.tolerance is not None:
-            faults.add(where[one.name], f"{one.name} is derived; give the tolerance to what it is derived from")
-    return tuple(one for one in parameters if one.name not in formulas), apart
-
-
-def _derive(
-    name: str,
-    formulas: Mapping[str, Quantity],
-    path: tuple[str, ...],
-    where: Mapping[str, str],
-    found: dict[str, Quantity],
-    faults: Faults,
-) -> None:
-    """Put a derived parameter into `found`, those first that its formula names."""
-    if name in found:
-        return
-    formula, place = formulas[name], where[name]
-    told = f"value = {shown(formula)}"
-    found[name] = Quantity.ZERO  # until it is known, and after a fault
-    for other in formula.symbols:
-        if other in (*path, name):
-            circle = " -> ".join([*(*path, name)[(*path, name).index(other) :], other])
-            faults.add(place, f"{told} depends on itself: {circle}; give one of them a number")
-            return
-        if other not in where:
-            faults.add(place, f"{told} uses the undefined symbol {other}; {suggestion(other, where)}")
-            return
-        if other in formulas:
-            _derive(other, formulas, (*path, name), where, found, faults)
-    try:
-        _check_size(formula, found)
-        found[name] = substituted(formula, found)
-    except FormulaError as error:
-        faults.add(place, f"{told} {error}")
-
-
-def _check_size(formula: Quantity, values: Mapping[str, Quantity]) -> None:
-    """Refuse to put `values` in place of symbols where that makes more of a formula than one may hold.
-
-    Raises:
-        FormulaError: it would have too many terms, or nest too deep.
-    """
-    nodes, depth = _extent(formula, {name: _extent(one, {}) for name, one in values.items() if name in formula.symbols})
-    if nodes > MOST_NODES or depth > DEEPEST:
-        raise FormulaError("multiplies out to too many terms; give a part of it as a number")
-
-
-def _extent(part: Quantity, known: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
-    """Return how many nodes a formula has, and how many levels, symbols in `known` counted as those say."""
-    if part.op is Op.SYMBOL:
-        return known.get(str(part.value), (1, 1))
-    inside = [_extent(arg, known) for arg in part.args]
-    return 1 + sum(nodes for nodes, _ in inside), 1 + max((depth for _, depth in inside), default=0)
 
 
 def check(

@@ -22,7 +22,8 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.folding import neg, substituted
 from symdyn.scene.values.joint import Contact, Element, Row
 from symdyn.scene.values.key import Part, Stand
-from symdyn.scene.values.model import Parameter, Point
+from symdyn.scene.values.letters import Parameter
+from symdyn.scene.values.model import Point
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
 from symdyn.spatial import Transform, Vec, Wrench
 from symdyn.unlocked import cached_property

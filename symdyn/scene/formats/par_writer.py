@@ -31,7 +31,8 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import RIGHT, Step, inverse_steps, plus, quarter_turns, towards, turns
 from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.letters import Parameter
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity, spell
 
 SLOTS = ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")

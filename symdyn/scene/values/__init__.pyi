@@ -26,7 +26,8 @@ from .joint import (
     velocity_name as velocity_name,
 )
 from .key import TIMED as TIMED
-from .model import Letter as Letter, Parameter as Parameter, Point as Point
+from .letters import Input as Input, Letter as Letter, Parameter as Parameter, StateVariable as StateVariable
+from .model import Point as Point
 from .quantity import FormulaError as FormulaError, spell as spell
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError

@@ -29,7 +29,7 @@ from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
 from symdyn.scene.values.entry import EntryReader, shown
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Letter
+from symdyn.scene.values.letters import Letter
 from symdyn.scene.values.quantity import FormulaError, Quantity, spell
 from symdyn.scene.values.unit import Unit, UnitError, in_si, out_of_si
 

@@ -14,7 +14,8 @@ from symdyn.scene.values.dimension import product
 from symdyn.scene.values.entry import EntryReader, Faults, compose, plain, quantities, said_pose, shown
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.letters import Parameter
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector
 from symdyn.scene.values.shape import (
     ANYTHING,
@@ -256,7 +257,7 @@ class Key(Part, Generic[T]):
         value: Any = self.of(one)
         if self.inside:
             several = isinstance(value, tuple)
-            for i, noun in enumerate(value if several else (value,)):
+            for i, noun in enumerate(value if several else () if value is None else (value,)):
                 place = f"{self.name}[{i}]" if several else self.name
                 for key in self.inside:
                     yield from (x._replace(key=f"{place}.{x.key}") for x in key.numbers(noun, slides))
@@ -296,7 +297,7 @@ class Key(Part, Generic[T]):
     def check(self, one: Any, stand: Stand, place: str = "") -> None:
         """Report a number that is too small; `place` is in front of its key, of a noun that is inside another one."""
         value: Any = self.of(one)
-        for key in self.inside:
+        for key in self.inside if value is not None else ():
             key.check(value, stand, f"{place}{self.name}.")
         size = stand.value(value) if (self.above_zero or self.never_negative) and value is not None else None
         if self.above_zero and size is not None and size <= 0:

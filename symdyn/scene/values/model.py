@@ -14,17 +14,17 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import ClassVar, TypeAlias, TypeVar
+from typing import ClassVar, TypeVar
 
 from symdyn.arguments import check_arguments, native, walked
-from symdyn.errors import SceneError, listed
+from symdyn.errors import SceneError, SymdynError, listed
 from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
 from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
+from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
-from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -32,33 +32,6 @@ NAMING = ("", ".toml", ".par")
 """Endings of files that name their coordinates themselves, or none where Python made the scene."""
 
 STANDARD_GRAVITY: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.number(Fraction("-9.81")))
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A named constant of the scene.
-
-    Attributes:
-        name: as formulas write it.
-        value: its value, free of symbols unless it is derived; None leaves it an argument of every generated function.
-        positive: an assumption that printing and certificates may use.
-        unit: the coherent unit of its value, e.g. "kg"; "" where none is said.
-        latex: how to print it; None derives it from the name.
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
-        tolerance: how far the value may be off, for sweeps; no part of the equations.
-        written: the unit that its writer chose, such as "mm", where it is not `unit`, in which the value is.
-    """
-
-    name: str
-    value: Quantity | None = None
-    positive: bool = False
-    unit: str = ""
-    latex: str | None = None
-    text: str = ""
-    texts: tuple[tuple[str, str], ...] = ()
-    tolerance: Tolerance | None = None
-    written: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -70,53 +43,7 @@ class Point:
     at: Pose = UNMOVED
 
 
-@dataclass(frozen=True)
-class Input:
-    """A symbol whose value is given over time from outside, such as a motor's voltage; forces and loads may use it.
-
-    Attributes:
-        name: as formulas write it.
-        value: where none is given over time, free of symbols.
-        unit: the coherent unit of its value, e.g. "V"; "" where none is given.
-        latex: how to print it; None derives it from the name.
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
-        written: the unit that its writer chose, such as "mV", where it is not `unit`, in which the value is.
-    """
-
-    name: str
-    value: Quantity = Quantity.ZERO
-    unit: str = ""
-    latex: str | None = None
-    text: str = ""
-    texts: tuple[tuple[str, str], ...] = ()
-    written: str = field(default="", compare=False)
-
-
-Letter: TypeAlias = Parameter | Input
-"""What has a value, and a unit that its writer may choose."""
-
-
-@dataclass(frozen=True)
-class Signal:
-    """An output: a formula with a name, which may use positions of points and reactions; see `grammar`.
-
-    Attributes:
-        name: of its column, and behind "output:".
-        formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, points and reactions.
-        unit: for tables, e.g. "m".
-        text: a description for tables.
-        texts: the same in other languages: ("sk", description).
-    """
-
-    name: str
-    formula: Quantity
-    unit: str = ""
-    text: str = ""
-    texts: tuple[tuple[str, str], ...] = ()
-
-
-_Described = TypeVar("_Described", Parameter, Input, Signal, Body, Joint, "Scene")
+_Described = TypeVar("_Described", Parameter, Input, Signal, StateVariable, Body, Joint, "Scene")
 
 
 @dataclass(frozen=True)
@@ -139,6 +66,9 @@ class Scene(Shown):
         elements: what acts beside gravity and drives, in the order of `FORCES`.
         inputs: given over time from outside: the argument `inputs` of generated functions, in this order.
         outputs: formulas with names.
+        derived: parameters that are formulas of others, which stand in place of their names.
+        states: with formulas for their rates: the argument `internal` of generated functions, in this order.
+        signals: formulas with names that others use; they stand in place of their names.
         dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
         text: a description, which lessons are titled with.
@@ -159,6 +89,8 @@ class Scene(Shown):
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Signal, ...] = ()
     derived: tuple[Parameter, ...] = ()
+    states: tuple[StateVariable, ...] = ()
+    signals: tuple[Signal, ...] = ()
     dimensionless: bool = False
     source: str = field(default="", compare=False)
     text: str = ""
@@ -175,6 +107,7 @@ class Scene(Shown):
         free = [one.name for one in self.parameters if one.value is None]
         told = [f"coordinates {listed(self.coordinates)}", f"drives {listed(filter(None, self.drives))}"]
         told += [f"inputs {listed(one.name for one in self.inputs)}"] if self.inputs else []
+        told += [f"states {listed(one.name for one in self.states)}"] if self.states else []
         told += [f"parameters without a value {listed(free)}"] if free else []
         bodies = f"{len(self.bodies)} {'body' if len(self.bodies) == 1 else 'bodies'}"
         loops = f", {len(self.loops)} {'loop' if len(self.loops) == 1 else 'loops'}" if self.loops else ""
@@ -209,6 +142,11 @@ class Scene(Shown):
     def velocities(self) -> tuple[str, ...]:
         """Names of the velocities, shape (nv,)."""
         return tuple(name for joint in self.joints for name in joint.rates)
+
+    @property
+    def first_order(self) -> tuple[str, ...]:
+        """Names of what has a formula for its rate, shape (nu,): velocities, and then states of one's own."""
+        return (*self.velocities, *(one.name for one in self.states))
 
     @cached_property
     def drives(self) -> tuple[str | None, ...]:
@@ -319,6 +257,8 @@ class Scene(Shown):
             derived=tuple(map(described, self.derived)),
             inputs=tuple(map(described, self.inputs)),
             outputs=tuple(map(described, self.outputs)),
+            states=tuple(map(described, self.states)),
+            signals=tuple(map(described, self.signals)),
         )
 
     def in_numbers(self, names: Collection[str]) -> Scene:
@@ -328,22 +268,44 @@ class Scene(Shown):
         return self.substituted(values)
 
     def as_parameters(self) -> Scene:
-        """Return the scene without outputs, its inputs being parameters: for its equations at one moment.
+        """Return the scene without outputs, its inputs and states being parameters: for its equations at one moment.
 
-        An input whose value is zero has none then, so that it is seen where it acts.
+        One whose value is zero has none then, so that it is seen where it acts.
         """
-        if not self.inputs:
+        if not self.given:
             return replace(self, outputs=()) if self.outputs else self
         more = tuple(
             Parameter(x.name, None if x.value == Quantity.ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
-            for x in self.inputs
+            for x in self.given
         )
-        return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=())
+        return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     @cached_property
     def derived_formulas(self) -> dict[str, Quantity]:
         """The formulas of derived parameters in plain ones, by name; they stand in place of the names."""
         return {one.name: one.value for one in self.derived if one.value is not None}
+
+    @cached_property
+    def definitions(self) -> dict[str, Quantity]:
+        """The formulas of derived parameters and of signals, by name; they stand in place of the names."""
+        return self.derived_formulas | {one.name: one.formula for one in self.signals}
+
+    @property
+    def letters(self) -> tuple[Letter, ...]:
+        """Parameters, inputs and states."""
+        return (*self.parameters, *self.inputs, *self.states)
+
+    @property
+    def given(self) -> tuple[Input | StateVariable, ...]:
+        """Inputs and states: what a function is told beside the motion and the time."""
+        return (*self.inputs, *self.states)
+
+    def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:
+        """Raise an error where there are states of one's own, of which something knows nothing."""
+        check_arguments(Scene.refuse_states, locals(), SceneError)
+        if self.states:
+            names = listed(one.name for one in self.states)
+            raise error(f"{self.name}: {what} knows no states of one's own, and there is {names}; take them out")
 
     def derived_words(self, name: str) -> str:
         """Return why a derived parameter takes no value; "" of another name."""
@@ -374,14 +336,15 @@ class Scene(Shown):
 
     @property
     def plain_names(self) -> tuple[str, ...]:
-        """Names of time, coordinates, velocities and inputs, which need no derivation."""
-        return (CLOCK, *self.coordinates, *self.velocities, *(one.name for one in self.inputs))
+        """Names of time, coordinates, velocities, inputs and states, which need no derivation."""
+        return (CLOCK, *self.coordinates, *self.velocities, *(one.name for one in self.given))
 
     def at_time(self, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
-        """Return the values of time, s, and of inputs where none are given over time."""
+        """Return the values of time, s, of inputs where none are given over time, and of states at the start."""
         check_arguments(Scene.at_time, locals(), SceneError)
         (t,) = native(float, t)
-        values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in self.inputs}
+        known = {one.name: value for one in self.parameters if one.value and (value := one.value.at({})) is not None}
+        values = {graph.symbol(one.name): float(one.value.known_at(known) or 0) for one in self.given}
         return {graph.symbol(CLOCK): t} | values
 
     @property
@@ -422,9 +385,9 @@ class Scene(Shown):
 
     @property
     def moving_names(self) -> set[str]:
-        """The names of coordinates, velocities, drives, inputs and outputs."""
-        names = {*self.coordinates, *self.velocities, *(one.name for one in self.inputs)}
-        names |= {one.name for one in self.outputs}
+        """The names of coordinates, velocities, drives, inputs, states, signals and outputs."""
+        names = {*self.coordinates, *self.velocities, *(one.name for one in self.given)}
+        names |= {one.name for one in (*self.outputs, *self.signals)}
         return names | {drive for drive in self.drives if drive}
 
     def substituted(self, values: Mapping[str, Quantity]) -> Scene:

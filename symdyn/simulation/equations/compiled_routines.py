@@ -41,12 +41,12 @@ EVERYTHING = ("q", "qd", "tau", TIME)
 
 
 def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
-    """Return entries as a function of everything, inputs behind driving forces, or of what it takes."""
-    letters = w.inputs
-    given = [
-        replace(a, symbols=(*a.symbols, *letters)) if a.name == "tau" and takes == EVERYTHING else a
-        for a in arguments(w, takes)
-    ]
+    """Return entries as a function of everything, inputs behind driving forces, or of what it takes.
+
+    States of one's own stand behind velocities.
+    """
+    behind = {"tau": w.inputs if takes == EVERYTHING else (), "qd": w.states}
+    given = [replace(a, symbols=(*a.symbols, *behind.get(a.name, ()))) for a in arguments(w, takes)]
     return plain(name, entries, given)
 
 

@@ -76,7 +76,9 @@ class Computed(NamedTuple):
 
 
 class Loop:
-    """A controller of a scene with nq coordinates, nv velocities and some inputs, in a run to the time `until`.
+    """A controller in a run to the time `until`, of a scene with nq coordinates, and nu velocities and states.
+
+    It returns as many driving forces and inputs as `size` says.
 
     Attributes:
         beside: functions that forces are given by, which are added; they act all the time and have no limits or states.
@@ -88,12 +90,11 @@ class Loop:
     """
 
     def __init__(
-        self, placed: Placed, nq: int, nv: int, until: float, inputs: int = 0, beside: Sequence[Placed] = ()
+        self, placed: Placed, nq: int, nu: int, until: float, size: int, beside: Sequence[Placed] = ()
     ) -> None:
         """Take a controller; it says nothing before `start`."""
-        self.placed, self.nq, self.nv, self.until = placed, nq, nv, until
-        self.beside = tuple(Loop(one, nq, nv, until, inputs) for one in beside)
-        self.size = nv + inputs
+        self.placed, self.nq, self.nu, self.until, self.size = placed, nq, nu, until, size
+        self.beside = tuple(Loop(one, nq, nu, until, size) for one in beside)
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
         self.nz, self.z = 0, NOTHING
@@ -143,7 +144,7 @@ class Loop:
         if self.period is None and self.cuts.limited:
 
             def asked(t: float) -> Array:
-                x, n = states(np.array([t]))[0], self.nq + self.nv
+                x, n = states(np.array([t]))[0], self.nq + self.nu
                 return self.computed(t, x[: self.nq], x[self.nq : n], x[n : n + self.nz]).command
 
             self.cuts.look(t0, t1, asked)
@@ -265,19 +266,19 @@ class Loop:
 
     def slope(self, t: float, q: Array, u: Array, z: Array = NOTHING) -> Array:
         """Return ∂τ/∂(q, u, z), then of inputs, shape (nv + inputs, nq + nv + nz); 0 of what is held or cut."""
-        found = np.zeros((self.size, self.nq + self.nv + self.nz))
+        found = np.zeros((self.size, self.nq + self.nu + self.nz))
         if self.period is None:
             rows, free = self._slopes(t, q, u, z)
             found[list(self.placed.places)] = free[:, None] * rows
         for one in self.beside:
-            found[:, : self.nq + self.nv] += one.slope(t, q, u)
+            found[:, : self.nq + self.nu] += one.slope(t, q, u)
         return found
 
     def rate_slope(self, t: float, q: Array, u: Array, z: Array) -> Array:
         """Return ∂ż/∂(q, u, z), shape (nz, nq + nv + nz)."""
         signals, law = self.placed.signals, self.law
         if not self.nz or signals is None or not isinstance(law, LinearLaw):
-            return np.zeros((0, self.nq + self.nv))
+            return np.zeros((0, self.nq + self.nu))
         rows, free = self._slopes(t, q, u, z)
         found: Array = np.hstack([law.B @ signals.slopes(t, q, u), law.A])
         return found + law.tracking @ ((free - 1.0)[:, None] * rows)

@@ -286,7 +286,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
         faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
     ranges = _ranges(feedback, names, faults)
     signals = _signals(scene, feedback, names, faults)
-    state = (*scene.coordinates, *scene.velocities)
+    state = (*scene.coordinates, *scene.first_order)
     measures, labels = (state, state) if signals is None else (signals.measures, signals.labels)
     noise, steps = (_sizes(feedback, name, measures, faults) for name in ("noise", "quantisation"))
     faults.close(SimulateError)

@@ -12,7 +12,7 @@ nothing depends on, as of a shaft that turns freely, has a column of zeros.
 
 The equations with multipliers are a differential-algebraic system:
 
-    y        q, u, z of a controller, W the work of forces, Λ, N, P
+    y        q, u, s, z of a controller, W the work of forces, Λ, N, P
     λ = Λ̇    multipliers of the rows G, N and N m
     ν = Ṅ    multipliers of the loops' residuals r; ρ = Ṗ those of the lengths of quaternions e
 
@@ -75,7 +75,7 @@ def slopes_in_turn(system: StateEquations) -> Slope:
 
 def slopes(system: StateEquations) -> Slope:
     """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx), exact."""
-    nq, nv = system.nq, system.nv
+    nq, nv = system.nq, system.nu
     calls = system.once(_along).at(system.opened.values)
     along, brought_back = calls["along"], calls.get("ways")
     n, nz = nq + nv, system.nz
@@ -104,13 +104,13 @@ def slopes(system: StateEquations) -> Slope:
 
 def _mechanism(system: StateEquations, size: int) -> npt.NDArray[np.int_]:
     """Return which of so many entries are not states of a controller, which stand behind q and u."""
-    n = system.nq + system.nv
+    n = system.nq + system.nu
     return np.delete(np.arange(size), slice(n, n + system.nz))
 
 
 def _along(system: StateEquations) -> Compiled:
     """Return the derivative of the rates in a direction (δq, δu), their last arguments, and δτ under a controller."""
-    program, nq, nv = system.program, system.nq, system.nv
+    program, nq, nv = system.program, system.nq, system.nu
     rates = program["rates"].function
     q, u = (one.symbols for one in rates.arguments if one.name in ("q", "qd"))
     dq, du = argument(program.graph, "dq", nq), argument(program.graph, "du", nv)
@@ -180,13 +180,13 @@ class Implicit:
         found: Array = rates.copy()
         found[self._own] = self._calls["residual"](*self._state(t, y), np.ascontiguousarray(rates[self._own]))
         if self.system.loop is not None and self.system.nz:
-            (n, nz), state = (self.system.nq + self.system.nv, self.system.nz), self.system.parts(y)
+            (n, nz), state = (self.system.nq + self.system.nu, self.system.nz), self.system.parts(y)
             found[n : n + nz] -= self.system.loop.rates(t, *state)
         return found
 
     def slope(self, t: float, y: Array, rates: Array, c: float) -> Array:
         """Return ∂F/∂y + c ∂F/∂ẏ, shape (size, size)."""
-        every, n = np.eye(self.size)[:, self._own], self.system.nq + self.system.nv + self.system.nz
+        every, n = np.eye(self.size)[:, self._own], self.system.nq + self.system.nu + self.system.nz
         J, forces = c * np.eye(self.size), []
         if self.system.loop is not None:
             state = self.system.parts(y)
@@ -206,7 +206,7 @@ def _layout(system: StateEquations) -> tuple[list[int], Array]:
     """Return the position-level rows, and where each part of y ends."""
     residual = [] if not system.rows else system.program["constraint_residual"].function.entries
     holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
-    lengths = (system.nq, system.nv, int(system.works), system.rows, len(holding), len(system.quaternions))
+    lengths = (system.nq, system.nu, int(system.works), system.rows, len(holding), len(system.quaternions))
     return holding, np.cumsum(lengths)
 
 
@@ -243,7 +243,7 @@ def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: 
     for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
         balance[k] = w.state.qdd[k] - given
     places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
-    balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=True)))
+    balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=False)))
     held: list[Expr] = []
     if system.rows:
         G = np.full(system.rows * system.nv, graph.zero, dtype=object)
@@ -261,5 +261,7 @@ def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: 
         e = state["q"][part]
         found[part] = [one - x * stretch for one, x in zip(found[part], e, strict=True)]
         lengths.append(graph.total(x * x for x in e) - graph.one)
+    own = substitute(substitute(w.state_rates, place), {}, graph)
+    balance += [one - other for one, other in zip(acceleration[w.state.n :], own, strict=True)]
     power = [one - graph.total(program["power"].function.entries) for one in work]
     return [*found, *balance, *power, *held, *lengths]

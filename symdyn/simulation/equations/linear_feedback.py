@@ -86,14 +86,15 @@ class Gains:
 
     def slope(self, t: float, q: Array, u: Array) -> Array:
         """Return ∂τ/∂(q, u), shape (m, nq + nv)."""
-        n = len(self.u0)
+        n = len(self.scene.velocities)
         by_q = np.array([(self.away(q + d) - self.away(q - d)) / (2 * STEP) for d in STEP * np.eye(len(q))]).T
         return -np.hstack([self._whole[:, :n] @ by_q, self._whole[:, n:]])
 
     @cached_property
     def _whole(self) -> Array:
-        """Return K with a column for every position and velocity, shape (m, 2 nv)."""
-        found, names = np.zeros((len(self.inputs), 2 * len(self.u0))), state_names(self.scene)
+        """Return K with a column for every position, velocity and state of one's own, shape (m, nv + nu)."""
+        names = state_names(self.scene)
+        found = np.zeros((len(self.inputs), len(names)))
         found[:, [names.index(name) for name in self.states]] = self.K
         return found
 
@@ -103,7 +104,7 @@ class Gains:
 
     def away(self, q: Array) -> Array:
         """Return q - q0 along the velocities, shape (nv,)."""
-        found = np.empty(len(self.u0))
+        found = np.empty(len(self.scene.velocities))
         for here, along, turns in self._parts:
             away = q[here] - self.q0[here]
             if turns:
@@ -141,11 +142,11 @@ class Schedule:
 
 
 def state_names(scene: Scene) -> list[str]:
-    """Return the names of all positions and velocities that gains may multiply, shape (2 nv,), positions first."""
+    """Return the names of all that gains may multiply, shape (nv + nu,): positions, velocities, states of one's own."""
     names: list[str] = []
     for here, along, turns in _parts(scene):
         names += [f"{ALONG}{name}" for name in scene.velocities[along]] if turns else scene.coordinates[here]
-    return [*names, *scene.velocities]
+    return [*names, *scene.velocities, *(one.name for one in scene.states)]
 
 
 def _parts(scene: Scene) -> list[tuple[slice, slice, bool]]:
@@ -293,8 +294,9 @@ def _finite(value: object) -> bool:
 
 
 def _reference(scene: Scene, specified: Mapping[str, float], faults: Faults) -> tuple[Array, Array]:
-    """Return q0, shape (nq,), and u0, shape (nv,)."""
-    names = (*scene.coordinates, *scene.velocities)
+    """Return q0, shape (nq,), and u0, shape (nu,)."""
+    moving = (*scene.velocities, *(one.name for one in scene.states))
+    names = (*scene.coordinates, *moving)
     for name, value in specified.items():
         if name.startswith(ALONG) and name in state_names(scene):
             if value:
@@ -302,7 +304,7 @@ def _reference(scene: Scene, specified: Mapping[str, float], faults: Faults) -> 
         elif name not in names:
             faults.add("x0", f"{name} is not known; {suggestion(name, names)}")
     q0 = np.array([specified.get(name, 0.0) for name in scene.coordinates])
-    return _unit(scene, q0), np.array([specified.get(name, 0.0) for name in scene.velocities])
+    return _unit(scene, q0), np.array([specified.get(name, 0.0) for name in moving])
 
 
 def _unit(scene: Scene, q0: Array) -> Array:

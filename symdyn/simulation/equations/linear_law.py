@@ -225,8 +225,10 @@ class Signals:
             w = Workspace(found.scene, found.closing)
             function = function_of(w, "signals", Moving.driven(w).expressed(self.formulas), STATE)
             if name == "along":
-                dq, du = (argument(w.graph, "dq", len(w.state.q)), argument(w.graph, "du", w.state.n))
-                seeds: dict[Expr, Expr] = dict(zip((*w.state.q, *w.state.qd), (*dq.symbols, *du.symbols), strict=True))
+                dq, du = (argument(w.graph, "dq", len(w.state.q)), argument(w.graph, "du", w.state.n + len(w.states)))
+                seeds: dict[Expr, Expr] = dict(
+                    zip((*w.state.q, *w.state.qd, *w.states), (*dq.symbols, *du.symbols), strict=True)
+                )
                 function = plain(name, tangents(function.entries, seeds), (*function.arguments, dq, du))
             return compiled(w.scene, w.graph, (function,))
 
@@ -247,7 +249,8 @@ def _measurable(scene: Scene, text: object, where: str, faults: Faults) -> Quant
 def _letters(scene: Scene) -> tuple[str, ...]:
     """Return what signals and references may depend on."""
     parameters = (one.name for one in scene.parameters)
-    return (TIME, *scene.coordinates, *scene.velocities, *scene.point_names, *parameters)
+    states = (one.name for one in scene.states)
+    return (TIME, *scene.coordinates, *scene.velocities, *states, *scene.point_names, *parameters)
 
 
 # Systems of python-control and SciPy, known by what they have: these packages need not be there

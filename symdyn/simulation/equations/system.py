@@ -1,7 +1,8 @@
 """Equations of motion as a first-order system, ẋ = f(t, x), compiled, and the return of a state to its constraints.
 
-    x        q (nq), u (nv), and W where anything but gravity, springs and loops does work: Ẇ is its power
+    x        q (nq), u (nv), s (ns), and W where anything but gravity, springs and loops does work: Ẇ is its power
     q̇        H(q) u
+    s        states of one's own; functions take them behind the velocities, of which they are told together as (u, s)
     u̇        forward dynamics, of the closed mechanism where loops close it
     r, G     residuals and kept constraint equations of the loops and of the scene, compiled
 
@@ -25,7 +26,7 @@ Reference: Eich, Convergence results for a coordinate projection method applied 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -41,6 +42,7 @@ from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
 from symdyn.simulation.equations.control_loop import NOTHING, Loop
+from symdyn.simulation.equations.events import EventKind
 from symdyn.simulation.equations.monitors import Candidates, Limit
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property
@@ -57,6 +59,9 @@ LARGEST = 30.0
 NEAR = 0.03
 """Smallest singular value of G over the largest, below which a change point is near."""
 
+RESIDUE = 1e3
+"""How many times as large as at its zero a guard may be and still be zero."""
+
 BETTER = 3.0
 """How many times as far from singular as G_d all of G has to be for the choice to be at fault."""
 
@@ -67,6 +72,8 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class StateEquations:
     """Equations of a scene under forces at values of its parameters, ready to be integrated.
+
+    Below u is (u, s), shape (nu,), velocities and then states of one's own, but for its first nv where it is said.
 
     Attributes:
         scene: the mechanism, its parameters bound.
@@ -83,9 +90,7 @@ class StateEquations:
         dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
-        ends: what is said where the equations end; such places are entries of "events" behind those asked for. Nothing
-            is said where they bend: integrators begin anew there.
-        limits: of joints, whose passages are the last entries of "events".
+        kinds: of events, whose guards are the entries of "events"; the first are those asked for.
         notes: what a user should know: that numbers have decided otherwise than for values before.
         loop: the controller and the functions that are at work, None where there are none.
     """
@@ -104,8 +109,7 @@ class StateEquations:
     dependent: tuple[int, ...] = ()
     rows: int = 0
     filled: tuple[int, ...] = ()
-    ends: tuple[str, ...] = ()
-    limits: tuple[Limit, ...] = ()
+    kinds: tuple[EventKind, ...] = ()
     notes: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
     _made: dict[Any, Any] = field(default_factory=dict, repr=False)
@@ -150,6 +154,34 @@ class StateEquations:
         return self.candidates.conserved(self.opened.values)
 
     @property
+    def limits(self) -> dict[int, Limit]:
+        """The limits of joints, by the number of their kind of event."""
+        return {k: kind.limit for k, kind in enumerate(self.kinds) if kind.limit is not None}
+
+    @property
+    def bends(self) -> tuple[int, ...]:
+        """The kinds of events where the equations bend."""
+        return tuple(k for k, kind in enumerate(self.kinds) if kind.bends)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether something is changed at an event."""
+        return any(kind.update for kind in self.kinds)
+
+    def behind(self, events: Iterable[int], t: float, x: Array) -> Array:
+        """Return the state behind events of some kinds at once, shape (nx,); each sees the state before."""
+        found = x.copy()
+        for k in events:
+            if changes := list(self.kinds[k].changes):
+                found[changes] = self.evaluate(f"update{k}", t, x)[changes]
+        return found
+
+    def residue(self, events: Iterable[int], t: float, x: Array) -> dict[int, float]:
+        """Return what is zero of the guards of events that happen at a state, and of others with such a guard."""
+        values, guards = self.evaluate("events", t, x), {self.kinds[k].guard for k in events}
+        return {k: RESIDUE * abs(float(values[k])) for k, kind in enumerate(self.kinds) if kind.guard in guards}
+
+    @property
     def momenta(self) -> tuple[str, ...]:
         """Names of the momenta that are conserved."""
         return tuple(self.candidates.names[k] for k in self.conserved)
@@ -164,9 +196,14 @@ class StateEquations:
         """Number of velocities."""
         return len(self.scene.velocities)
 
+    @cached_property
+    def nu(self) -> int:
+        """Number of velocities and states of one's own."""
+        return self.nv + len(self.scene.states)
+
     @property
     def nz(self) -> int:
-        """Number of states of a controller, which stand between u and W."""
+        """Number of states of a controller, which stand between (u, s) and W."""
         return 0 if self.loop is None else self.loop.nz
 
     @cached_property
@@ -211,14 +248,14 @@ class StateEquations:
 
     def parts(self, x: Array) -> tuple[Array, Array, Array]:
         """Return q, u and z of states, shape (..., nx)."""
-        n = self.nq + self.nv
+        n = self.nq + self.nu
         return x[..., : self.nq], x[..., self.nq : n], x[..., n : n + self.nz]
 
     def _whole(self, rates: Array, t: npt.ArrayLike, q: Array, u: Array, z: Array) -> Array:
         """Return rates of a mechanism with those of its controller among them."""
         if self.loop is None or not self.nz:
             return rates
-        n = self.nq + self.nv
+        n = self.nq + self.nu
         return np.concatenate([rates[..., :n], self.loop.rates(t, q, u, z), rates[..., n:]], axis=-1)
 
     def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
@@ -250,11 +287,12 @@ class StateEquations:
 
     def _at_once(self, q: Array, u: Array, z: Array, t: float) -> Array:
         """Return ẋ of one state by all rows of G at once."""
+        still = np.zeros(self.nu - self.nv)
         for _ in range(CORRECTIONS):
             step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
-            q = q - self.calls["movement"](q, step)
+            q = q - self.calls["movement"](q, np.append(step, still))
         G = self.jacobian(0.0, q)
-        u = u - np.linalg.lstsq(G, G @ u)[0]
+        u = u - np.append(np.linalg.lstsq(G, G @ u[: self.nv])[0], still)
         return self._whole(self._together(q, u, self.given(t, q, u, z), t), t, q, u, z)
 
     @property
@@ -342,7 +380,7 @@ class Projection:
         off = max(lengths, default=0.0)
         if self.system.closed:
             missed = self.system.evaluate("constraint_residual", 0.0, x), self.system.evaluate("row_rates", 0.0, x)
-            fastest = max(1.0, float(np.abs(x[self.system.nq : self.system.nq + self.system.nv]).max(initial=0.0)))
+            fastest = max(1.0, float(np.abs(self.system.parts(x)[1][: self.system.nv]).max(initial=0.0)))
             off = max(off, np.abs(missed[0]).max(initial=0.0), np.abs(missed[1]).max(initial=0.0) / fastest)
         return float(off)
 
@@ -351,15 +389,15 @@ class Projection:
         x = self._normalised(x)
         if not self.system.closed:
             return x
-        nq, nv = self.system.nq, self.system.nv
+        nq, nv, nu = self.system.nq, self.system.nv, self.system.nu
         if self.system.linear:  # whatever G is: at a change point it says little
-            return np.concatenate([*self.system.on_manifold(x[:nq], x[nq : nq + nv]), x[nq + nv :]])
+            return np.concatenate([*self.system.on_manifold(x[:nq], x[nq : nq + nu]), x[nq + nu :]])
         for _ in range(STEPS):
             r, G = self._rows(x)
             off = np.abs(r).max(initial=0.0)
             if off <= 0.01 * self.limit:
                 break
-            step = np.zeros(nv)
+            step = np.zeros(nu)
             step[self._loose] = -_least(G[:, self._loose], r)
             x = x.copy()
             x[:nq] += self.system.calls["movement"](x[:nq], step)

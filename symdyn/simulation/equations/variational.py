@@ -1,12 +1,13 @@
 """The flow of a system next to a motion: its rates differentiated along directions, and against covectors.
 
-    x = (q, u)      ẋ = f(t, x, p)      p named parameters
+    x = (q, u, s)   ẋ = f(t, x, p)      p named parameters
 
     along      δẋ = ∂f/∂x δx + ∂f/∂p δp              tangents of the graph, one direction a call, or a batch
     against    (λᵀ ∂f/∂x, λᵀ ∂f/∂p)                  the gradient of λᵀ f, one covector a call, or a batch
     held       δ(r, G u) of position-level rows, and of all rows
     turned     H(q) v
     led        δ(position, velocity) of prescribed motions, by δp
+    jump       δ(g, R) of an event at which something jumps, by δx, δp and δt
 
 Of a closed mechanism f takes all rows at once, with multipliers. The manifold r = 0, G u = 0 is kept by its flow, so
 that what is tangent to it stays so, and no choice of independent velocities can fail on the way. Where that f does not
@@ -23,11 +24,12 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism import prescribed
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
+from symdyn.simulation.equations.events import saltation
 from symdyn.simulation.equations.linear_feedback import state_names
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
@@ -68,7 +70,7 @@ class Flow:
     @property
     def size(self) -> int:
         """Length of x."""
-        return self.system.nq + self.system.nv
+        return self.system.nq + self.system.nu
 
     def rates(self, t: float, x: Array) -> Array:
         """Return f, shape (nx,)."""
@@ -133,17 +135,40 @@ class Flow:
         found: Array = self.calls["led"](0.0, changes)
         return found
 
+    def through(self, events: Sequence[int], t: float, x: Array) -> tuple[Array, Array, Array]:
+        """Return the state behind events at once, ∂x⁺/∂x⁻, shape (nx, nx), and ∂x⁺/∂p, shape (nx, at least 1).
+
+        Raises:
+            SimulateError: the guard is only touched there, and the run has no derivative.
+        """
+        n, np_, system = self.size, max(1, len(self.parameters)), self.system
+        after, (q, u) = system.behind(events, t, x), self._parts(x)
+        every = np.eye(n + np_ + 1)
+        dq, du = (np.ascontiguousarray(part) for part in self._parts(every[:, :n]))
+        slopes = np.eye(n + 1, n + np_ + 1, -1)
+        for k in events:
+            jump = self.calls[f"jump{k}"](q, u, system.given(t, q, u), t, dq, du, every[:, n:]).T
+            rows = [0, *(1 + entry for entry in system.kinds[k].changes)]
+            slopes[rows] = jump[rows]
+        found = saltation(slopes, self.rates(t, x), self.rates(t, after))
+        if found is None:
+            text = system.kinds[events[0]].text
+            raise SimulateError(
+                f"{system.scene.name}: {text} is only touched at t = {t:.9g} s: a run has no derivative"
+            )
+        return after, found[:, :n], found[:, n:]
+
     def starting(
         self, x: Array, chosen: tuple[list[int], list[int]] | None = None
     ) -> tuple[Array, Array, tuple[str, ...]]:
         """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names; of what was chosen."""
         system = self.system
-        scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(self.parameters)
+        scene, nq, nv, nu, np_ = system.scene, system.nq, system.nv, system.nu, len(self.parameters)
         motion, names = prescribed(scene, Graph()), state_names(scene)
         H = self.turned(x[:nq])
         positions, velocities = chosen or self.independent()
         count = len(positions) + len(velocities) + np_
-        moves, rates = np.zeros((count, nv)), np.zeros((count, nv))  # δξ and δu
+        moves, rates = np.zeros((count, nv)), np.zeros((count, nu))  # δξ and δu
         changes = np.zeros((count, max(1, np_)))
         for row, k in enumerate(positions):
             moves[row, k] = 1.0
@@ -167,16 +192,16 @@ class Flow:
         if system.decisions.partition is not None:
             w = Workspace(system.opened.scene, system.opened.closing)
             positions, velocities = w.loops.position_level[1].independent, w.loops.decisions.partition.independent
-        found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
-        return next(found), next(found)
+        found = [[k for k in sorted(some) if k not in led] for some in (positions, velocities)]
+        return found[0], [*found[1], *range(system.nv, system.nu)]
 
     def _follow(self, x: Array, H: Array, start: tuple[Array, Array, Array], follows: Sequence[Sequence[int]]) -> None:
         """Let dependent positions and velocities follow, so that δr = 0 and δ(G u) = 0; they are written in place."""
         moves, rates, changes = start
-        nv, rows = self.system.nv, self.system.rows
+        nv, nu, rows = self.system.nv, self.system.nu, self.system.rows
         none = np.zeros((nv, changes.shape[1]))
-        held = self.held(x, np.hstack([H.T, np.zeros((nv, nv))]), none)
-        G_h, G = held[:, :-rows].T, self.held(x, np.hstack([0 * H.T, np.eye(nv)]), none)[:, -rows:].T
+        held = self.held(x, np.hstack([H.T, np.zeros((nv, nu))]), none)
+        G_h, G = held[:, :-rows].T, self.held(x, np.hstack([0 * H.T, np.eye(nv, nu)]), none)[:, -rows:].T
         for values, matrix, part, own in ((moves, G_h, slice(0, -rows), 0), (rates, G, slice(-rows, None), 1)):
             dependent = list(follows[own])
             if not dependent:
@@ -255,24 +280,24 @@ def _flowing(system: StateEquations) -> Function:
 
 def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) -> Compiled:
     """Return the functions of the module's legend but for f."""
-    nq, nv, f = system.nq, system.nv, _flowing(system)
-    graph, entries = f.entries[0].graph, f.entries[: nq + nv]
+    nq, nv, nu, f = system.nq, system.nv, system.nu, _flowing(system)
+    graph, entries = f.entries[0].graph, f.entries[: nq + nu]
     w = Workspace(system.opened.scene, system.opened.closing)
     known = {one.name: one for one in f.arguments}
     others = [one for name, one in known.items() if name not in ("q", "qd", "tau", "t")]
     inputs = (*known["q"].symbols, *known["qd"].symbols, *map(graph.symbol, parameters))
-    dq, du = argument(graph, "dq", nq), argument(graph, "du", nv)
+    dq, du = argument(graph, "dq", nq), argument(graph, "du", nu)
     dp = argument(graph, "dp", len(parameters)) if parameters else argument(graph, "dp", 1)
     moving = (*dq.symbols, *du.symbols, *dp.symbols[: len(parameters)])
     seeds = dict(zip(inputs, moving, strict=True))
     if sweep == ALONG:
         functions = [plain(ALONG, tangents(entries, seeds), (*f.arguments, dq, du, dp))]
     else:
-        covector = argument(graph, "covector", nq + nv)
+        covector = argument(graph, "covector", nq + nu)
         total = graph.total(x * y for x, y in zip(covector.symbols, entries, strict=True))
         functions = [plain(AGAINST, gradient(total, inputs), (*f.arguments, covector))]
     v = argument(graph, "v", nv)
-    rates = substitute(substitute(w.state.rates, {}, graph), dict(zip(known["qd"].symbols, v.symbols, strict=True)))
+    rates = substitute(substitute(w.state.rates, {}, graph), dict(zip(known["qd"].symbols, v.symbols, strict=False)))
     functions.append(plain("turned", rates, (known["q"], *others, v)))
     rows: list[Expr] = []
     if system.rows:
@@ -282,7 +307,14 @@ def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) ->
         functions.append(plain("held", changing, (known["q"], known["qd"], *others, dq, du, dp)))
     motion = prescribed(w.scene, graph)
     if motion.place:
-        by = dict(zip(inputs[nq + nv :], dp.symbols, strict=False))
+        by = dict(zip(inputs[nq + nu :], dp.symbols, strict=False))
         changing = tangents((*motion.position, *motion.velocity), by)
         functions.append(plain("led", changing, (known["t"], *others, dp)))
+    late = argument(graph, "late", max(1, len(parameters)) + 1)
+    later = dict(zip(inputs, (*dq.symbols, *du.symbols, *late.symbols), strict=False))
+    later[graph.symbol(TIME)] = late.symbols[-1]
+    for k, kind in enumerate(system.kinds):
+        if kind.update:
+            jump = substitute((kind.guard, *kind.update), {}, graph)
+            functions.append(plain(f"jump{k}", tangents(jump, later), (*f.arguments, dq, du, late)))
     return compiled(system.opened.scene, graph, functions)

@@ -39,6 +39,7 @@ from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
+from symdyn.simulation.equations.events import event_kinds
 from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
@@ -66,9 +67,9 @@ def corrections(w: Workspace, decisions: WrittenDecisions) -> list[Function]:
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
         fitted = partition.solve_dependent(G, moved) if G else {}
     return [
-        function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
+        function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n + len(w.states))], ("q", "qd")),
         function_of(w, "movement", w.state.rates, ("q", "qd")),
-        function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
+        function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate((*u, *w.states))], ("q", "qd")),
     ]
 
 
@@ -85,8 +86,8 @@ def together(w: Workspace, place: Mapping[Expr, Expr], power: Expr) -> Function 
         found, _ = w.loops.all_constraints_solution
     except DerivationError:
         return None
-    accelerations = substitute(found, place)
-    return function_of(w, "together", [*w.state.rates, *accelerations, *([] if power.is_zero else [power])])
+    rates = [*w.state.rates, *substitute([*found, *w.state_rates], place)]
+    return function_of(w, "together", [*rates, *([] if power.is_zero else [power])])
 
 
 @lru_cache(maxsize=16)
@@ -162,9 +163,11 @@ def _written(
     power = powers[0] + powers[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
-    rates = substitute(w.state.rates, linear.followers(w)) if linear else w.state.rates
+    following = linear.followers(w) if linear else {}
+    rates = [*substitute(w.state.rates, following), *accelerations]
+    rates += substitute(substitute(w.state_rates, place), following)
     functions = [
-        function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
+        function_of(w, "rates", [*rates, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
@@ -172,12 +175,11 @@ def _written(
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
-    bends = _bends([*rates, *accelerations], {*w.state.q, *w.state.qd, w.graph.symbol(TIME)})
-    last, limits = (*w.loops.ends, *((guard, "") for guard in bends)), limits_of(scene, w.graph, drives)
-    if events or last or limits:
-        looked_for = list(substitute(moving.expressed(events), place))
-        looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
-        functions.append(function_of(w, "events", looked_for))
+    formulas = substitute(moving.expressed(events), place) if events else []
+    bends = _bends(rates, {*w.state.q, *w.state.qd, *w.states, w.graph.symbol(TIME)})
+    kinds = event_kinds(w, formulas, bends, limits_of(scene, w.graph, drives), place)
+    functions.append(function_of(w, "events", [kind.guard for kind in kinds]))
+    functions += [function_of(w, f"update{k}", kind.update) for k, kind in enumerate(kinds)]
     if kept:
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
@@ -194,7 +196,7 @@ def _written(
     mass = () if rows else derive_one(w, "mass_matrix").entries
     return StateEquations(
         scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
-        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, place, power),
+        rows, filled, kinds, (), lambda: together(w, place, power),
     )  # fmt: skip
 
 

@@ -126,7 +126,7 @@ def refuses(system: StateEquations) -> str:
         return "loops are closed, and it has no projection"
     if system.loop is not None or system.forces.outside:
         return "a force comes from outside the equations, with the digits of doubles"
-    if system.events or system.ends:
+    if any(kind.limit is None and not kind.bends for kind in system.kinds):
         return "it looks for no events"
     found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
     bent = [op.name.lower() for op in (Op.ABS, Op.SELECT) if op.name.lower() in found]
@@ -143,8 +143,8 @@ def _library(system: StateEquations) -> Callable[..., int]:
     sources = emit(program, C.name, "dd", option="batch")
     opening = sources.stem
     values = {
-        "stem": opening, "lanes": DD.lanes, "nq": system.nq, "nv": system.nv,
-        "nx": system.nq + system.nv + system.works, "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS,
+        "stem": opening, "lanes": DD.lanes, "nq": system.nq, "nv": system.nu,
+        "nx": system.nq + system.nu + system.works, "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS,
         "finer": FINER, **tableau(),
     }  # fmt: skip
     name = f"{opening}.c"
@@ -167,7 +167,7 @@ def _program(system: StateEquations) -> Program:
     acts = (drives, substitute(w.Q, place))
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
     work = [powers[0] + powers[1]] if system.works else []
-    entries = [*substitute(w.state.rates, place), *accelerations, *work]
+    entries = [*substitute(w.state.rates, place), *accelerations, *substitute(w.state_rates, place), *work]
     rates = function_of(w, "rates", entries, ("q", "qd", TIME))
     return lower(Equations(system.scene, w.graph, (rates,)))
 

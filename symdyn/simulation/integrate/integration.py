@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -29,6 +29,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import TIMED, spell
 from symdyn.simulation.equations.control_loop import ControllerError
+from symdyn.simulation.equations.events import jumped
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
@@ -47,10 +48,11 @@ class InitialValueProblem:
         x: state at its begin, shape (nx,).
         times: where samples are wanted, ascending, from its begin, 0 of a run, to the end; shape (N,).
         rtol, atol: tolerances on a step, relative and absolute.
-        stops: whether the event of each of the system's formulas ends the run.
+        stops: whether an event of each of the system's kinds ends the run; () looks for none.
         project: brings states back to their constraints.
         low: what the state is beyond its doubles, shape (nx,); None for nothing.
         unsure: from when on in a step passages of an event may have been overlooked, s, by event; the search fills it.
+        residue: what guards may be at its begin and still be zero, by event, where one has just passed.
     """
 
     system: StateEquations
@@ -62,6 +64,7 @@ class InitialValueProblem:
     project: Projection
     low: Array | None = None
     unsure: dict[int, float] = field(default_factory=dict)
+    residue: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def begin(self) -> float:
@@ -73,17 +76,14 @@ class InitialValueProblem:
         """Time of the end."""
         return float(self.times[-1])
 
-    @property
-    def outward(self) -> int:
-        """The first of the events that are limits, of which only passages outwards count, where they turn positive."""
-        return len(self.stops) - len(self.system.limits)
+    def halts(self, event: int) -> bool:
+        """Tell whether an integrator halts at an event: it ends the run, or something jumps."""
+        return self.stops[event] or bool(self.system.kinds[event].update)
 
     @property
-    def bends(self) -> range:
-        """Which of the events are places where the equations bend; those where they end are before them."""
-        ends = self.system.ends
-        first = self.outward - sum(not said for said in ends)
-        return range(first, self.outward)
+    def bends(self) -> Collection[int]:
+        """Which of the events are places where the equations bend; none where none is looked for."""
+        return self.system.bends if self.stops else ()
 
     @property
     def bound(self) -> float:
@@ -111,7 +111,7 @@ class Piece:
         now: where the integration stands: time and state.
         steps: steps taken in that stretch.
         evaluations: of the right-hand side in that stretch.
-        stopped: whether the last hit ended the run.
+        stopped: whether the last hit ended the stretch, by ending the run or by a jump.
         low: what states are beyond their doubles, shape (k, nx); None of methods that compute in doubles.
     """
 
@@ -207,7 +207,7 @@ def integrate(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
     t = problem.begin
     try:
         with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
-            for piece in method.run(problem):
+            for piece in _through_jumps(method, problem):
                 t = piece.now[0]
                 yield piece
     except ControllerError as fault:
@@ -216,6 +216,38 @@ def integrate(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
         if isinstance(fault.__cause__ or fault.__context__, KeyboardInterrupt):  # a library's own words for Ctrl-C
             raise KeyboardInterrupt from fault
         raise IntegrationError(f"{method.library} cannot go on after t = {t:g} s: {fault}") from fault
+
+
+SAME, CLOSEST, MANY = 1e-12, 1e-9, 1000
+"""Times that are one, in s and over the time; the least of it that so many events take."""
+
+
+def _through_jumps(method: Method, problem: InitialValueProblem) -> Iterator[Piece]:
+    """Yield the pieces of a motion, which goes on behind an event at which something jumps."""
+    whole, times, residue = problem, list[float](), dict[int, float]()
+    while True:
+        again: tuple[float, Array] | None = None
+        for found in method.run(problem):
+            piece = found
+            if problem is not whole and len(piece.t) and piece.t[0] == problem.begin:  # a row that was told
+                piece = replace(piece, t=piece.t[1:], x=piece.x[1:])
+            if not piece.stopped or any(whole.stops[hit.event] for hit in piece.hits):
+                yield piece
+                continue
+            t, x = piece.now
+            last = [hit.event for hit in piece.hits if hit.t >= t - SAME * max(1.0, t)]
+            x, more, residue = jumped(whole.system, whole.stops, t, x, last)
+            stopped = any(whole.stops[k] for k in more)
+            again = None if stopped else (t, x)
+            yield replace(piece, hits=(*piece.hits, *(Hit(k, t, x) for k in more)), now=(t, x), stopped=stopped)
+        if again is None or again[0] >= whole.until:
+            return
+        times.append(again[0])
+        if len(times) > MANY and times[-1] - times[-MANY] <= CLOSEST * times[-1]:
+            span = f"{MANY} of them in {times[-1] - times[-MANY]:.1g} s"
+            raise IntegrationError(f"events come closer and closer at t = {again[0]:.9g} s: {span}")
+        later = whole.times[whole.times > again[0]]
+        problem = replace(whole, x=again[1], times=np.append(again[0], later), low=None, residue=residue)
 
 
 def importable(name: str) -> bool:
@@ -373,11 +405,11 @@ def spoken(seconds: float) -> str:
 
 
 def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
-    """Return what has no value at a time, s, and a state, shapes (nq,) and (nv,); "" where all has one."""
+    """Return what has no value at a time, s, and a state, shapes (nq,) and (nu,); "" where all has one."""
     graph = Graph()
-    values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
-    values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))
-    values |= scene.at_time(graph, t)
+    values = scene.at_time(graph, t) | dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
+    moving = (*scene.velocities, *(one.name for one in scene.states))
+    values |= dict(zip(map(graph.symbol, moving), u.tolist(), strict=True))
     for parameter in scene.parameters:
         if parameter.value is not None:
             values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]
@@ -410,6 +442,8 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
             yield f"the force of joint {joint.name}", formula
         if joint.motion is not None:
             yield f"the motion of joint {joint.name}", joint.motion
+    for state in scene.states:
+        yield f"the rate of the state {state.name}", state.rate
     for one in scene.elements:
         for part in FORCES[one.kind].parts:
             for number in part.numbers(one):

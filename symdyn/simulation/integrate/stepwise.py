@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import partial
 from io import StringIO
 from typing import Any
@@ -27,7 +28,15 @@ from symdyn.graph import reachable
 from symdyn.simulation.equations.control_loop import ControllerError
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.integration import SHARE, InitialValueProblem, IntegrationError, Method, Piece
+from symdyn.simulation.integrate.integration import (
+    SAME,
+    SHARE,
+    Hit,
+    InitialValueProblem,
+    IntegrationError,
+    Method,
+    Piece,
+)
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 Resume = Callable[[float, Array], None]
@@ -43,7 +52,7 @@ def follow(
     a controller was due.
     """
     events, pace, loop = Watch(problem), Pace(problem), problem.system.loop
-    nq, nv = problem.system.nq, problem.system.nv
+    nq, nu = problem.system.nq, problem.system.nu
     seen = 0
     yield Piece(problem.times[:1], problem.x[None], (), (problem.begin, problem.x), 0, 0)
     for step in steps:
@@ -51,7 +60,7 @@ def follow(
             raise IntegrationError(f"the motion leaves what doubles hold after t = {step.t0:g} s")
         pace.check(step)
         step, hits = events.until_bend(step)  # noqa: PLW2901
-        stop = next((hit for hit in hits if problem.stops[hit.event]), None)
+        stop = next((hit for hit in hits if problem.halts(hit.event)), None)
         end = step.t1 if stop is None else stop.t
         first, last = np.searchsorted(problem.times, (step.t0, end), side="right")
         inside = problem.times[first:last]
@@ -65,20 +74,26 @@ def follow(
             loop.look(step.t0, end, step.states)
         used, seen = step.evaluations - seen, step.evaluations
         if stop is not None:
-            yield Piece(inside, kept, tuple(h for h in hits if h.t <= end), (end, now), 1, used, True)
+            yield Piece(inside, kept, _until(hits, stop), (end, now), 1, used, True)
             return
         moved = problem.project(step.x1, slack) if step.t1 < problem.until else None
         after = step.x1 if moved is None else moved
         yield Piece(inside, kept, tuple(hits), (step.t1, after), 1, used)
-        due = loop is not None and loop.halt(step.t1, after[:nq], after[nq : nq + nv])
+        due = loop is not None and loop.halt(step.t1, after[:nq], after[nq : nq + nu])
         if moved is not None or due or events.bent is not None:
             resume(step.t1, after)
             jumps = events.restart(step.t1, after)
-            stopped = any(problem.stops[hit.event] for hit in jumps)
+            stopped = any(problem.halts(hit.event) for hit in jumps)
             if jumps:
                 yield Piece(problem.times[:0], x[:0], tuple(jumps), (step.t1, after), 0, 0, stopped)
             if stopped:
                 return
+
+
+def _until(hits: Sequence[Hit], stop: Hit) -> tuple[Hit, ...]:
+    """Return the events until one that halts, which is the last; those at the same time but for rounding among them."""
+    before = (hit for hit in hits if hit is not stop and hit.t <= stop.t * (1 + SAME))
+    return (*(replace(hit, t=min(hit.t, stop.t)) for hit in before), stop)
 
 
 class Pace:

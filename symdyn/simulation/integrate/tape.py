@@ -18,15 +18,18 @@ differentiation; Hager, Runge-Kutta methods in optimal control and the transform
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.simulation.equations.control_loop import NOTHING
+from symdyn.simulation.equations.system import Projection
 from symdyn.simulation.equations.variational import Flow
-from symdyn.simulation.integrate.integration import LIBRARIES_RAISE, IntegrationError
+from symdyn.simulation.integrate.integration import LIBRARIES_RAISE, SAME, Hit, InitialValueProblem, IntegrationError
+from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
 Told = Callable[[float], None]
 """Hears a time or a share."""
@@ -48,12 +51,20 @@ RADAU = (
 
 @dataclass(frozen=True)
 class Taken:
-    """A step: where it began, its length, the states of its stages, shape (s, nx), and the parts of it with samples."""
+    """A step.
+
+    Attributes:
+        t, h: where it began, and its length.
+        stages: the states of its stages, shape (s, nx).
+        parts: where in it there are samples.
+        jump: ∂x⁺/∂x⁻, shape (nx, nx), and ∂x⁺/∂p, shape (nx, at least 1), of the event at its end; () of none.
+    """
 
     t: float
     h: float
     stages: Array
     parts: tuple[float, ...]
+    jump: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,7 @@ class Tape:
             for part in step.parts:
                 inside = end if part == 1 else ways + step.h * np.einsum("i,ikn->kn", self._inside(part), slopes)
                 found.append(inside)
-            ways = end
+            ways = end @ step.jump[0].T + changes @ step.jump[1].T if step.jump else end
             reported(done / len(self.steps))
         return np.array(found)
 
@@ -99,6 +110,9 @@ class Tape:
         """
         changes = np.zeros((len(covectors), len(flow.parameters)))
         for done, step in enumerate(reversed(self.steps), 1):
+            if step.jump:
+                changes = changes + covectors @ step.jump[1][:, : changes.shape[1]]
+                covectors = covectors @ step.jump[0]
             moved, changed = self._pulled(flow, step, covectors)
             covectors, changes = covectors + moved, changes + changed
             reported(done / len(self.steps))
@@ -187,18 +201,26 @@ def taped(
     def slopes(t: float, both: Array) -> Array:  # without second derivatives
         return np.asarray(np.kron(np.eye(2), flow.slopes(t, both[:n])[0]), dtype=np.float64)
 
-    options = {"jac": slopes} if stiff else {}
+    options = {"rtol": rtol, "atol": atol, **({"jac": slopes} if stiff else {})}
     a, b, c, within = _radau() if stiff else _dop853()
     steps, found = list[Taken](), [x]
+    events = _Events(flow, times, rtol, atol) if flow.system.jumps else None
     try:
         with np.errstate(all="ignore"):
-            solver = kind(rates, times[0], np.concatenate([x, way]), times[-1], rtol=rtol, atol=atol, **options)
+            solver = kind(rates, times[0], np.concatenate([x, way]), times[-1], **options)
+            if events is not None:
+                events.stand(float(times[0]), x)
             while solver.status == "running":
                 old, message = solver.t, solver.step()
                 h = solver.t - old
                 if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                     words = (message or "a state is not finite").rstrip(".")
                     raise IntegrationError(f"the run cannot go on after t = {solver.t:g} s: {words}")
+                hits = [] if events is None else events.within(solver, old)
+                if hits and hits[0].t < solver.t:  # the step is taken again, to where the event is
+                    solver = kind(rates, old, solver.y_old, hits[0].t, first_step=hits[0].t - old, **options)
+                    solver.step()
+                    h = solver.t - old
                 parts = ((times[(times > old) & (times <= solver.t)] - old) / h).tolist()
                 dense = solver.dense_output() if any(part != 1 for part in parts) else None
                 found += [solver.y[:n] if part == 1 or dense is None else dense(old + part * h)[:n] for part in parts]
@@ -206,9 +228,38 @@ def taped(
                 inside = solver.Z if K is None else h * (a[: len(K), : len(K)] @ K)
                 steps.append(Taken(float(old), float(h), (solver.y_old + inside)[:, :n], tuple(parts)))
                 look(float(solver.t))
+                if events is not None and hits and solver.t < times[-1]:
+                    y, *jump = flow.through([hit.event for hit in hits], solver.t, solver.y[:n])
+                    steps[-1] = replace(steps[-1], jump=tuple(jump))
+                    both = np.concatenate([y, jump[0] @ solver.y[n:] + jump[1] @ change])
+                    events.stand(float(solver.t), y, solver.y[:n], [hit.event for hit in hits])
+                    solver = kind(rates, solver.t, both, times[-1], **options)
     except LIBRARIES_RAISE as fault:
         raise IntegrationError(f"the run cannot go on: {fault}") from fault
     return Tape("radau" if stiff else "dop853", a, b, c, within, tuple(steps), np.array(found))
+
+
+class _Events:
+    """Looks for events at which something jumps."""
+
+    def __init__(self, flow: Flow, times: Array, rtol: float, atol: float) -> None:
+        self.system, self.until, self.tolerances = flow.system, float(times[-1]), (rtol, atol)
+
+    def stand(self, t: float, x: Array, before: Array = NOTHING, passed: Sequence[int] = ()) -> None:
+        """Stand at a state, where events may have just passed."""
+        kinds, residue = self.system.kinds, self.system.residue(passed, t, before) if passed else {}
+        stops, project = tuple(False for _ in kinds), Projection(self.system, self.tolerances[0])
+        times = np.array([t, self.until])
+        self.watch = Watch(
+            InitialValueProblem(self.system, x, times, *self.tolerances, stops, project, residue=residue)
+        )
+
+    def within(self, solver: Any, begin: float) -> list[Hit]:
+        """Return the first events, at once, of the last step of a solver at which something jumps."""
+        n, dense = len(self.watch.problem.x), solver.dense_output()
+        step = IntegrationStep(begin, solver.t, solver.y[:n].copy(), lambda times: dense(times).T[:, :n])
+        hits = [hit for hit in self.watch.within(step) if self.system.kinds[hit.event].update]
+        return [hit for hit in hits if hit.t <= hits[0].t * (1 + SAME)]
 
 
 def _dop853() -> tuple[Array, Array, Array, Array]:

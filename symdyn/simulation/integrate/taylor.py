@@ -110,7 +110,7 @@ def _stretches(problem: InitialValueProblem, ta: Any) -> Iterator[Piece]:
         inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
         x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
         hits, stretch.found = stretch.found, []
-        stop = next((one for one in hits if problem.stops[one.event]), None)
+        stop = next((one for one in hits if problem.halts(one.event)), None)
         end = min(float(ta.time), problem.until)  # heyoka's clock has more digits, and may pass the end by rounding
         now = (end, ta.state.copy()) if stop is None else (stop.t, stop.x)
         kept = inside[: len(x)][inside[: len(x)] <= now[0]]
@@ -190,7 +190,7 @@ class Stretch:
         if drift > self.patience * project.limit:
             ta.state[:] = project.projected(ta.state)
             self.found += self.watch.restart(end, ta.state.copy())
-        return not any(self.problem.stops[one.event] for one in self.found)
+        return not any(self.problem.halts(one.event) for one in self.found)
 
 
 def _series(coefficients: Array, begin: float) -> Callable[[Array], Array]:

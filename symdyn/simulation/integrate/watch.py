@@ -31,8 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.simulation.equations.monitors import SLACK
-from symdyn.simulation.integrate.integration import Hit, InitialValueProblem
+from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, IntegrationError
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ def zero(look: Look, low: Place, high: Place) -> float:
     """Return the time between two at which a formula vanishes that changes its sign there, or has no value there."""
     from scipy.optimize import brentq
 
-    if low[1] * high[1] >= 0:  # it vanishes at the first of them
+    if low[1] * high[1] >= 0 or low[0] >= high[0]:  # it vanishes at the first of them
         return low[0]
     known = dict((low, high))
 
@@ -255,7 +254,8 @@ class Watch:
 
     def __init__(self, problem: InitialValueProblem) -> None:
         """Stand at the begin."""
-        self.problem = problem
+        self.problem, self.kinds = problem, problem.system.kinds
+        self.slack = np.array([kind.slack for kind in self.kinds])
         self.bent: int | None = None
         self.entered: dict[int, tuple[float, Array]] = {}
         if problem.stops:
@@ -341,20 +341,21 @@ class Watch:
             self.armed[k] = search.armed
             t = zero(look, low, high)
             if self._counts(k) and not jumps(look, t, step.t0, step.t1):
-                yield self._of_limit(step, k, t) if k >= self.problem.outward else Hit(k, t, self._at(step, t))
+                yield self._of_limit(step, k, t) if self.slack[k] else Hit(k, t, self._at(step, t))
         self.armed[k] = search.armed
         if search.given_up is not None:
             self.problem.unsure.setdefault(k, search.given_up)
 
     def _counts(self, k: int) -> bool:
-        """Tell whether a passage to the sign that an event has now is one: of limits, those outwards are."""
-        return k < self.problem.outward or bool(self.armed[k] > 0)
+        """Tell whether a passage to the sign that an event has now is in its direction: of limits, outwards."""
+        direction = self.kinds[k].direction
+        return not direction or bool(self.armed[k] * direction > 0)
 
     def _of_limit(self, step: IntegrationStep, k: int, until: float) -> Hit:
         """Return where a limit was passed for the last time until a time in a step at which it is beyond."""
 
         def look(times: Array) -> Array:
-            return self._look(times, step.states(times))[:, k] + SLACK
+            return np.asarray(self._look(times, step.states(times))[:, k] + self.slack[k])
 
         times = np.linspace(step.t0, until, BEHIND + 1)
         beyond = look(times)
@@ -367,16 +368,16 @@ class Watch:
 
     def _enter(self, step: IntegrationStep) -> None:
         """Keep in mind which limits are passed at the end of a step, but not by their slack."""
-        first = self.problem.outward
-        slack = np.flatnonzero((self.values[first:] > -SLACK) & (self.values[first:] <= 0)) + first
-        hits = [self._of_limit(step, int(k), step.t1) for k in slack]
+        hits = [self._of_limit(step, k, step.t1) for k in self._between()]
         self.entered = {hit.event: (hit.t, hit.x) for hit in hits}
 
     def _stand(self, t: float, x: Array) -> None:
         self.x, self.values = x, self._look(np.array([t]), x[None])[0]
-        first = self.problem.outward
-        slack = np.flatnonzero((self.values[first:] > -SLACK) & (self.values[first:] <= 0)) + first
-        self.entered = {int(k): self.entered.get(int(k), (t, x)) for k in slack}
+        self.entered = {k: self.entered.get(k, (t, x)) for k in self._between()}
+
+    def _between(self) -> list[int]:
+        """Return the limits that are passed, but not by their slack."""
+        return [int(k) for k in np.flatnonzero((self.values > -self.slack) & (self.values <= 0) & (self.slack > 0))]
 
     def _at(self, step: IntegrationStep, t: float) -> Array:
         found: Array = step.states(np.array([t]))[0]
@@ -384,9 +385,8 @@ class Watch:
 
     def _look(self, times: Array, states: Array) -> Array:
         """Return the values at states (N, nx), shape (N, events)."""
-        values = np.array(self.problem.system.evaluate("events", times, states))
-        values[:, self.problem.outward :] -= SLACK
-        return values
+        found: Array = self.problem.system.evaluate("events", times, states) - self.slack
+        return found
 
     def _noise(self, t: float, x: Array) -> Array:
         """Return what rounding of a state, shape (nx,), may make of the formulas, and loops that are all but closed.
@@ -394,9 +394,16 @@ class Watch:
         Limits have their slack for that.
         """
         found = self._moved(t, x, ROUNDING * x)
+        if self.problem.residue:  # those that have just passed, on interpolants that begin with an error of a step
+            off = self._moved(t, x, self.problem.rtol * np.abs(x) + self.problem.atol)
+            for k, residue in self.problem.residue.items():
+                found[k] = max(found[k], residue, off[k])
+                if residue < abs(self.values[k]) <= off[k] and t == self.problem.begin:
+                    why = f"{self.kinds[k].text} comes again within the tolerance after t = {t:.9g} s"
+                    raise IntegrationError(f"{why}; give a finer one, or jumps that lead further away")
         if self.problem.system.closed:
             open_by = LOOSE * self.problem.project.limit * np.maximum(1.0, np.abs(x))
-            free = slice(self.problem.outward)
+            free = self.slack == 0.0
             found[free] += self._moved(t, x, open_by)[free]
         return found
 

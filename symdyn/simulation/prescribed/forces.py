@@ -159,7 +159,8 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
     functions: dict[int, ForceFunction] = {}
     said = read_entries(entries, "forces", faults)
     places = places_of(scene)
-    allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
+    states = (one.name for one in scene.states)
+    allowed = (TIME, *scene.coordinates, *scene.velocities, *states, *values, *scene.definitions)
     letters = tuple(one.name for one in scene.inputs)
     units = force_units(scene)
     _ask(scene, entries)
@@ -181,7 +182,7 @@ def read_forces(scene: Scene, entries: Entries) -> Forces:
         unit = "" if k is None else units[k]
         formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
         if k is not None and formula is not None:
-            formulas[k] = substituted(formula, scene.derived_formulas)
+            formulas[k] = substituted(formula, scene.definitions)
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
     drives |= {name: places[name] for name in letters}
     for table in said.tables:  # without a column of a drive, those that are called like coordinates

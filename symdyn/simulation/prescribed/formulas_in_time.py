@@ -62,7 +62,7 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
     """Return a formula in what can be looked at: `LETTERS`, parameters, outputs; None after a fault."""
     words = re.findall(r"\w+", formula_text(text))
     parameters = (one.name for one in scene.parameters)
-    outputs = {one.name: one.formula for one in scene.outputs} | scene.derived_formulas
+    outputs = {one.name: one.formula for one in scene.outputs} | scene.definitions
     formula = read_formula(text, (*scene.formula_names(words), *parameters, *outputs), where, faults)
     if formula is None:
         return None

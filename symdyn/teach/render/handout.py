@@ -5,20 +5,23 @@ A walkthrough takes a scene and choices, and gives a document; `FORMULATIONS` is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from symdyn.algebra import Ratios, Symbol
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene.values import StateVariable
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
-from symdyn.teach.document import Document
+from symdyn.teach.derivations.velocities import folded
+from symdyn.teach.document import Document, Formula, Step
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
+from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied, together
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
@@ -52,6 +55,20 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     place = next((k for k, one in enumerate(document.sections) if one.key == "errata"), len(document.sections))
     both = prose.section("formulations", [table])
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
+
+
+def _with_rates(document: Document, states: Sequence[StateVariable]) -> Document:
+    """Return a lesson with the rates of states, and without what holds for states that stay as they are."""
+    prose = Prose(document.scene, document.language, dict(document.names))
+    names = together([Symbol(one.name) for one in states])
+    blocks = [
+        folded(prose, Formula(prose.rate(one.name, None).name, Ratios.form_of(one.rate.express(document.graph))))
+        for one in states
+    ]
+    step = Step("states", prose.say("states", names=names), tuple(blocks), prose.say("states.reason", names=names))
+    first, *others = [one for one in document.sections if not one.key.startswith("after.")]
+    sections = (first, prose.section("states", [step]), *others)
+    return replace(document, sections=sections, names=prose.names)
 
 
 def _turns_by_quaternion(scene: Scene) -> bool:
@@ -104,7 +121,7 @@ def walkthrough(
     """
     scene = scene_of(scene)
     formulation = formulation or usual_formulation(scene)
-    scene = scene.as_parameters()
+    states, scene = scene.states, scene.as_parameters()
     for name, value, known in (
         ("language", language, languages()),
         ("detail", detail, DETAILS),
@@ -121,6 +138,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
+    document = _with_rates(document, states) if states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document

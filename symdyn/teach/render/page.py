@@ -21,6 +21,7 @@ from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import TARGETS, emit, in_html, render, verbatim
 from symdyn.emit.code import stem
 from symdyn.emit.print import Letters, latex_symbols
+from symdyn.errors import TeachError
 from symdyn.graph import Expr
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
@@ -212,6 +213,7 @@ def interactive(
         EmitError: latex2mathml is not installed.
     """
     sentences = language_of(language).page
+    scene.refuse_states("the page with sliders", TeachError)
     scene = scene.as_parameters().in_language(language)
     begun, whole = start(scene), scene
     scene = by_hand(scene)

@@ -1,0 +1,117 @@
+"""Examples with states of their own, against equations that are written here by hand and integrated by SciPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import exp, sin, sqrt, tanh
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import symdyn
+
+Rates = Callable[[float, Any], list[float]]
+
+
+def dc_motor(t: float, x: Any) -> list[float]:
+    theta, w, i, n = x
+    voltage = 24 * tanh((2 * (5 - i) + 400 * n) / 24)
+    turn = 0.08 * i - 0.002 * w - 0.5 * 9.81 * 0.3 * sin(theta)
+    return [w, turn / (0.5 * 0.3**2), (voltage - 1.2 * i - 0.08 * w) / 0.004, 5 - i]
+
+
+def servo(t: float, x: Any) -> list[float]:
+    _, v, z = x
+    raw = 12 * (1 - v) + z
+    push = min(max(raw, -6.0), 6.0)
+    return [v, (push - 0.8 * v) / 2, 40 * (1 - v) + (push - raw) / 0.1]
+
+
+def lugre(t: float, x: Any) -> list[float]:
+    x, v, z = x
+    bending = v - 1e5 * abs(v) / (1 + 0.5 * exp(-((v / 0.001) ** 2))) * z
+    return [v, 2 * (0.1 * t - x) - 1e5 * z - sqrt(1e5) * bending - 0.4 * v, bending]
+
+
+def actuator(t: float, x: Any) -> list[float]:
+    q, w, a = x
+    return [w, (12 * a - 0.1 * w - 2 * 9.81 * 0.4 * sin(q)) / (0.03 + 2 * 0.4**2), (1 - a) / 0.05]
+
+
+def muscle(t: float, x: Any) -> list[float]:
+    q, w, a = x
+    stretch = (0.2 - 0.04 * q) / 0.2 - 1
+    pull = 800 * a * exp(-((stretch / 0.45) ** 2)) * (1 - tanh(0.04 * w / 1.6))
+    turn = 0.04 * pull - 0.2 * w - 1.5 * 9.81 * 0.16 * sin(q)
+    return [w, turn / (0.02 + 1.5 * 0.16**2), (0.3 - a) / 0.04]
+
+
+def caster(t: float, x: Any) -> list[float]:
+    psi, w, alpha = x
+    return [w, (-0.15 * 3e4 * alpha - 20 * w) / 1.2, 12 / 0.6 * (psi - alpha) + 0.15 / 0.6 * w]
+
+
+def cylinder(t: float, x: Any) -> list[float]:
+    x, v, p1, p2 = x
+    flow = [1.2e-4 * 0.3 * p / sqrt(1e7 * sqrt(p**2 + 1e8)) for p in (1e7 - p1, p2)]
+    rates = [8e8 * (flow[0] - 8e-4 * v) / (2e-4 + 8e-4 * x), 8e8 * (8e-4 * v - flow[1]) / (2e-4 - 8e-4 * x)]
+    return [v, (8e-4 * (p1 - p2) - 300 * v) / 50, *rates]
+
+
+HAND: Mapping[str, tuple[Rates, list[float], float]] = {
+    "dc_motor": (dc_motor, [0, 0, 0, 0], 0.2),
+    "servo": (servo, [0, 0, 0], 2.0),
+    "lugre": (lugre, [0, 0, 0], 0.2),
+    "actuator": (actuator, [0, 0, 0], 0.5),
+    "muscle": (muscle, [0, 0, 0.05], 0.5),
+    "caster": (caster, [0.01, 0, 0], 0.5),
+    "cylinder": (cylinder, [0, 0, 5e6, 5e6], 0.05),
+}
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", HAND)
+def test_an_example_runs_as_its_equations_by_hand(name: str) -> None:
+    rates, start, until = HAND[name]
+    scene = symdyn.example(name)
+    method: Any = "LSODA" if name == "lugre" else "DOP853"
+    found = solve_ivp(rates, (0, until), start, method, rtol=1e-11, atol=1e-12)
+    run = symdyn.simulate(scene, until=until, rtol=1e-11, method="lsoda" if name == "lugre" else "dop853")
+    names = (*scene.coordinates, *scene.velocities, *(one.name for one in scene.states))
+    end = np.array([run[one][-1] for one in names])
+    np.testing.assert_allclose(end, found.y[:, -1], rtol=2e-7, atol=2e-9)
+    assert run.monitors["energy"] <= 1e-7 * run.monitors["energy_scale"] + 1e-9
+
+
+def test_a_caster_shimmies_from_the_speed_on_that_routh_and_hurwitz_say() -> None:
+    scene, (J, a, C, s, d) = symdyn.example("caster"), (1.2, 0.15, 3e4, 0.6, 20.0)
+
+    def margin(V: float) -> float:  # of J p³ + (d + J V/s) p² + (d V + C a²)/s p + C a V/s
+        return (d + J * V / s) * (d * V + C * a**2) / s - J * C * a * V / s
+
+    critical = next(V for V in np.linspace(0.1, 200, 20000) if margin(V) < 0)
+    for V, stable in ((critical - 0.1, True), (critical + 0.1, False)):
+        system = symdyn.linearize(scene, start={"psi": 0}, values={"V": V})
+        assert (system.poles.real.max() < 0) == stable
+        expected = np.roots([J, d + J * V / s, (d * V + C * a**2) / s, C * a * V / s])
+        np.testing.assert_allclose(np.sort_complex(system.poles), np.sort_complex(expected), rtol=1e-9)
+
+
+@pytest.mark.runs("cc")
+def test_an_actuator_follows_as_that_of_mujoco_does() -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco><compiler angle="radian"/><option timestep="2e-4" integrator="RK4" gravity="0 0 -9.81"/>
+      <worldbody><body><joint name="hinge" type="hinge" axis="0 1 0" damping="0.1"/>
+        <inertial pos="0 0 -0.4" mass="2" diaginertia="0.03 0.03 0.001"/></body></worldbody>
+      <actuator><general joint="hinge" dyntype="filter" dynprm="0.05" gainprm="12"/></actuator>
+    </mujoco>""")
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.0
+    for _ in range(2500):
+        mujoco.mj_step(model, data)
+    run = symdyn.simulate(symdyn.example("actuator"), until=0.5, method="dop853")
+    np.testing.assert_allclose(run["q"][-1], data.qpos[0], atol=1e-9)
+    np.testing.assert_allclose(run["act"][-1], data.act[0], atol=1e-9)
