@@ -10,9 +10,8 @@ import numpy as np
 
 from symdyn.errors import DerivationError
 from symdyn.runtime import lambdify
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.formats.placing import printable_names
-from symdyn.scene.values import Quantity
 
 FOLDER = "cmeel.prefix/share/example-robot-data/robots"
 

@@ -18,10 +18,10 @@ from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.columns import choices
 from symdyn.simulation.equations.compiled_routines import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations, written_decisions
+from symdyn.simulation.force_columns import choices
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
 

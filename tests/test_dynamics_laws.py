@@ -171,10 +171,9 @@ def dissipation(one, state):
     total = BIG.constant(Fraction(0))
     for joint in one.joints:
         if joint.damping != Quantity.number(0):
-            follows = joint.coupling
-            rate = rates[follows.coordinate if follows else joint.coordinate]
-            factor = known.get(follows.ratio.value) or BIG.constant(follows.ratio.value) if follows else 1
-            total += BIG.constant(joint.damping.value) * (factor * rate) ** 2
+            led = joint.coupling.ratios if joint.coupling else ((joint.coordinate, Quantity.ONE),)
+            factors = ((known.get(ratio.value) or BIG.constant(ratio.value), rates[name]) for name, ratio in led)
+            total += BIG.constant(joint.damping.value) * sum(factor * rate for factor, rate in factors) ** 2
     return total
 
 

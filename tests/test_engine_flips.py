@@ -25,15 +25,15 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/wrenches.py", "return b[2] - a[2]", "return b[2] + a[2]"),
     (
         "recursive/wrenches.py",
-        "- joint_resistance(joint, ratio * state.qd[k])",
-        "+ joint_resistance(joint, ratio * state.qd[k])",
+        "force = joint_resistance(joint, graph.total(",
+        "force = -joint_resistance(joint, graph.total(",
     ),
     (
         "../scene/forces/applied_forces.py",
         "size = size + (dry.static.express(graph) - size)",
         "size = size - (dry.static.express(graph) - size)",
     ),
-    ("loops/constraint_rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
+    ("mechanism/relative_motion.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
     ("../spatial.py", "add(self[1], cross(way, self[0]))", "sub(self[1], cross(way, self[0]))"),
 )
 
