@@ -186,7 +186,7 @@ def _triple(x: Array) -> tuple[float, float, float]:
 def _pulls(one: Element, body: str, places: Places) -> list[Wrench]:
     """Return the pull of a strut between points, or of a rope, at each of its ends on the body."""
     pulls = []
-    straight = places.routes.get(one, ()) or (places.ends[one],) * bool(one.ends)
+    straight = places.routes.get(one, ()) or ((places.ends[one],) if one.ends else ())
     for ends, (near, far) in zip(straight, pairwise(one.ends), strict=True):
         a, b = ends[-2][0], ends[-1][0]
         for end, here, there in ((near, a, b), (far, b, a)):

@@ -163,14 +163,7 @@ def state(
 
 @suggesting
 def signal(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
-    """Declare a formula that others use by its name, in what rates of states may use.
-
-    Args:
-        name: as formulas write it.
-        formula: in coordinates, velocities, states, other signals, inputs, parameters and t.
-        unit: of SI.
-        text: a description for tables.
-    """
+    """Declare a formula in what rates of states may use, for others by its name; unit and text as of `state`."""
     return entry("signals", **locals())
 
 
@@ -398,8 +391,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
         drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
             one of these for every velocity.
-        force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list
-            with one for every velocity.
+        force: generalized force beside the drive, N m or N, in what moves, inputs and t; a list for several.
         mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
             coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
             with several; {"ratios": {name: ratio, ...}, "offset": 0} follows several, as in a differential gear.

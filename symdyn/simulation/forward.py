@@ -39,8 +39,8 @@ from symdyn.simulation.integrate.integration import (
     Integration,
     Method,
     integrated,
-    valueless,
 )
+from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run
 from symdyn.simulation.trajectory import Trajectory

@@ -43,7 +43,8 @@ from symdyn.simulation.equations.written import written_decisions
 from symdyn.simulation.following import Followed, Tied, followed
 from symdyn.simulation.force_columns import input_columns, output_columns, reaction_columns
 from symdyn.simulation.initial import Start, Values, no_equations
-from symdyn.simulation.integrate.integration import END, valueless
+from symdyn.simulation.integrate.integration import END
+from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values

@@ -40,8 +40,8 @@ from symdyn.simulation.integrate.integration import (
     Integration,
     Method,
     integrated,
-    valueless,
 )
+from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.trajectory import Event, Trajectory
 
 DATA = "the limit is data for controllers, nothing in the equations keeps it"
