@@ -103,6 +103,16 @@ def test_an_operation_is_written_or_refused_with_the_function_that_needs_it(name
         assert emit(program, name)
 
 
+def test_an_operation_without_a_spelling_is_refused_in_words(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    row, program = TARGETS[name], spoken(name)
+    printer = row.printer(REALS["double"])
+    mute = replace(printer, spellings={op: one for op, one in printer.spellings.items() if op is not Op.SIN})
+    monkeypatch.setitem(TARGETS, name, replace(row, printer=lambda real: mute))
+
+    with pytest.raises(EmitError, match=f"target {name} .* lacks sin, which .* needs: no spelling of it is known; .+"):
+        emit(program, name)
+
+
 def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, tmp_path: Path) -> None:
     for option in TARGETS[name].options:
         words = ["generate", str(PENDULUM), "--target", name, f"--{option}"]
