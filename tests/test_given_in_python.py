@@ -109,7 +109,7 @@ def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Sc
 
 
 MISTAKES = [
-    ("tau1=1,", "^forces: tau1: .*a comma may stand inside atan2.*$"),
+    ("tau1=1,", "^forces: tau1: .*a comma may stand between arguments only, as in atan2.*$"),
     ("tau9=1", "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
     ({"tau9": math.sin}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
     ({"t": T, "tau9": T}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
@@ -245,7 +245,7 @@ def test_the_byte_that_is_no_text_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene$"),  # type: ignore[call-arg]
+        (lambda scene: symdyn.equations(scene, form=1), r"equations\(\) got .* 'form'; there are scene, formulation$"),  # type: ignore[call-arg]
         (lambda scene: symdyn.sweep(scene, samples=3), r"sweep\(\) got .* 'samples'; did you mean count\?"),  # type: ignore[call-arg]
         (lambda scene: symdyn.collocation(scene, untl=1), r"collocation\(\) got .* 'untl'; did you mean until\?"),  # type: ignore[call-arg]
         (lambda scene: symdyn.inverse(scene, evry=1), r"inverse\(\) got .* 'evry'; did you mean every\?"),  # type: ignore[call-arg]

@@ -398,9 +398,7 @@ def test_a_picture_draws_it_around_its_wheel() -> None:
 def test_a_lesson_says_what_it_keeps_and_what_its_multiplier_is() -> None:
     page = markdown(walkthrough(around(), until="equations"))["atwood.md"]
 
-    assert (
-        "Rope r keeps its length (a – ground – b): its straight parts, and what lies around wheels," in page
-    )
+    assert "Rope r keeps its length (a – ground – b): its straight parts, and what lies around wheels," in page
     assert "the tension of rope r, positive where it pulls" in page
 
 

@@ -91,7 +91,7 @@ def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pyt
 @pytest.mark.parametrize("op", [op for op, operands in ARITY.items() if operands])
 def test_an_operation_is_written_or_refused_with_the_function_that_needs_it(name: str, op: Op) -> None:
     target, g = TARGETS[name], Graph()
-    q = [g.symbol("q1"), g.symbol("q2")]
+    q = [g.symbol(name) for name in ("q1", "q2", "q3")]
     signs = {Op.ADD: q[0] + q[1], Op.SUB: q[0] - q[1], Op.MUL: q[0] * q[1], Op.DIV: q[0] / q[1], Op.NEG: -q[0]}
     program = lower(one([signs[op] if op in signs else g.function(op, *q[: ARITY[op]])], q))
     assert op in program.routines[0].operations
@@ -101,6 +101,16 @@ def test_an_operation_is_written_or_refused_with_the_function_that_needs_it(name
             emit(program, name)
     else:
         assert emit(program, name)
+
+
+def test_an_operation_without_a_spelling_is_refused_in_words(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    row, program = TARGETS[name], spoken(name)
+    printer = row.printer(REALS["double"])
+    mute = replace(printer, spellings={op: one for op, one in printer.spellings.items() if op is not Op.SIN})
+    monkeypatch.setitem(TARGETS, name, replace(row, printer=lambda real: mute))
+
+    with pytest.raises(EmitError, match=f"target {name} .* lacks sin, which .* needs: no spelling of it is known; .+"):
+        emit(program, name)
 
 
 def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def result(op: Op, *balls: arb) -> arb:
 def test_a_function_of_a_ball_holds_the_function_of_every_number_inside(op: Op, wide: float) -> None:
     rng = random.Random(f"{op}{wide}")
     for _ in range(40):
-        middles = [rng.choice((-1.0, 0.0, 1e-13, 0.5, 1.0, 3.0)) + rng.choice((0.0, rng.random())) for _ in range(2)]
+        middles = [rng.choice((-1.0, 0.0, 1e-13, 0.5, 1.0, 3.0)) + rng.choice((0.0, rng.random())) for _ in range(3)]
         middles = middles[: ARITY[op]]
         held = result(op, *(arb(x, wide) for x in middles))
         for _ in range(5):

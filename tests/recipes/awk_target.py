@@ -19,7 +19,7 @@ import numpy as np
 
 from symdyn import emit
 from symdyn.emit import TARGETS, Draft, Sources, Target
-from symdyn.emit.code.spelling import OPERATORS, Printer, call, digits
+from symdyn.emit.code.spelling import ANY, ATOM, OPERATORS, SIGN, SUM, Printer, Spelling, call, digits
 from symdyn.emit.code.target import FunctionText, alone
 from symdyn.emit.render import in_comment
 from symdyn.errors import BuildError, MissingProgram
@@ -38,6 +38,8 @@ SPELLINGS = {
     **{op: call(name) for op, (name, _) in OWN.items()},
     **{op: call(op.name.lower()) for op in (Op.SIN, Op.COS, Op.SQRT, Op.EXP, Op.LOG)},
     Op.ATAN2: call("atan2", 2),
+    Op.POW: Spelling("{}^{}", SIGN, (ATOM, ATOM)),
+    Op.SELECT: Spelling("({0} > 0 ? {1} : {0} <= 0 ? {2} : {0})", ATOM, (SUM, ANY, ANY)),
 }
 
 KEYWORDS = """BEGIN END break close continue cos delete do else exit exp for func function getline gsub if in index int

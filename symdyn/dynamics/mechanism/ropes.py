@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from symdyn.algebra import Compactor, Floats, TrigonometricRing
+from symdyn.algebra import Compactor, TrigonometricRing
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Scene
@@ -181,6 +181,8 @@ class Taut:
 
     def _root(self, square: Expr) -> Expr:
         """Return the root, as a polynomial that is positive at the start where there is one."""
+        from symdyn.algebra import Floats  # starts NumPy
+
         try:
             ring = TrigonometricRing([square])
             found = ring.square_root(evaluate([square], ring, ring.values([square]))[0])

@@ -19,6 +19,8 @@ from symdyn.graph import Op
 from symdyn.program import Program, Routine
 from symdyn.scene import Scene
 
+NO_SPELLING = "no spelling of it is known; take another target"
+
 
 @dataclass(frozen=True)
 class ArgumentText:
@@ -313,8 +315,8 @@ class Target:
             EmitError: functions that it is not made of, an operation that the language lacks, two functions of one
                 name, a constant too large for the type.
         """
-        self._refuse(program, real)
         printer = self.printer(real)
+        self._refuse(program, real, printer)
         page = compose(program, printer, command, self.first, self.keywords, self.loops_in(real))
         about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about), sines)
@@ -323,7 +325,7 @@ class Target:
         """Tell whether functions with a table become loops over it, with numbers of a type."""
         return self.loops and real.parts == 1
 
-    def _refuse(self, program: Program, real: Real) -> None:
+    def _refuse(self, program: Program, real: Real, printer: Printer) -> None:
         """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""
         wanted = self.functions(program.scene) if self.functions else ()
         there = [one.function.request or one.function.name for one in program.routines]
@@ -332,7 +334,9 @@ class Target:
                 f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
                 f"leave {argument('functions')} out"
             )
-        lacking = [(f"target {self.name} ({self.text})", self.lacks), (f"real type {real.name}", real.lacks)]
+        unspelled = [op for op in Op if op not in printer.spellings]
+        lacks = {**dict.fromkeys(unspelled, NO_SPELLING), **self.lacks}
+        lacking = [(f"target {self.name} ({self.text})", lacks), (f"real type {real.name}", real.lacks)]
         for what, op, why in ((what, op, why) for what, lacks in lacking for op, why in lacks.items()):
             needed = [routine.function.name for routine in program.routines if op in routine.operations]
             if needed:

@@ -161,9 +161,7 @@ def _power_of(x: Fraction, exponent: Quantity) -> Quantity:
     if x < 0 and y is not None:
         raise FormulaError(f"({x})**({y}) is not real; take the power of a number that is not negative")
     if x == 0 and y is not None:
-        if y < 0:
-            raise FormulaError("it divides by zero; check the denominator")
-        return Quantity.ZERO
+        return div(Quantity.ONE, Quantity.ZERO) if y < 0 else Quantity.ZERO
     return Quantity.ONE if x == 1 else Quantity(Op.POW, (Quantity.number(x), exponent))
 
 
