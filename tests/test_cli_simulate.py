@@ -219,7 +219,7 @@ from symdyn.cli import main
 from symdyn.simulation.integrate.integration import Outlook
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores Ctrl-C
 look, soon = Outlook.look, threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-def first(self, t):
+def first(self, t, why=str):
     if t > 5:  # while it goes on, however long what is before takes
         Outlook.look = look
         soon.start()

@@ -617,7 +617,8 @@ def test_as_many_crossings_as_are_promised_are_found_between_two_values() -> Non
 def test_with_inputs_nothing_is_proved_of_all_positions_of_rest() -> None:
     functions = SimpleNamespace(multipliers=(), inputs=("u",))
     given: Any = SimpleNamespace(
-        prepared=SimpleNamespace(scene=SimpleNamespace(is_constrained=False), functions=functions), singular=0
+        prepared=SimpleNamespace(scene=SimpleNamespace(is_constrained=False, given=("u",)), functions=functions),
+        singular=0,
     )
     assert not complete(given)
 

@@ -113,7 +113,7 @@ def test_nothing_varied_but_places_is_computed_without_prepare() -> None:
         ({"at": "nowhere.csv"}, "nowhere.csv"),
         ({"at": "q2=1", "until": 3}, "until: of runs"),
         ({"at": "q2=1", "forces": "M1=3"}, "forces: of runs"),
-        ({"at": "q2=1", "measure": "M7"}, '"M7" uses M7, which is not known here; known are t, q1, q2'),
+        ({"at": "q2=1", "measure": "M7"}, '"M7" uses M7, which is not known here; known are M2, M1, t'),
         ({"at": "q2=1", "measure": "M1", "function": "mass_matrix"}, "mass_matrix neither takes nor gives M1"),
         ({"at": "q2=1", "block": 0}, "block: 0 is no number of sets"),
         ({"at": "q2=1", "values": {}}, "have no value; give them"),
