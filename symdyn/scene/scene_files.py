@@ -228,7 +228,7 @@ def examples() -> tuple[str, ...]:
     """Return the names of the scenes that come with the package, in order.
 
     >>> examples()[:3]
-    ('arm7', 'bicycle', 'cart_pole')
+    ('actuator', 'arm7', 'bicycle')
     """
     return tuple(sorted(example_files()))
 
