@@ -63,10 +63,11 @@ def test_few_points_are_enough(method: str, count: int) -> None:
 
 
 def test_two_arguments_are_a_grid() -> None:
-    x, y = [0, 1, Fraction(5, 2)], [-1, 0, 2]
+    x: list[Any] = [0, 1, Fraction(5, 2)]
+    y = [-1, 0, 2]
     z = [[1, 2, 3], [4, -5, 6], [7, 8, 0]]
     rows = (
-        (None, *(Fraction(a) for a in x)),
+        (None, *map(Fraction, x)),
         *((Fraction(b), *map(Fraction, row)) for b, row in zip(y, z, strict=True)),
     )
     one = Curve("c", rows)
