@@ -31,7 +31,7 @@ from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.scene.values import Input, Joint, Load, Place, StateVariable, Strut, acceleration_name
+from symdyn.scene.values import Joint, Letter, Load, Place, Strut, acceleration_name
 from symdyn.spatial import Transform, Vec, Wrench, dot, sub
 
 
@@ -353,7 +353,7 @@ Generated code counts `states`.
 """
 
 
-def letters_of(scene: Scene, argument: str) -> tuple[Input | StateVariable, ...]:
+def letters_of(scene: Scene, argument: str) -> tuple[Letter, ...]:
     """Return the letters of an argument, `INPUTS` or `STATES`."""
     return scene.inputs if argument == INPUTS else scene.states
 

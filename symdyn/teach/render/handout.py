@@ -5,7 +5,7 @@ A walkthrough takes a scene and choices, and gives a document; `FORMULATIONS` is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -14,7 +14,6 @@ from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
-from symdyn.scene.values import StateVariable
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -57,9 +56,9 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
 
 
-def _with_rates(document: Document, states: Sequence[StateVariable]) -> Document:
+def _with_rates(document: Document) -> Document:
     """Return a lesson with the rates of states, and without what holds for states that stay as they are."""
-    prose = Prose(document.scene, document.language, dict(document.names))
+    prose, states = Prose(document.scene, document.language, dict(document.names)), document.scene.states
     names = together([Symbol(one.name) for one in states])
     blocks = [
         folded(prose, Formula(prose.rate(one.name, None).name, Ratios.form_of(one.rate.express(document.graph))))
@@ -138,7 +137,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
-    document = _with_rates(document, states) if states else document
+    document = _with_rates(document) if states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
