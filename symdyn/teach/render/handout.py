@@ -56,9 +56,9 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
 
 
-def _with_rates(document: Document) -> Document:
+def _with_rates(document: Document, declared: Scene) -> Document:
     """Return a lesson with the rates of states, and without what holds for states that stay as they are."""
-    prose, states = Prose(document.scene, document.language, dict(document.names)), document.scene.states
+    prose, states = Prose(document.scene, document.language, dict(document.names)), declared.states
     names = together([Symbol(one.name) for one in states])
     blocks = [
         folded(prose, Formula(prose.rate(one.name, None).name, Ratios.form_of(one.rate.express(document.graph))))
@@ -120,7 +120,7 @@ def walkthrough(
     """
     scene = scene_of(scene)
     formulation = formulation or usual_formulation(scene)
-    states, scene = scene.states, scene.as_parameters()
+    declared, scene = scene, scene.as_parameters()
     for name, value, known in (
         ("language", language, languages()),
         ("detail", detail, DETAILS),
@@ -137,7 +137,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
-    document = _with_rates(document) if states else document
+    document = _with_rates(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
