@@ -68,7 +68,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
             position = Form.of(joint.position(Graph()))
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
-            rows += [(lesson.say("acting.willis"), said) for said in _willis(scene, joint)]
+            rows += [(lesson.say("acting.willis", joint=joint.name), said) for said in _willis(scene, joint)]
         if joint.damping != Quantity.ZERO:
             rows.append((lesson.say("acting.damping"), where))
         if joint.dry is not None:
@@ -92,8 +92,10 @@ def _willis(scene: Scene, joint: Joint) -> list[Words]:
     """Return the equation of rates relative to a carrier: of a joint that turns as two others do, ratios of sum 1."""
     assert joint.coupling is not None, "the joint follows others"
     leaders = [one for one in scene.joints if {*joint.coupling.coordinates}.intersection(one.coordinates)]
-    if len(leaders) != 2 or any(
-        JOINTS[one.type].axis(one) is None or JOINTS[one.type].slides(one) for one in (joint, *leaders)
+    if (
+        len(leaders) != 2
+        or len({one.parent for one in (joint, *leaders)}) > 1
+        or any(JOINTS[one.type].axis(one) is None or JOINTS[one.type].slides(one) for one in (joint, *leaders))
     ):
         return []
     graph = Graph()
