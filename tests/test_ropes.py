@@ -395,6 +395,15 @@ def test_a_picture_draws_it_around_its_wheel() -> None:
     assert drawn.count('class="rope"') >= 2  # the rope, and the rim
 
 
+@pytest.mark.parametrize("back", [False, True])
+def test_a_picture_draws_it_wherever_it_begins(back: bool) -> None:
+    through = [wheel("r"), "a"]
+
+    drawn = symdyn.picture(atwood(rope("r", through[::-1] if back else through, length="l")))
+
+    assert 'class="rope"' in drawn
+
+
 def test_a_lesson_says_what_it_keeps_and_what_its_multiplier_is() -> None:
     page = markdown(walkthrough(around(), until="equations"))["atwood.md"]
 

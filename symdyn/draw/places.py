@@ -269,7 +269,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
 def _straight(rope: Element, k: int, arrays: Mapping[Key, Array]) -> tuple[Array, ...]:
     """Return what lies around the wheel before straight part k of a rope, if there is one, and its two ends."""
     start, end = arrays["tangent", rope, 2 * k], arrays["tangent", rope, 2 * k + 1]
-    if ("spin", rope, k) not in arrays:
+    if not k or ("spin", rope, k) not in arrays:  # a rope that begins on a wheel is wound up there
         return (start, end)
     centre, n = arrays["end", rope, k], unit(arrays["spin", rope, k])
     out, to = arrays["tangent", rope, 2 * k - 1] - centre, start - centre
