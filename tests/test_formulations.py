@@ -173,6 +173,22 @@ def test_what_is_left_after_routh_holds_along_a_motion(text: str) -> None:
         assert number(row.form, values | momenta) == pytest.approx(values[row.name], rel=1e-10)
 
 
+def test_letters_of_the_page_are_none_of_the_scene() -> None:
+    """A coordinate H, parameters p and drives p1 and F1 of the scene keep their letters."""
+    text = SPHERICAL.replace('"theta"', '"H"').replace("\nm = ", "\np = ").replace('mass = "m"', 'mass = "p"')
+    scene = read_text(text.replace("drive = false", 'drive = "p1"', 1).replace("drive = false", 'drive = "F1"'))
+    page = {name: symdyn.emit.print.printed_text(scene, formulation=name) for name in ("hamilton", "kane")}
+    lines = symdyn.emit.print.printed_text(scene, "text", formulation="hamilton").splitlines()
+
+    assert r"\mathcal{H} &= " in page["hamilton"]
+    assert r"\dot P_1 &= p_1" in page["hamilton"]
+    assert "mathtt" not in page["hamilton"]
+    assert [line.split(" =")[0] for line in lines if " = " in line and line[0] != "#"] == [
+        "P1", "P2", "H_cal", "phi_dot", "H_dot", "P1_dot", "P2_dot",
+    ]  # fmt: skip
+    assert [row.name for row in group(list(PAGES["kane"](scene)), "Active forces").rows] == ["Q1", "Q2"]
+
+
 def test_the_top_has_two_constant_momenta() -> None:
     assert [row.name for row in group(list(PAGES["routh"](read_text(TOP))), "Constant momenta").rows] == ["p1", "p3"]
 

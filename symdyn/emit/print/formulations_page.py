@@ -53,12 +53,14 @@ class Group:
     Attributes:
         text: what is said of them, in plain words.
         latex: the same with formulas in LaTeX; "" where it is the same.
+        letters: names of its own that have rates, as coordinates do.
     """
 
     title: str
     text: str
     rows: tuple[Row, ...]
     latex: str = ""
+    letters: Sequence[str] = ()
 
 
 def _quotient(closed: ClosedForm, node: Expr) -> Form:
@@ -95,20 +97,12 @@ def _open(scene: Scene, what: str) -> ClosedForm:
     return closed_form(scene)
 
 
-def _fresh(letter: str, scene: Scene, index: Sequence[int]) -> list[str]:
-    """Return a name for each index that the scene does not have."""
-    taken = {one.name for one in scene.parameters} | {
-        *scene.coordinates,
-        *scene.velocities,
-        *filter(None, scene.drives),
-    }
-    found = []
-    for i in index:
-        name = f"{letter}{i + 1}" if len(scene.velocities) > 1 else letter
-        while name in taken:
-            name += "_"
-        found.append(name)
-    return found
+def _fresh(scene: Scene, letters: Sequence[str], index: Sequence[int] = ()) -> list[str]:
+    """Return a letter, or one for each index where there are several velocities: the first that the scene has not."""
+    taken = {one.name for one in (*scene.parameters, *scene.given)} | {*filter(None, scene.drives)}
+    taken |= {*scene.coordinates, *scene.velocities}
+    names = [[f"{x}{i + 1}" for i in index] if index and len(scene.velocities) > 1 else [x] for x in letters]
+    return next((one for one in names if not taken.intersection(one)), [f"{name}_" for name in names[-1]])
 
 
 # Hamilton and Routh
@@ -127,7 +121,7 @@ class _Momenta:
 def _momenta(closed: ClosedForm, own: Sequence[int]) -> _Momenta:
     """Return p_i = Σ_j M_ij q̇_j of some velocities; those solve p - M_other q̇_other = M_own q̇_own."""
     scene, graph = closed.scene, closed.state.q[0].graph
-    names = _fresh("p", scene, own)
+    names = _fresh(scene, ("p", "P", "Pi"), own)
     M = [[closed.form("k_z", i, j) for j in range(closed.n)] for i in own]
     forms = [Form.sum(Form.product((m, Symbol(u))) for m, u in zip(row, scene.velocities, strict=True)) for row in M]
     p = [graph.symbol(name) for name in names]
@@ -156,8 +150,8 @@ def hamilton(scene: Scene) -> Iterator[Group]:
     closed = _open(scene, "Hamilton's equations")
     page, graph, every = Printable.of(closed, lengths=None), closed.state.q[0].graph, range(closed.n)
     found = _momenta(closed, every)
-    rows = [Row(name, _p(name), form) for name, form in zip(found.names, found.forms, strict=True)]
-    yield Group("Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:")
+    rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
+    yield Group("Momenta", "p = dL/dqd", tuple(rows), r"$p_i = \partial L/\partial \dot q_i$:", found.names)
     try:
         rates = [form.express(graph) for form in found.rates or ()]
         work = graph.total(p * rate for p, rate in zip(found.nodes, rates, strict=True)) / 2
@@ -170,10 +164,10 @@ def hamilton(scene: Scene) -> Iterator[Group]:
         kinetic, rows = closed.form("K"), []
         text = r"$\dot q$ follows from the momenta above, $M \dot q = p$; $\dot p_i = \partial L/\partial q_i + Q_i$:"
     H = Form.sum((kinetic, page.P))
-    yield Group("Hamiltonian", "H = p.qd - L", (Row("H", "H", H),), r"$H = \sum p_i \dot q_i - L$:")
+    yield Group("Hamiltonian", "H = p.qd - L", (_named(scene, "H", H),), r"$H = \sum p_i \dot q_i - L$:")
     for i, (name, slope) in enumerate(zip(found.names, slopes, strict=True)):
         form = Form.sum((slope, page.gravity(i).negative, page.right[i]))
-        rows.append(Row(f"{name}_dot", rf"\dot {_p(name)}", form))
+        rows.append(Row(f"{name}_dot", f"{name}_dot", form))
     yield Group("Canonical equations", "qd = dH/dp, pd = -dH/dq + Q", tuple(rows), text)
 
 
@@ -204,18 +198,17 @@ def routh(scene: Scene) -> Iterator[Group]:
         raise DerivationError(
             f"{scene.name}: the cyclic velocities are too long to be put in; print Lagrange's equations"
         )
-    rows = [Row(name, _p(name), form) for name, form in zip(found.names, found.forms, strict=True)]
+    rows = [Row(name, name, form) for name, form in zip(found.names, found.forms, strict=True)]
     names = ", ".join(scene.coordinates[i] for i in cyclic)
-    yield Group(
-        "Constant momenta", f"nothing depends on {names}", tuple(rows), f"Nothing depends on {in_latex(names)}:"
-    )
+    text = f"nothing depends on {names}"
+    yield Group("Constant momenta", text, tuple(rows), f"N{in_latex(text)[1:]}:", found.names)
     rates = [Row(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)]
     yield Group("Cyclic velocities", "from these", tuple(rates))
     known = {closed.state.qd[i]: rate.express(graph) for i, rate in zip(cyclic, found.rates, strict=True)}
     (kinetic,) = substitute([closed.form("K").express(graph)], known)
     given = graph.total(p * known[closed.state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
     R = _quotient(closed, kinetic - given)
-    yield Group("Routh's function", "R = L - sum of p qd", (Row("R", "R", Form.sum((R, page.P.negative))),),
+    yield Group("Routh's function", "R = L - sum of p qd", (_named(scene, "R", Form.sum((R, page.P.negative))),),
                 r"$R = L - \sum p_i \dot q_i$:")  # fmt: skip
     node, left, order = R.express(graph), [], closed.state
     for i in (i for i in range(closed.n) if i not in cyclic):
@@ -228,9 +221,10 @@ def routh(scene: Scene) -> Iterator[Group]:
     yield Group("Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)
 
 
-def _p(name: str) -> str:
-    """Return the name of a momentum in LaTeX: p, p_{1}."""
-    return name[0] + (f"_{{{name[1:].rstrip('_')}}}" if name[1:] else "") + "'" * name.count("_")
+def _named(scene: Scene, letter: str, form: Form) -> Row:
+    """Return the row of a function by its letter, which is calligraphic where the scene has that letter."""
+    (name,) = _fresh(scene, (letter, f"{letter}_cal"))
+    return Row(name, letter if name == letter else rf"\mathcal{{{letter}}}", form)
 
 
 # Kane, Gibbs and Appell
@@ -278,15 +272,15 @@ def kane(scene: Scene) -> Iterator[Group]:
     nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
     nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
     write = _Vectors(w, [*nodes, *(x for share in shares for x in share), *active, *inertia])
-    named = _drives(scene)
+    named, forces = _drives(scene), _fresh(scene, ("F", "Q", "Fr"), n)
     for part, share in zip(system.bodies, shares, strict=True):
         rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
         for r, twist in zip(n, part.partial, strict=True):
             rows += [*_vector(f"v{r + 1}", twist[0], write), *_vector(f"w{r + 1}", twist[1], write)]
-        rows += [Row(f"F{r + 1}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
+        rows += [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
         text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
         yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
-    rows = [Row(f"F{r + 1}", f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
+    rows = [Row(forces[r], f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
     yield Group("Active forces", "weights, drives, and what else does work", tuple(rows))
     sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]
     yield Group("Kane's equations", "0 = F + F*", tuple(Row("0", "0", x) for x in sums), "$F_r + F_r^* = 0$:")
@@ -308,7 +302,7 @@ def appell(scene: Scene) -> Iterator[Group]:
     write = _Vectors(w, [total, *slopes, *active])
     named = _drives(scene)
     text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
-    yield Group("Function of Gibbs and Appell", text, (Row("S", "S", write(total)),))
+    yield Group("Function of Gibbs and Appell", text, (_named(scene, "S", write(total)),))
     rows = [Row(f"dS/d{u}_dot", "", write(x)) for u, x in zip(scene.velocities, slopes, strict=True)]
     sums = [Form.sum((row.form, named[r].negative, write(active[r]).negative)) for r, row in enumerate(rows)]
     yield Group("Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums),
@@ -356,7 +350,7 @@ def formulation_text(scene: Scene, formulation: str, format: str = "latex", docu
     refuse_too_long(scene.name, f"{formulation}:", forms, "symdyn generate writes code, which has no such limit")
     if format == "text":
         return "\n".join(["\n\n".join(map(_text, groups)), *rate_lines(scene)])
-    write = Latex(latex_symbols(scene, [row.name for group in groups for row in group.rows]), digits_or(DIGITS))
+    write = Latex(latex_symbols(scene, (), [name for group in groups for name in group.letters]), digits_or(DIGITS))
     sections = [*(_section(group, write) for group in groups), *rate_sections(scene, write)]
     if not document:
         return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
