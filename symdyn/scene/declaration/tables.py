@@ -45,6 +45,8 @@ def _points(table: EntryReader, key: str, usual: Rows) -> Rows:
         if isinstance(raw, str):
             return read_columns(table.faults.source, raw)
         rows = [plain(row) for row in raw] if isinstance(raw, (list, tuple)) else [raw]
+        if key in table and not rows:
+            raise ValueError("has no rows; write [[0, 0], [1, 5]]")
         if all(isinstance(row, (list, tuple)) for row in rows):
             return tuple(tuple(cell_of(cell) for cell in row) for row in rows)  # type: ignore[attr-defined]
         raise ValueError(f'{show(raw)} is no list of rows such as [[0, 0], [1, 5]], nor a file such as "curve.csv"')
@@ -91,9 +93,9 @@ def tabled(thing: Thing, curves: dict[str, Curve], faults: Faults) -> Thing:
                     faults.add(front, told)
                 curves[name] = curve
         found = curves.get(name)
-        if found is None:
+        if found is None and not name.endswith(".csv"):  # of a file it was told why it is none
             faults.add(front, f"is no table; {suggestion(name, curves)}" if curves else "is no table; declare [tables]")
-        elif found.points and found.arguments != arguments:
+        elif found is not None and found.points and found.arguments != arguments:
             faults.add(front, f"takes {found.arguments} arguments, here are {arguments}")
         return found if found is not None and found.points and not any(found.faults()) else None
 
