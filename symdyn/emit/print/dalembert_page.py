@@ -9,16 +9,16 @@ that carries it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form, Function, Symbol, TrigonometricRing
+from symdyn.algebra import Form, Function, Symbol
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, angle_groups
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.print.breaking import BREAK, DIGITS, LINE, BMatrix, Line, align, definitions, refuse_too_long
-from symdyn.emit.print.formula_text import Latex, broken_text, rounded
+from symdyn.emit.print.formula_text import Forms, Latex, broken_text, in_sines, rounded
 from symdyn.emit.print.printable import Lengths, NamedLength, called
 from symdyn.emit.print.printed_names import Letters, latex_symbols
 from symdyn.emit.print.written_page import (
@@ -30,8 +30,8 @@ from symdyn.emit.print.written_page import (
     symbol_table,
 )
 from symdyn.emit.render import in_latex
-from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
+from symdyn.errors import EmitError
+from symdyn.graph import Expr, Op, reachable, substitute, tangents
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import Strut, velocity_name
@@ -44,8 +44,6 @@ INSTEAD = (
     "reactions:joint compute it"
 )
 """What to ask for where the system is too long."""
-
-Forms = Callable[[Expr], Form]
 
 
 def printed_system(scene: Scene) -> Equilibrium:
@@ -90,15 +88,7 @@ def forms_of(system: Equilibrium) -> Written:
     used = set(reachable(list(short.values())))
     lengths = [one for one in called_so if used & {graph.symbol(one[2]), graph.symbol(velocity_name(one[2]))}]
     needed = list(dict.fromkeys([*short.values(), *(x for one in lengths for x in one[3:])]))
-    parallel = angle_groups(scene, graph)
-    write: Forms = Form.of
-    try:
-        ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), parallel)
-        values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
-        compact = Compactor(ring, parallel)
-        write = lambda node: compact(values[node])  # noqa: E731
-    except DerivationError:
-        pass
+    write = in_sines(needed, state, angle_groups(scene, graph))
     named = tuple(
         NamedLength(struts, index, name, velocity_name(name), Function(Op.SQRT, (write(square),)), write(rate))
         for struts, index, name, square, rate in lengths

@@ -13,11 +13,25 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol
+from symdyn.algebra import (
+    AngleGroup,
+    Compactor,
+    Form,
+    Function,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    TrigonometricRing,
+)
+from symdyn.dynamics.mechanism import State
 from symdyn.emit.print.breaking import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
-from symdyn.graph import Op
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, evaluate
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
 from symdyn.scene.values import LatexSymbol, spell
@@ -381,3 +395,19 @@ def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> 
             name = ("s" if form.op is Op.SIN else "c") + separator.join(map(str, found))
             return form if name in taken else Symbol(name)
     return form
+
+
+Forms = Callable[[Expr], Form]
+"""What writes nodes."""
+
+
+def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]) -> Forms:
+    """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring."""
+    every = list(dict.fromkeys(nodes))
+    try:
+        ring = TrigonometricRing(every, (*state.q, *state.qd, *state.qdd), parallel)
+        values = dict(zip(every, evaluate(every, ring, ring.values(every)), strict=True))
+    except DerivationError:
+        return Form.of
+    compact = Compactor(ring, parallel)
+    return lambda node: compact(values[node])

@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form, Number, Ratios, Sum, Symbol, TrigonometricRing
+from symdyn.algebra import Form, Number, Ratios, Sum, Symbol
 from symdyn.arguments import argument
 from symdyn.dynamics import ClosedForm, Workspace, angle_groups, closed_form
 from symdyn.emit.print.breaking import DIGITS, definitions, refuse_too_long
-from symdyn.emit.print.formula_text import Latex, broken_text, rounded
+from symdyn.emit.print.formula_text import Forms, Latex, broken_text, in_sines, rounded
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.written_page import equation_lines, rate_lines, rate_sections, symbol_table
@@ -70,12 +70,8 @@ def _quotient(closed: ClosedForm, node: Expr) -> Form:
 
 
 def _short(closed: ClosedForm, form: Form) -> Form:
-    state, node = closed.state, form.express(closed.state.q[0].graph)
-    try:
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), closed.parallel)
-        return Compactor(ring, closed.parallel)(evaluate([node], ring, ring.values([node]))[0])
-    except DerivationError:
-        return form
+    node = form.express(closed.state.q[0].graph)
+    return in_sines([node], closed.state, closed.parallel)(node)
 
 
 def _refuse_rows(scene: Scene, what: str) -> None:
@@ -230,23 +226,6 @@ def _named(scene: Scene, letter: str, form: Form) -> Row:
 # Kane, Gibbs and Appell
 
 
-class _Vectors:
-    """Nodes of velocities and accelerations as short as a ring of sines can write them."""
-
-    def __init__(self, w: Workspace, nodes: Sequence[Expr]) -> None:
-        state, parallel = w.state, angle_groups(w.scene, w.graph)
-        every = list(dict.fromkeys(nodes))
-        try:
-            ring = TrigonometricRing(every, (*state.q, *state.qd, *state.qdd), parallel)
-            write = Compactor(ring, parallel)
-            self._write = dict(zip(every, map(write, evaluate(every, ring, ring.values(every))), strict=True))
-        except DerivationError:
-            self._write = {node: Form.of(node) for node in every}
-
-    def __call__(self, node: Expr) -> Form:
-        return self._write[node]
-
-
 AXES = "xyz"
 
 
@@ -257,6 +236,10 @@ def _workspace(scene: Scene, what: str) -> Workspace:
     for name in (*(one.name for one in scene.parameters), *scene.coordinates):
         w.graph.symbol(name)
     return w
+
+
+def _written(w: Workspace, nodes: Sequence[Expr]) -> Forms:
+    return in_sines(nodes, w.state, angle_groups(w.scene, w.graph))
 
 
 def kane(scene: Scene) -> Iterator[Group]:
@@ -271,7 +254,7 @@ def kane(scene: Scene) -> Iterator[Group]:
     active, inertia = system.active_forces(), system.inertia_forces()
     nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
     nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
-    write = _Vectors(w, [*nodes, *(x for share in shares for x in share), *active, *inertia])
+    write = _written(w, [*nodes, *(x for share in shares for x in share), *active, *inertia])
     named, forces = _drives(scene), _fresh(scene, ("F", "Q", "Fr"), n)
     for part, share in zip(system.bodies, shares, strict=True):
         rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
@@ -299,7 +282,7 @@ def appell(scene: Scene) -> Iterator[Group]:
     total = whole - substitute([whole], dict.fromkeys(w.state.qdd, graph.zero))[0]
     slopes = gradient(total, w.state.qdd)
     active = system.active_forces()
-    write = _Vectors(w, [total, *slopes, *active])
+    write = _written(w, [total, *slopes, *active])
     named = _drives(scene)
     text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
     yield Group("Function of Gibbs and Appell", text, (_named(scene, "S", write(total)),))
@@ -313,7 +296,7 @@ def _carried(h: Vec, w: Vec, dw: Vec) -> Vec:
     return add(cross(dw, h), cross(w, cross(w, h)))
 
 
-def _vector(name: str, v: Vec, write: _Vectors) -> list[Row]:
+def _vector(name: str, v: Vec, write: Forms) -> list[Row]:
     letter, index = name[0], name[1:]
     shown = r"\omega" if letter == "w" else "v"
     return [
