@@ -171,5 +171,14 @@ def test_what_is_no_table_is_refused(tmp_path: Path, force: str, points: str | N
     if points is not None:
         text = text.replace("[[-1, 30], [-0.2, 20], [0, 0], [0.3, -5], [1, -10]]", points)
     (tmp_path / "cart.toml").write_text(text)
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=told) as refused:
         symdyn.read(tmp_path / "cart.toml")
+    assert len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("force", ['2*table("none.csv", x) - table("none.csv", 0)', 'table("none.csv", x, t)**2'])
+def test_a_file_that_is_no_table_is_told_once(tmp_path: Path, force: str) -> None:
+    (tmp_path / "cart.toml").write_text(CART.replace("{force}", force))
+    with pytest.raises(SceneError) as refused:
+        symdyn.read(tmp_path / "cart.toml")
+    assert str(refused.value) == f"{tmp_path / 'none.csv'}: there is no such file; check the path"

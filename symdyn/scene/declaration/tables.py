@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
@@ -57,6 +59,11 @@ def _points(table: EntryReader, key: str, usual: Rows) -> Rows:
 
 NOTHING: Rows = ()
 
+_0, _1 = Fraction(0), Fraction(1)
+
+LEVEL: dict[int, Rows] = {1: ((_0, _1), (_1, _1)), 2: ((None, _0, _1), (_0, _1, _1), (_1, _1, _1))}
+"""What stands in for a table that is none, by the number of its arguments."""
+
 TABLE: tuple[Part, ...] = (
     Key(
         "points",
@@ -84,19 +91,21 @@ def curves_of(entries: Sequence[Entry], faults: Faults) -> dict[str, Curve]:
 def tabled(thing: Thing, curves: dict[str, Curve], faults: Faults) -> Thing:
     """Return a noun with tables of numbers in its formulas, those of files that no one has declared too."""
 
-    def read(name: str, arguments: int) -> Curve | None:
+    def read(name: str, arguments: int) -> Curve:
         front = f'table("{name}", ...)'
         if name not in curves and name.endswith(".csv"):
+            curves[name] = Curve(re.sub(r"\W+", "_", name.removesuffix(".csv")), NOTHING)
             with faults.noted():
-                curve = Curve(re.sub(r"\W+", "_", name.removesuffix(".csv")), read_columns(faults.source, name))
-                for told in curve.faults():
+                curves[name] = replace(curves[name], points=read_columns(faults.source, name))
+                for told in curves[name].faults():
                     faults.add(front, told)
-                curves[name] = curve
         found = curves.get(name)
-        if found is None and not name.endswith(".csv"):  # of a file it was told why it is none
+        if found is None:
             faults.add(front, f"is no table; {suggestion(name, curves)}" if curves else "is no table; declare [tables]")
-        elif found is not None and found.points and found.arguments != arguments:
+        elif found.points and found.arguments != arguments:
             faults.add(front, f"takes {found.arguments} arguments, here are {arguments}")
-        return found if found is not None and found.points and not any(found.faults()) else None
+        elif not any(found.faults()):
+            return found
+        return Curve(name, LEVEL[arguments])  # why it is none is told, and nothing else of formulas that hold it
 
     return map_quantities(thing, lambda one: with_tables(one, read))

@@ -309,11 +309,11 @@ def tables_in(thing: object) -> list[Curve]:
     return list(found)
 
 
-def with_tables(quantity: Quantity, read: Callable[[str, int], Curve | None]) -> Quantity:
+def with_tables(quantity: Quantity, read: Callable[[str, int], Curve]) -> Quantity:
     """Return the formula with tables in place of their names, of which `read` gives one of so many arguments."""
     args = tuple(with_tables(arg, read) for arg in quantity.args)
     if quantity.op is Op.SELECT and isinstance(quantity.value, str):
-        return replace(quantity, args=args, value=read(quantity.value, len(args)) or quantity.value)
+        return replace(quantity, args=args, value=read(quantity.value, len(args)))
     same = all(new is old for new, old in zip(args, quantity.args, strict=True))
     return quantity if same else replace(quantity, args=args)
 
