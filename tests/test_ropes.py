@@ -14,6 +14,7 @@ import sympy
 from engine.balance import balance
 from engine.mechanism import Mechanism
 from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
 from scipy.spatial import ConvexHull
 
 import symdyn
@@ -362,6 +363,52 @@ def test_a_run_ends_where_the_tension_vanishes() -> None:
 
     assert run.stopped == "tension_r"
     assert_allclose(-run.q[-1][1], (7.0**2 - 2 * 2 * G) / (3 * G), rtol=1e-8)  # where m v²/l is the weight's share
+
+
+def over_a_wheel(made: Any = rope, **law: Any) -> Scene:
+    """Return a mass on a rope that comes along a level way to the top of a wheel and hangs straight down beside it."""
+    moves = planar("moves", "ground", "bob", axis=Y, coordinates=["x", "z", "phi"], start=["1/2", 2, 0], drive=False)
+    over = made("r", [{"body": "ground", "at": [-1, 0, "1/2"]}, wheel("1/2"), "bob"], **law or {"length": "3 + pi/4"})
+    mass = body("bob", mass=1, inertia=[1, 1, 1], about="com")
+    return declared.scene("over", bodies=[mass], joints=[moves], ropes=[over])
+
+
+LIFTS = (
+    "rope r: what lies around its wheel on ground is nothing, or almost a turn; there the rope "
+    "takes another way, which these equations do not know"
+)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(("method", "speed"), [("dop853", 7.0), ("lsoda", 40.0), ("taylor", 40.0)])
+def test_a_run_ends_where_a_rope_lifts_off_its_wheel(method: Any, speed: float) -> None:
+    """With the wrap φ and s = l - r φ, s φ'' = g cos φ + r φ'²: the pendulum whose thread winds around a cylinder."""
+    with pytest.warns(RuntimeWarning, match="is nothing"):
+        run = symdyn.simulate(
+            over_a_wheel(), until=2, start_rates={"x": speed, "z": 0, "phi": 0}, method=method, rtol=1e-9
+        )
+    s, r = (lambda wrap: 2 + math.pi / 4 - wrap / 2), 0.5
+    event: Any = lambda t, y: y[0] - 0.001  # noqa: E731
+    event.terminal = True
+    found = solve_ivp(
+        lambda t, y: [y[1], (G * math.cos(y[0]) + r * y[1] ** 2) / s(y[0])], (0, 2), [math.pi / 2, -speed / 2],
+        events=event, rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+
+    assert run.stopped.endswith(f"s: {LIFTS}")
+    assert run.t[-1] == pytest.approx(found.t[-1], rel=1e-4)
+    assert_allclose(run.q[-1][:2], [2 + math.pi / 4, -0.5], atol=0.003)
+
+
+@pytest.mark.runs("cc")
+def test_an_elastic_rope_lifts_off_too_and_a_slow_one_stays() -> None:
+    stiff = over_a_wheel(elastic_rope, stiffness=3000, free="3 + pi/4")
+    for scene in (stiff, over_a_wheel()):
+        slow = symdyn.simulate(scene, until=2, start_rates={"x": 2.0, "z": 0, "phi": 0})
+        assert slow.complete
+    with pytest.warns(RuntimeWarning, match="is nothing"):
+        run = symdyn.simulate(stiff, until=2, start_rates={"x": 20.0, "z": 0, "phi": 0})
+    assert run.t[-1] < 0.3
 
 
 # What is said of it

@@ -19,6 +19,8 @@ from symdyn.dynamics.loops.reduction import (
     with_multipliers,
 )
 from symdyn.dynamics.mechanism.linear_solve import Factored, factored
+from symdyn.dynamics.mechanism.ropes import Taut
+from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, reachable, substitute
 from symdyn.unlocked import cached_property
@@ -91,8 +93,8 @@ class LoopWorkspace:
     def ends(self) -> list[tuple[Expr, str]]:
         """Functions whose zero ends the validity of the equations of motion, and messages; of trees too.
 
-        They are the determinant of the three axes of Euler angles, zero where the angles are singular; and
-        w² - FLAT² of a wheel, w being the sine of its lean.
+        They are the determinant of the three axes of Euler angles, zero where the angles are singular; w² - FLAT² of
+        a wheel, w being the sine of its lean; and what vanishes where a rope lifts off a wheel.
         """
         from symdyn.dynamics.mechanism.angles import angles_of  # with NumPy
 
@@ -100,6 +102,9 @@ class LoopWorkspace:
         found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
         least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
         found += [(one.sine * one.sine - least * least, one.fell_flat) for one in contact_gaps(scene, graph)]
+        placed = body_placements(scene, graph) if scene.ropes else {}
+        for rope in scene.ropes:
+            found += Taut(scene, graph).lifts(rope.name, rope.ends, placed)
         moving = {graph.symbol(name) for name in scene.coordinates}
         return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 

@@ -69,15 +69,38 @@ class Taut:
         """Return L of a rope, m; `poses` are X of its straight parts."""
         parts = [self.straight(*pair, X) for pair, X in zip(pairwise(ends), poses, strict=True)]
         total = [one.length for one in parts]
-        for wheel, X, before, after in zip(ends[1:-1], poses, parts, parts[1:], strict=False):
-            if wheel.turn:
-                comes = X.R.T @ before.direction
-                total.append(wheel.radius.express(self.graph) * self._wrap(wheel, comes, after.direction))
+        for wheel, cosine, sine in self._around(ends, poses, parts):
+            total.append(wheel.radius.express(self.graph) * self._wrap(cosine, sine))
         if ends[0].turn:
             total.append(-self._wound(ends[0], parts[0].direction))
         if ends[-1].turn:
             total.append(self._wound(ends[-1], poses[-1].R.T @ parts[-1].direction))
         return self.graph.total(total)
+
+    def _around(
+        self, ends: Sequence[Place], poses: Sequence[Transform], parts: Sequence[Straight]
+    ) -> Iterator[tuple[Place, Expr, Expr]]:
+        """Yield the wheels that a rope passes, with cosine and sine of the angle that it lies around each."""
+        for wheel, X, before, after in zip(ends[1:-1], poses, parts, parts[1:], strict=False):
+            if wheel.turn:
+                comes, leaves = X.R.T @ before.direction, after.direction
+                sine = dot(unit(wheel.axis, self.graph), cross(comes, leaves)) * wheel.turn
+                yield wheel, dot(comes, leaves), sine
+
+    def lifts(self, name: str, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Iterator[tuple[Expr, str]]:
+        """Yield what falls to zero where a rope lifts off a wheel that it passes, and words.
+
+        15 (1 - cos φ) + 8 sin φ is negative from 0.98 rad, 2 atan(8/15), before a whole turn to its end, and 0.001 rad
+        is left where L would jump.
+        """
+        poses = [X for *_, X in self._parts(ends, placed)]
+        parts = [self.straight(*pair, X) for pair, X in zip(pairwise(ends), poses, strict=True)]
+        for wheel, cosine, sine in self._around(ends, poses, parts):
+            yield (
+                (1 - cosine) * 15 + (sine - Fraction(1, 1000)) * 8,
+                f"rope {name}: what lies around its wheel on {wheel.body} is nothing, or almost a turn; "
+                "there the rope takes another way, which these equations do not know",
+            )
 
     def placed(self, ends: Sequence[Place], placed: Mapping[str, Transform]) -> Expr:
         """Return L of a rope, m, from the placement of every body."""
@@ -131,9 +154,8 @@ class Taut:
             )
         return axes[0]
 
-    def _wrap(self, wheel: Place, comes: Vec, leaves: Vec) -> Expr:
+    def _wrap(self, cosine: Expr, sine: Expr) -> Expr:
         graph = self.graph
-        cosine, sine = dot(comes, leaves), dot(unit(wheel.axis, graph), cross(comes, leaves)) * wheel.turn
         for quarters, (c, s) in enumerate(((1, 0), (0, 1), (-1, 0), (0, -1))):
             if self._vanishes(cosine - c) and self._vanishes(sine - s):
                 return graph.pi * quarters / 2
