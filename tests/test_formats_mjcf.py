@@ -249,9 +249,9 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
             "equality e: the tendon t runs through space, and its length is no sum of joint positions; delete it, or",
         ),
         (
-            body() + body('<joint name="k"/>', name="c") + body('<joint name="l"/>', name="d"),
-            TENDON.format('<joint joint="k" coef="2"/><joint joint="j" coef="1"/><joint joint="l" coef="1"/>', ""),
-            r"equality e: ties 3 joints \(k, j, l\), and a coupling ties two; delete it, .* \[constraints.NAME\]",
+            body(),
+            TENDON.format('<joint joint="j" coef="0"/>', ""),
+            r"equality e: ties 0 joints \(none\), and a coupling ties two or more; delete it, .* \[constraints.NAME\]",
         ),
         (
             body(),
@@ -571,6 +571,27 @@ def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path
                 a if coupled is None else float(dict(coupled.ratios)["q1"].at({})) * a + float(coupled.offset.at({}))
             )
             data.joint(joint.name).qpos[0] = value
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)
+
+
+def test_an_equality_of_a_fixed_tendon_ties_three_joints_as_mujoco_does(tmp_path: Path) -> None:
+    """2 (a - 0.3) + b - 4 c = 0.1: the outermost follows both others, as in a differential."""
+    joints = ('<joint name="a" ref="0.3"/>', '<joint name="b"/>', '<joint name="c"/>')
+    inside = "".join(body(one, name=f"on_{k}") for k, one in enumerate(joints))
+    coefs = "".join(f'<joint joint="{name}" coef="{x}"/>' for name, x in (("a", 2), ("b", 1), ("c", -4)))
+    around = '<compiler angle="radian"/>' + TENDON.format(coefs, "").replace(
+        'tendon1="t"', 'tendon1="t" polycoef="0.1 0 0 0 0"'
+    )
+    path = world(tmp_path, inside, around)
+    reading = mjcf.read(path, ReadOptions())
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, (tied,) = mujoco.MjData(model), (one.coupling for one in reading.scene.joints if one.coupling)
+
+    assert any("c follows a, b without give here" in note for note in reading.notes)
+    for a, b in ((0.3, 0.0), (-0.4, 1.1)):
+        slopes = [float(slope.at({})) for _, slope in tied.ratios]
+        data.qpos[:] = a, b, slopes @ np.array([a, b]) + float(tied.offset.at({}))
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)
 

@@ -5,7 +5,7 @@ Tendons whose length is a sum of joint positions (fixed tendons), and what an eq
     length = Σ c_j q_j                             of a fixed tendon
     (L1 - L1 ref) - a0 - a1 (L2 - L2 ref) = 0      an equality, L2 left out: a1 = 0; ref: as the file draws it
 
-so an equality of degree one is Σ k_j (q_j - q_j ref) = a0, a coupling where exactly two k_j are not zero. Reference:
+so an equality of degree one is Σ k_j (q_j - q_j ref) = a0, a coupling where two or more k_j are not zero. Reference:
 MuJoCo documentation, "XML Reference", tendon/fixed and equality/tendon.
 """
 
@@ -29,11 +29,11 @@ ADVICE = "delete it, convert to TOML, and write there what it does: [constraints
 
 
 class NoCouplingError(Exception):
-    """Why an equality of tendons couples no two joints."""
+    """Why an equality of tendons couples no joints."""
 
 
 def tied(mujoco: Any, model: Any, i: int, names: Sequence[str]) -> dict[int, float]:
-    """Return k_j of the joints that equality i ties, two of them.
+    """Return k_j of the joints that equality i ties, two or more.
 
     Args:
         mujoco: the package.
@@ -42,7 +42,7 @@ def tied(mujoco: Any, model: Any, i: int, names: Sequence[str]) -> dict[int, flo
         names: of the joints.
 
     Raises:
-        NoCouplingError: why it is no coupling of two joints.
+        NoCouplingError: why it is no coupling.
     """
     first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
     _, slope, *higher = (float(x) for x in model.eq_data[i][:5])
@@ -54,14 +54,11 @@ def tied(mujoco: Any, model: Any, i: int, names: Sequence[str]) -> dict[int, flo
     for joint, x in _coefficients(mujoco, model, second).items() if second >= 0 else ():
         found[joint] = found.get(joint, 0.0) - slope * x
     found = {joint: x for joint, x in found.items() if x}
-    if len(found) == 2:
+    if len(found) > 1:
         return found
-    tells = f"ties {len(found)} joints ({listed(names[j] for j in found)}), and a coupling ties two"
-    if len(found) == 1:
-        raise NoCouplingError(
-            f"{tells}; it holds this joint still: delete the joint, or lock it in TOML (locked = true)"
-        )
-    raise NoCouplingError(f"{tells}; {ADVICE}")
+    tells = f"ties {len(found)} joints ({listed(names[j] for j in found)}), and a coupling ties two or more"
+    advice = "it holds this joint still: delete the joint, or lock it in TOML (locked = true)" if found else ADVICE
+    raise NoCouplingError(f"{tells}; {advice}")
 
 
 def _coefficients(mujoco: Any, model: Any, tendon: int) -> dict[int, float]:
@@ -132,11 +129,12 @@ class Joints:
                 advice = "a joint1 that follows a joint2 by a polynomial a0 + a1 x is read; correct it or delete it"
                 faults.add(where, f"is no linear coupling of two joints; {advice}")
             else:
-                self.follow(follower, leader, model.eq_data[i], where, found)
+                a, slope = (float(x) for x in model.eq_data[i][:2])
+                self.follow(follower, {leader: slope}, a, where, found)
         return found
 
     def tendons(self, i: int, where: str, result: dict[int, dict[str, object]]) -> None:
-        """Collect an equality of fixed tendons that couples two joints; the outer one follows, if it is free to."""
+        """Collect an equality of fixed tendons that couples joints; the outermost follows that is free to."""
         try:
             ties = tied(self.mujoco, self.model, i, self.names)
         except NoCouplingError as reason:
@@ -147,20 +145,24 @@ class Joints:
             names = " and ".join(self.names[j] for j in ties)
             self.faults.add(where, f"ties {names}, and each of them follows another joint already; delete one of them")
             return
-        (leader,) = ties.keys() - {follower}
         offset = float(self.model.eq_data[i][0]) / ties[follower]
-        self.follow(follower, leader, (offset, -ties[leader] / ties[follower]), where, result)
+        slopes = {leader: -slope / ties[follower] for leader, slope in ties.items() if leader != follower}
+        self.follow(follower, slopes, offset, where, result)
 
     def follow(
-        self, follower: int, leader: int, data: Sequence[float], where: str, result: dict[int, dict[str, object]]
+        self, follower: int, slopes: Mapping[int, float], a: float, where: str, result: dict[int, dict[str, object]]
     ) -> None:
-        """Collect the coupling q₁ - ref₁ = a₀ + a₁ (q₂ - ref₂) of two joints as ratio and offset, with a note."""
-        ratio = quantity(float(data[1]))
-        start = folding.neg(folding.mul(ratio, self.reference(leader)))
-        offset = plus(plus(self.reference(follower), start), quantity(float(data[0])))
-        result[follower] = {"joint": self.names[leader], "ratio": ratio, "offset": offset}
-        names = f"{self.names[follower]} follows {self.names[leader]}"
-        self.faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
+        """Collect the coupling q₁ - ref₁ = a + Σ a_k (q_k - ref_k) as ratios and offset, with a note."""
+        ratios = {leader: quantity(slope) for leader, slope in slopes.items()}
+        offset = self.reference(follower)
+        for leader, ratio in ratios.items():
+            offset = plus(offset, folding.neg(folding.mul(ratio, self.reference(leader))))
+        names = {self.names[leader]: ratio for leader, ratio in ratios.items()}
+        (one, ratio), *more = names.items()
+        leads = {"ratios": names} if more else {"joint": one, "ratio": ratio}
+        result[follower] = leads | {"offset": plus(offset, quantity(a))}
+        told = f"{self.names[follower]} follows {listed(names)} without give here; MuJoCo's constraint is soft"
+        self.faults.note(where, told)
 
     def loop(self, i: int, where: str) -> Entry:
         """Return a connect constraint as a spherical joint that closes a loop, a weld as a fixed one.
