@@ -146,7 +146,7 @@ RATIOS = '{ ratios = { s = "zs/(zs + zr)", r = "zr/(zs + zr)" } }'
         ('{ ratios = { s = 1, c = 1 } }', "mimic: the joint follows itself: c -> c; give one a coordinate"),
         ('{ ratios = {} }', "ratios names no joint; write mimic = { ratios ="),
         ('{ ratios = 2 }', "ratios = 2 is not a table; write mimic = { ratios ="),
-        ('{ joint = "s", ratios = { r = 1 } }', "ratios names all that it follows; leave joint, coordinate and ratio"),
+        ('{ joint = "s", ratios = { r = 1 } }', "ratios names all that it follows; leave joint out"),
         ('{ ratios = { s = "1 m", r = 1 } }', "mimic"),
         ('{ ratios = { s = "zx", r = 1 } }', "mimic.ratios.q1 = zx uses the undefined symbol zx"),
     ],

@@ -60,6 +60,29 @@ def cylinder(t: float, x: Any) -> list[float]:
     return [v, (8e-4 * (p1 - p2) - 300 * v) / 50, *rates]
 
 
+def delay(t: float, x: Any) -> list[float]:
+    """Padé's quotient as it is written: y = z - T z'/2 + T² z''/12 where u = z + T z'/2 + T² z''/12."""
+    x, v, z, dz = x
+    u, T = 20 * (0.5 - x) - 10 * v, 0.1
+    ddz = (u - z - T * dz / 2) * 12 / T**2
+    return [v, (z - T * dz / 2 + T**2 * ddz / 12) / 2, dz, ddz]
+
+
+def warm_motor(t: float, x: Any) -> list[float]:
+    _, w, warm, housing = x
+    R = 0.8 * (1 + 0.0039 * warm)
+    i = (12 - 0.09 * w) / R
+    flow = (warm - housing) / 0.6
+    turn = (0.09 * i - 3 * 9.81 * 0.02) / (4e-4 + 3 * 0.02**2)
+    return [w, turn, (R * i**2 - flow) / 60, (flow - housing / 1.8) / 900]
+
+
+def worm(t: float, x: Any) -> list[float]:
+    phi, theta, w, v = x
+    T = 2e4 * (phi / 30 - theta) + 40 * (w / 30 - v)
+    return [w, v, (3.5 - T / 30 - abs(T / 30) * (1 / 0.7 - 1) * tanh(w / 0.5)) / 2e-4, (T - 60) / 0.05]
+
+
 HAND: Mapping[str, tuple[Rates, list[float], float]] = {
     "dc_motor": (dc_motor, [0, 0, 0, 0], 0.2),
     "servo": (servo, [0, 0, 0], 2.0),
@@ -68,6 +91,9 @@ HAND: Mapping[str, tuple[Rates, list[float], float]] = {
     "muscle": (muscle, [0, 0, 0.05], 0.5),
     "caster": (caster, [0.01, 0, 0], 0.5),
     "cylinder": (cylinder, [0, 0, 5e6, 5e6], 0.05),
+    "delay": (delay, [0, 0, 0, 0], 1.0),
+    "warm_motor": (warm_motor, [0, 0, 0, 0], 2.0),
+    "worm": (worm, [0, -0.003, 0, 0], 0.1),
 }
 
 
@@ -97,6 +123,17 @@ def test_a_caster_shimmies_from_the_speed_on_that_routh_and_hurwitz_say() -> Non
         assert (system.poles.real.max() < 0) == stable
         expected = np.roots([J, d + J * V / s, (d * V + C * a**2) / s, C * a * V / s])
         np.testing.assert_allclose(np.sort_complex(system.poles), np.sort_complex(expected), rtol=1e-9)
+
+
+def test_a_delay_has_the_poles_of_pade_s_quotient() -> None:
+    m, kp, kd, T = 2, 20, 10, 0.1
+    above, below = [T**2 / 12, -T / 2, 1], [T**2 / 12, T / 2, 1]
+    expected = np.roots(np.polyadd(np.polymul([m, 0, 0], below), np.polymul([kd, kp], above)))
+    found = symdyn.linearize(symdyn.example("delay"), start={"x": 0.5}).poles
+
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-9)
+    late = np.polyval(above, 5j) / np.polyval(below, 5j)  # half a radian late, to the fifth order
+    assert abs(late - np.exp(-0.5j)) < 0.5**5 / 700
 
 
 @pytest.mark.runs("cc")

@@ -316,6 +316,8 @@ class MimicKeys(TypedDict, total=False):
     joint: str
     coordinate: str
     ratio: Number
+    radii: Sequence[Number]
+    mesh: Literal["external", "internal"]
     ratios: Mapping[str, Number]
     offset: Number
 
@@ -384,17 +386,15 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         parent: the body that carries it, or "ground".
         child: the body it carries.
         **keys: as in a TOML file, those of its type (see `JOINTS`) among them:
-        origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a
-            Pose.
+        origin: from the parent's body frame to the joint frame: {"xyz": .., "rpy": ..}, [x, y, z], steps or a Pose.
         tip: from the moved joint frame to the child's body frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
         coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
-        drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
-            one of these for every velocity.
+        drive: name of the driving force or torque; True for tau1, tau2, ..., False: none; a list of these for several.
         force: generalized force beside the drive, N m or N, in what moves, inputs and t; a list for several.
-        mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
-            coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
-            with several; {"ratios": {name: ratio, ...}, "offset": 0} follows several, as in a differential gear.
+        mimic: {"joint": name, "ratio": 1, "offset": 0}, position = ratio · position of that joint + offset, in place
+            of a coordinate; {"coordinate": name, ...} of a joint with several; {"joint": name, "radii": [its r, own r],
+            "mesh": "external"} of wheels; {"ratios": {name: ratio, ...}} of several, as in a differential gear.
         armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.

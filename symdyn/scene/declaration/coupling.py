@@ -1,6 +1,7 @@
 """Joints that follow other joints: from the joints that `mimic` names to the coordinates at the ends of the chains.
 
 position of a joint = Σ ratio · position of a joint that it follows + offset
+ratio of wheels that mesh = ∓ radius of the one that is followed / own radius, + where one has its teeth inside
 
 Locked joints: declared to move, told to stand still. What comes out is a scene in which they are fixed.
 
@@ -17,23 +18,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import Any
 
 from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError, suggestion
+from symdyn.errors import SceneError, listed, suggestion
 from symdyn.scene.declaration.dimensions import analysed
 from symdyn.scene.declaration.draft import draft_of, uses
 from symdyn.scene.joints.joint_table import JOINTS, resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.dimensional_analysis import fits, fits_place, with_unit
-from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, show, shown
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Coupling, Joint, Strut, acceleration_name, velocity_name
-from symdyn.scene.values.key import Key, KeyGroup, keys_of, number, raw_of, word
+from symdyn.scene.values.key import Key, KeyGroup, coefficients, keys_of, number, one_of, raw_of, word
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity
-from symdyn.scene.values.shape import FLAG, NUMBER, described
+from symdyn.scene.values.shape import FLAG, NUMBER, described, several
 from symdyn.scene.values.unit import Unit, UnitError
 
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
@@ -57,9 +59,27 @@ RATIOS: Key[tuple[tuple[str, Quantity], ...]] = Key("ratios", _ratios, (), shape
 
 OFFSET = number("offset")
 
-MIMIC: tuple[Key[str] | Key[Quantity] | Key[tuple[tuple[str, Quantity], ...]], ...] = (
-    LEADER, word("coordinate", ""), RATIO, RATIOS, OFFSET,
-)  # fmt: skip
+WHEELS = 'write mimic = { joint = "pinion", radii = ["r1", "r2"] }, of the pinion and its own, or both numbers of teeth'
+
+
+def _radii(table: EntryReader, key: str, usual: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    radii = coefficients(table, key, usual)
+    if len(radii) != 2:
+        table.fault(f"{key} = {show(table.raw[key])} is no list of two; {WHEELS}")
+    for radius in radii:
+        if (value := radius.known_at({})) is not None and value <= 0:
+            table.fault(f"{key}: {shown(radius)} is that of no wheel; give two above zero, and mesh for the direction")
+            return usual
+    return radii if len(radii) == 2 else usual
+
+
+RADII = Key("radii", _radii, (Quantity.ONE, Quantity.ONE), shape=several(NUMBER, 2))
+
+OUTSIDE, INSIDE = "external", "internal"
+
+MESH = one_of("mesh", (OUTSIDE, INSIDE), "whether both turn in one direction, as a belt and a ring gear do", OUTSIDE)
+
+MIMIC: tuple[Key[Any], ...] = (LEADER, word("coordinate", ""), RATIO, RADII, MESH, RATIOS, OFFSET)
 """What `mimic` says."""
 
 
@@ -72,11 +92,13 @@ class Mimic:
         offset: position = Σ ratio · (that of a leader) + offset.
         key: what the names were declared under: "joint", of a joint with one coordinate or none of its own;
             "coordinate", of a coordinate of a joint that has several; "ratios", of either.
+        meshes: whether both are wheels, and the ratio is that of their radii.
     """
 
     ratios: tuple[tuple[str, Quantity], ...]
     offset: Quantity = Quantity.ZERO
     key: str = "joint"
+    meshes: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,8 +116,8 @@ def read_mimic(table: EntryReader) -> Mimic | None:
         return None
     inner = table.inner("mimic", keys_of(MIMIC), ADVICE)
     if RATIOS.name in inner:
-        if any(key in inner for key in ("joint", "coordinate", "ratio")):
-            inner.fault("ratios names all that it follows; leave joint, coordinate and ratio out")
+        if extra := [key for key in ("joint", "coordinate", "ratio", "radii", "mesh") if key in inner]:
+            inner.fault(f"ratios names all that it follows; leave {listed(extra)} out")
         ratios = RATIOS.declared(inner)
         if not ratios:
             inner.fault(f"ratios names no joint; {SEVERAL}")
@@ -107,8 +129,22 @@ def read_mimic(table: EntryReader) -> Mimic | None:
     leader = "" if "coordinate" in inner else LEADER.declared(inner)
     if not (coordinate or leader):
         table.faults.nameless(table.entry.where, "mimic", "")
-    key = "coordinate" if coordinate else "joint"
-    return Mimic(((coordinate or leader, RATIO.declared(inner)),), OFFSET.declared(inner), key)
+    key, meshes = "coordinate" if coordinate else "joint", RADII.name in inner
+    if meshes and "ratio" in inner:
+        inner.fault("radii and ratio both say how far it turns; write one of them")
+    if MESH.name in inner and not meshes:
+        inner.fault(f"mesh is that of two wheels; {WHEELS}")
+    ratio = _of_wheels(inner) if meshes else RATIO.declared(inner)
+    return Mimic(((coordinate or leader, ratio),), OFFSET.declared(inner), key, meshes)
+
+
+def _of_wheels(table: EntryReader) -> Quantity:
+    """Return the ratio of two wheels that mesh."""
+    led, own = RADII.declared(table)
+    for radius in (led, own):
+        fits_place(table, RADII.name, radius, ("m", "1"))
+    ratio = folding.div(led, own)
+    return ratio if MESH.declared(table) == INSIDE else folding.neg(ratio)
 
 
 def said_mimic(follows: Coupling | None, leaders: Mapping[str, str]) -> dict[str, object]:
@@ -150,6 +186,8 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
                 mimic = mimics[path.pop()]
                 assert mimic is not None, "a joint with a coordinate of its own is settled"
                 _check_units(mimic, leaders[k], joints[k], joints, tables[k])
+                if mimic.meshes:
+                    _check_wheels(mimic.ratios[0][0], leaders[k][0], joints[k], joints, tables[k])
                 settled[k] = _chain(mimic, leaders[k], settled, tables[k])
     return tuple(
         joint if mimic is None else replace(joint, coupling=settled[k])
@@ -203,6 +241,13 @@ def _followed_coordinate(name: str, said: str, key: str, joints: Sequence[Joint]
     return name
 
 
+def _followed(one: _Leader, joints: Sequence[Joint]) -> Joint | None:
+    """Return the joint that is followed, None where it is not known."""
+    if one.joint is not None:
+        return joints[one.joint]
+    return next((other for other in joints if one.coordinate in other.coordinates), None)
+
+
 def _check_units(
     mimic: Mimic, leaders: Sequence[_Leader], joint: Joint, joints: Sequence[Joint], table: EntryReader
 ) -> None:
@@ -218,8 +263,7 @@ def _check_units(
     )
     known = False
     for (name, ratio), one in zip(mimic.ratios, leaders, strict=False):
-        leader = next((other for other in joints if one.coordinate in other.coordinates), None)
-        leader = leader if one.joint is None else joints[one.joint]
+        leader = _followed(one, joints)
         if leader is None:
             continue
         known, units = True, JOINTS[leader.type].coordinates(leader)
@@ -228,6 +272,25 @@ def _check_units(
         fits_place(ratios, key, ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
     if known:
         fits_place(inner, "offset", mimic.offset, own)
+
+
+def _check_wheels(name: str, one: _Leader, joint: Joint, joints: Sequence[Joint], table: EntryReader) -> None:
+    """Report radii of what does not turn, or of wheels on two bodies, whose ratio would leave out how these turn."""
+    leader = _followed(one, joints)
+    if leader is None:
+        return
+    for wheel in (leader, joint):
+        if JOINTS[wheel.type].coordinates(wheel) != ("rad",):
+            table.fault(
+                f"mimic.radii are those of two wheels that turn, and {wheel.name} is a {wheel.type} joint; of a rack "
+                f'write ratio = "r", of a screw ratio = "lead/(2*pi)"'
+            )
+            return
+    if leader.parent != joint.parent:
+        table.fault(
+            f"mimic.radii: {name} turns on {leader.parent} and {joint.name} on {joint.parent}, so that a third angle "
+            'counts; write ratios, as of a planet on a carrier ratios = { sun = "-rs/rp", carrier = "rs/rp" }'
+        )
 
 
 def _chain(mimic: Mimic, leaders: Sequence[_Leader], settled: Mapping[int, Coupling], table: EntryReader) -> Coupling:
