@@ -12,6 +12,7 @@ import symdyn
 from symdyn.errors import SceneError
 from symdyn.scene import body, prismatic, revolute, scene
 from symdyn.scene.toml import read_text, write_text
+from symdyn.simulation import Trajectory
 
 PAIR = """
 name = "pair"
@@ -157,7 +158,7 @@ def test_wheels_on_two_bodies_and_slides_are_told() -> None:
 # A worm, whose friction goes by the direction of its power
 
 
-def slope(run: symdyn.Trajectory, part: float = 0.5) -> float:
+def slope(run: Trajectory, part: float = 0.5) -> float:
     """Return the acceleration of the worm over the last part of a run, after its teeth have come to rest."""
     late = run.t >= run.t[-1] * part
     return float(np.polyfit(run.t[late], run["phi_dot"][late], 1)[0])

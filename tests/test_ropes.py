@@ -387,12 +387,12 @@ def test_a_run_ends_where_a_rope_lifts_off_its_wheel(method: Any, speed: float) 
         run = symdyn.simulate(
             over_a_wheel(), until=2, start_rates={"x": speed, "z": 0, "phi": 0}, method=method, rtol=1e-9
         )
-    s, r = (lambda wrap: 2 + math.pi / 4 - wrap / 2), 0.5
+    length, r = 2 + math.pi / 4, 0.5
     event: Any = lambda t, y: y[0] - 0.001  # noqa: E731
     event.terminal = True
     found = solve_ivp(
-        lambda t, y: [y[1], (G * math.cos(y[0]) + r * y[1] ** 2) / s(y[0])], (0, 2), [math.pi / 2, -speed / 2],
-        events=event, rtol=1e-11, atol=1e-12,
+        lambda t, y: [y[1], (G * math.cos(y[0]) + r * y[1] ** 2) / (length - r * y[0])],
+        (0, 2), [math.pi / 2, -speed / 2], events=event, rtol=1e-11, atol=1e-12,
     )  # fmt: skip
 
     assert run.stopped.endswith(f"s: {LIFTS}")

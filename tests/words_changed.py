@@ -93,7 +93,7 @@ FOOT = {
     "bodies__foot": {"mass": 1},
     "joints__foot": {"type": "prismatic", "parent": "cart", "child": "foot", "axis": [0, 0, 1], "coordinate": "q3"},
 }
-WHEEL_ON_CART = {
+PINION = {
     "bodies__foot": {"inertia": [1, 1, 1], "inertia_about": "com"},
     "joints__foot": {"type": "revolute", "parent": "cart", "child": "foot", "coordinate": "q3"},
 }
@@ -157,8 +157,8 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/mimic/ratio", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
     row("joints/pin/mimic/offset", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
     row("joints/pin/mimic/ratios", {"q1": 2}, {"q1": 3}, joints__pin__mimic={}),
-    row("joints/pin/mimic/radii", [1, 2], [1, 3], joints__pin__mimic={"joint": "foot"}, **WHEEL_ON_CART),
-    row("joints/pin/mimic/mesh", "internal", ABSENT, joints__pin__mimic={"joint": "foot", "radii": [1, 2]}, **WHEEL_ON_CART),
+    row("joints/pin/mimic/radii", [1, 2], [1, 3], joints__pin__mimic={"joint": "foot"}, **PINION),
+    row("joints/pin/mimic/mesh", "internal", ABSENT, joints__pin__mimic={"joint": "foot", "radii": [1, 2]}, **PINION),
     row("joints/pin/armature", 0.5, 0.6),
     row("joints/pin/rotor", {"inertia": 0.1, "gear": 3}, {"inertia": 0.1, "gear": 4}),
     row("joints/pin/rotor/inertia", 0.1, 0.2, joints__pin__rotor={"gear": 3}),

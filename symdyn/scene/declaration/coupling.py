@@ -73,7 +73,7 @@ def _radii(table: EntryReader, key: str, usual: tuple[Quantity, ...]) -> tuple[Q
     return radii if len(radii) == 2 else usual
 
 
-RADII = Key("radii", _radii, (Quantity.ONE, Quantity.ONE), shape=several(NUMBER, 2))
+RADII = Key[tuple[Quantity, ...]]("radii", _radii, (Quantity.ONE, Quantity.ONE), shape=several(NUMBER, 2))
 
 OUTSIDE, INSIDE = "external", "internal"
 
