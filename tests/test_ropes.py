@@ -458,6 +458,23 @@ def test_a_lesson_says_what_it_keeps_and_what_its_multiplier_is() -> None:
     assert "the tension of rope r, positive where it pulls" in page
 
 
+def test_a_lesson_names_slopes_that_are_longer_than_a_page() -> None:
+    page = markdown(walkthrough(over_a_wheel(), until="equations"))["over.md"]
+
+    assert r"\begin{bmatrix} J_{11} & J_{12} & 0 \end{bmatrix}" in page
+
+
+def test_a_lesson_by_d_alembert_asks_no_drive_for_a_motion_that_none_gives() -> None:
+    bodies = [body("a", mass=2), body("b", mass=3), body("c", mass=1, com=[0, 0, -1])]
+    swings = revolute("h", "b", "c", axis=Y, coordinate="th", drive=False)
+    joints = [hanging("a", "-1/2", drive="F"), hanging("b", "1/2", 2), swings]
+    ropes = [rope("r", ["a", wheel("1/2"), "b"], length="3 + pi/2")]
+    hung = declared.scene("hung", bodies=bodies, joints=joints, ropes=ropes)
+
+    page = markdown(walkthrough(hung, formulation="dalembert"))["hung.md"]
+    assert "The reactions obey the laws of mechanics." in page
+
+
 ROUTE = (
     'write through = ["hook", "pulley", "load"], each the name of a body or point or { body = "NAME", at = [0, 0, 0] '
     '}, or a wheel, { body = "NAME", radius = 0.1, turn = "left" }'

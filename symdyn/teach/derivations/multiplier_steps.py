@@ -13,7 +13,7 @@ from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.derivations.constrained import Condition, Constrained
-from symdyn.teach.derivations.velocities import folded, length
+from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 
@@ -136,11 +136,12 @@ def _accelerations(lesson: Constrained) -> Step:
 
 
 def _matrix(lesson: Constrained) -> Step:
-    """Return the matrix of all A_ki."""
+    """Return the matrix of all A_ki, those longer than a page by their names."""
     lesson.name("A:", "J", node=None)
     cells = [(slope(lesson, tie, i), f"A:{tie.number},{i + 1}") for tie in lesson.ties for i in range(lesson.state.n)]
     forms, names = zip(*cells, strict=True)
-    matrix = Matrix("A:", tuple(forms), tuple(names), width=lesson.state.n)
+    forms = tuple(form if length(form) <= PAGE else Symbol(name) for form, name in cells)
+    matrix = Matrix("A:", forms, tuple(names), width=lesson.state.n)
     columns = together([named(u) for u in lesson.state.qd])
     return Step("ties.matrix", lesson.say("ties.matrix", columns=columns), (matrix,), lesson.say("ties.matrix.reason"))
 

@@ -257,7 +257,10 @@ def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Tab
 
 
 def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) -> dict[int, Expr]:
-    """Return what Lagrange's equations with multipliers ask of the drives that the scene has; {} where that is open."""
+    """Return what Lagrange's equations with multipliers ask of the drives that the scene has; {} where that is open.
+
+    With fewer drives than degrees of freedom not every motion is possible, and none is asked for one that is not.
+    """
     scene = lesson.scene
     try:
         tau = derive_one(lesson.workspace, "inverse_dynamics", "lagrange").entries
@@ -267,7 +270,8 @@ def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) 
     found = dict(zip(places, tau, strict=True))
     passive = lesson.system.passive
     asked = {u: found[one.joint, one.number] for u, one in drives.items() if one not in passive}
-    return asked if determined(lesson, chosen, list(asked)) else {}
+    free = lesson.state.n - len(lesson.workspace.loops.decisions.independent_rows)
+    return asked if len(asked) >= free and determined(lesson, chosen, list(asked)) else {}
 
 
 def _driven(lesson: Balance) -> list[Expr]:
