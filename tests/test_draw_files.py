@@ -16,7 +16,7 @@ from browser import chromium, window
 from symdyn.draw import free_body, picture
 from symdyn.draw.paint import painted
 from symdyn.draw.pictures import drawing
-from symdyn.draw.plots import outlined
+from symdyn.draw.plots import FilledFigure, outlined
 from symdyn.draw.style import SCHEMES, Text
 from symdyn.draw.svg import Drawing, svg
 from symdyn.errors import DrawError
@@ -169,3 +169,19 @@ def test_faults_come_before_work_and_say_what_would_work(tmp_path: Path, monkeyp
     with pytest.raises(DrawError, match=r'pip install "symdyn\[plot\]"'):
         picture(scene, file=tmp_path / "a.pdf")
     assert picture(scene, file=tmp_path / "a.svg") == (tmp_path / "a.svg").read_text()
+
+
+def test_a_plot_is_the_same_whatever_the_last_digits_of_its_layout_are(monkeypatch):
+    engine = pytest.importorskip("matplotlib.layout_engine").ConstrainedLayoutEngine
+    plot = FilledFigure("pendulum", (4, 3), lambda figure: figure.subplots(2).flat[0].plot([0, 1], [1, 0]))
+    first, place = plot.picture("svg"), engine.execute
+
+    def elsewhere(self, figure):
+        place(self, figure)
+        for axes in figure.axes:
+            axes.set_position([x + 1e-14 for x in axes.get_position(original=True).bounds])
+            axes.set_in_layout(True)
+
+    monkeypatch.setattr(engine, "execute", elsewhere)
+
+    assert plot.picture("svg") == first

@@ -190,7 +190,7 @@ def test_what_is_printed_for_sympy_runs(
     assert space["equation"].lhs == space["M"] * space["qdd_"] + space["c"] + space["g"]
 
 
-QUICK, ALL = ["numpy", "c"], ["ufunc", "js", "cpp", "rust", "gpu", "casadi"]
+QUICK, ALL = ["numpy", "c"], ["ufunc", "js", "cpp", "rust", "casadi"]
 
 
 @pytest.mark.long(0)
@@ -199,3 +199,9 @@ QUICK, ALL = ["numpy", "c"], ["ufunc", "js", "cpp", "rust", "gpu", "casadi"]
 def test_targets_are_proved_and_measured(target: str, named: symdyn.Scene) -> None:
     found = symdyn.certify(named, ["inverse_dynamics", "forward_dynamics", "pose:t"], targets=[target])
     assert found.passed, str(found)
+
+
+@pytest.mark.targets
+def test_kernels_are_proved_and_measured(named: symdyn.Scene) -> None:
+    pytest.importorskip("pyopencl")
+    test_targets_are_proved_and_measured("gpu", named)

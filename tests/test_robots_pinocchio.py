@@ -214,7 +214,7 @@ def test_a_robot_that_is_written_and_read_again_is_the_same(path, tmp_path):
     n = len(scene.coordinates)
     q = np.random.default_rng(1).uniform(-2, 2, n)
 
-    assert [line for line in write_text(scene).lost if "--allow-invalid-inertia" not in line] == []
+    assert [line for line in write_text(scene).lost if "allow_invalid_inertia" not in line] == []
     assert again == scene or relative(mass_matrix(again, q), mass_matrix(scene, q)) <= 1e-14
 
 

@@ -10,7 +10,7 @@ from symdyn.emit import TARGETS
 from symdyn.verify.written import READERS
 
 SAMPLE = 25
-PROGRAMS = {"c": "cc", "cpp": "g++", "gpu": "g++"}
+PROGRAMS = {"c": "cc", "cpp": "g++", "gpu": "g++", "matlab": "octave-cli"}
 
 CASES = [
     pytest.param(name, option, marks=pytest.mark.runs(*[PROGRAMS[name]] if name in PROGRAMS else []))

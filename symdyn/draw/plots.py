@@ -91,8 +91,33 @@ def settings(more: Mapping[str, Any]) -> Iterator[None]:
 def saved(figure: Any, kind: str, dpi: float) -> bytes:
     """Return a figure as a file of a kind of `METADATA`; the same figure, the same bytes."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=kind, dpi=dpi, metadata=METADATA[kind])
+    with _placed(figure):
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=METADATA[kind])
     return buffer.getvalue()
+
+
+@contextlib.contextmanager
+def _placed(figure: Any) -> Iterator[None]:
+    """Have the axes of a figure where its layout puts them, rounded: its last digits differ from run to run."""
+    layout = figure.get_layout_engine()
+    if layout is None:
+        yield
+        return
+    place = layout.execute
+
+    def rounded(figure: Any) -> Any:
+        found = place(figure)
+        for axes in figure.axes:
+            kept = axes.get_in_layout()
+            axes.set_position([round(x, 9) for x in axes.get_position(original=True).bounds])
+            axes.set_in_layout(kept)
+        return found
+
+    layout.execute = rounded
+    try:
+        yield
+    finally:
+        del layout.execute
 
 
 MOST_POINTS = 20_000
