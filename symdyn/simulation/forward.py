@@ -17,6 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
+from symdyn.dynamics.contacts import with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneLike
@@ -24,6 +25,7 @@ from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
+from symdyn.simulation.equations.contact_modes import begun
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.system import Projection, StateEquations
@@ -214,6 +216,8 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(simulate, locals())
+    if problem.scene.unilaterals:
+        problem = replace(problem, scene=with_modes(problem.scene))
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)
     scene, formulas, faults = problem.scene, (*map(str, run.stops), *reports), Faults("")
@@ -230,6 +234,7 @@ def simulate(
     system = replace(system, loop=outside.begun(scene, initial, run.until))
     own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
     x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
+    x = begun(system, x)
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)

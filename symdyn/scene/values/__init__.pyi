@@ -17,6 +17,7 @@ from .grammar import (
 )
 from .joint import (
     Contact as Contact,
+    Unilateral as Unilateral,
     Element as Element,
     Joint as Joint,
     Load as Load,

@@ -177,6 +177,46 @@ class Contact(Row):
 
 
 @dataclass(frozen=True)
+class Unilateral(Element):
+    """A contact that opens and closes: a place of a body over a plane, 0 ≤ g ⊥ λ ≥ 0, with friction and impacts.
+
+    Attributes:
+        type: "point", "ball" or "wheel".
+        place, axis, radius, plane: as of a `Contact`; g is the height of the lowest point over the plane, m.
+        restitution: e, 0 to 1.
+        friction: of Coulomb, while it slips.
+        static: while it sticks; None for the same.
+        law: of impacts, "poisson" or "newton".
+    """
+
+    type: str
+    place: Place
+    axis: Vector | None = None
+    radius: Quantity = Quantity.ZERO
+    plane: Plane = Plane()
+    restitution: Quantity = Quantity.ZERO
+    friction: Quantity = Quantity.ZERO
+    static: Quantity | None = None
+    law: str = "poisson"
+
+    @property
+    def kind(self) -> str:
+        """The row of `FORCES` that tells about it."""
+        return self.type
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The point, or the centre of the ball or the wheel."""
+        return (self.place,)
+
+    @property
+    def closed(self) -> Contact:
+        """The rows that hold it closed and sticking."""
+        every = ("normal", "along", "across")
+        return Contact(self.name, "rolling", self.place, self.axis, self.radius, self.plane, every)
+
+
+@dataclass(frozen=True)
 class Coupling:
     """A joint that follows coordinates of others: its position is Σ ratio · coordinate + offset.
 

@@ -22,7 +22,18 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
-from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
+from symdyn.scene.values.joint import (
+    Contact,
+    Element,
+    Joint,
+    JointOrder,
+    Load,
+    Row,
+    Strut,
+    Unilateral,
+    acceleration_name,
+    order_of,
+)
 from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.shown import Shown
@@ -188,6 +199,11 @@ class Scene(Shown):
     def contacts(self) -> tuple[Contact, ...]:
         """The constraints that are contacts with planes."""
         return tuple(one for one in self.constraints if isinstance(one, Contact))
+
+    @cached_property
+    def unilaterals(self) -> tuple[Unilateral, ...]:
+        """The contacts that open and close."""
+        return tuple(one for one in self.elements if isinstance(one, Unilateral))
 
     @cached_property
     def ropes(self) -> tuple[Element, ...]:

@@ -47,6 +47,7 @@ class EventKind:
         text: what it is called where neither a limit, an end nor a user's formula says that.
         changes: which entries of x jump.
         bends: whether equations bend there: nothing is said, and integrators begin anew.
+        contact: which contact changes its mode there, and what it does.
     """
 
     guard: Expr
@@ -58,6 +59,12 @@ class EventKind:
     text: str = ""
     changes: tuple[int, ...] = ()
     bends: bool = False
+    contact: tuple[int, str] | None = None
+
+    @property
+    def halts(self) -> bool:
+        """Whether something is changed there."""
+        return bool(self.update) or self.contact is not None
 
 
 def event_kinds(
@@ -129,12 +136,12 @@ def jumped(
         x = system.behind(events, t, x)
         events = [k for k in crossed(before, system.evaluate("events", t, x), system.kinds) if k not in zero]
         more += events
-        if any(stops[k] for k in events) or not any(system.kinds[k].update for k in events):
+        if any(stops[k] for k in events) or not any(system.kinds[k].halts for k in events):
             return x, more, zero
     raise ArithmeticError("jumps follow each other without end")
 
 
 def crossed(before: Array, after: Array, kinds: Sequence[EventKind]) -> list[int]:
     """Return the kinds of events that a jump passes, from values of their guards before and behind it."""
-    passed = np.flatnonzero(before * after < 0).tolist()
+    passed = [k for k in np.flatnonzero(before * after < 0).tolist() if kinds[k].contact is None]
     return [k for k in passed if not kinds[k].direction or after[k] * kinds[k].direction > 0]

@@ -26,7 +26,7 @@ Reference: Eich, Convergence results for a coordinate projection method applied 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -41,6 +41,7 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
+from symdyn.simulation.equations.contact_modes import Contacts, settled
 from symdyn.simulation.equations.control_loop import NOTHING, Loop
 from symdyn.simulation.equations.events import EventKind
 from symdyn.simulation.equations.monitors import Candidates, Limit
@@ -114,6 +115,7 @@ class StateEquations:
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
     _made: dict[Any, Any] = field(default_factory=dict, repr=False)
     loop: Loop | None = field(default=None, repr=False)
+    contacts: Contacts | None = field(default=None, repr=False)
 
     def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
         """Return the same equations at the values of a scene, and under tables of forces, that they were written for.
@@ -166,15 +168,22 @@ class StateEquations:
     @property
     def jumps(self) -> bool:
         """Whether something is changed at an event."""
-        return any(kind.update for kind in self.kinds)
+        return any(kind.halts for kind in self.kinds)
 
     def behind(self, events: Iterable[int], t: float, x: Array) -> Array:
         """Return the state behind events of some kinds at once, shape (nx,); each sees the state before."""
-        found = x.copy()
-        for k in events:
+        found, happened = x.copy(), list(events)
+        for k in happened:
             if changes := list(self.kinds[k].changes):
                 found[changes] = self.evaluate(f"update{k}", t, x)[changes]
-        return found
+        settled = [self.kinds[k].contact for k in happened]
+        return self.settled(t, found, [one for one in settled if one is not None])
+
+    def settled(self, t: float, x: Array, events: Sequence[tuple[int, str]]) -> Array:
+        """Return the state behind events of contacts, at least one; x where there is none."""
+        if self.contacts is None or not events:
+            return x
+        return settled(self, t, x, events)
 
     def residue(self, events: Iterable[int], t: float, x: Array) -> dict[int, float]:
         """Return what is zero of the guards of events that happen at a state, and of others with such a guard."""

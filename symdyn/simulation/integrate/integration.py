@@ -69,7 +69,7 @@ class InitialValueProblem:
 
     def halts(self, event: int) -> bool:
         """Tell whether an integrator halts at an event: it ends the run, or something jumps."""
-        return self.stops[event] or bool(self.system.kinds[event].update)
+        return self.stops[event] or self.system.kinds[event].halts
 
     @property
     def bends(self) -> Collection[int]:

@@ -397,6 +397,8 @@ class Watch:
         if self.problem.residue:  # those that have just passed, on interpolants that begin with an error of a step
             off = self._moved(t, x, self.problem.rtol * np.abs(x) + self.problem.atol)
             for k, residue in self.problem.residue.items():
+                if self.kinds[k].contact is not None:  # it has been brought to zero
+                    continue
                 found[k] = max(found[k], residue, off[k])
                 if residue < abs(self.values[k]) <= off[k] and t == self.problem.begin:
                     why = f"{self.kinds[k].text} comes again within the tolerance after t = {t:.9g} s"

@@ -1,0 +1,135 @@
+"""Contacts that open and close: a point, a ball or a wheel over a plane of another body, with friction and impacts.
+
+    g    height of the lowest point over the plane, m          n    its Jacobian: ġ = n u
+    s    velocity of that point along the plane, s = t u       λ    normal and tangential force, N
+
+    0 ≤ g ⊥ λn ≥ 0                          Signorini: nothing pulls, and what does not touch does not push
+    |λt| ≤ μs λn  where s = 0               Coulomb: it sticks
+    λt = -μ λn sign(s)  elsewhere           it slips
+
+An impact changes velocities at once, M (u⁺ - u⁻) = nᵀ Λn + tᵀ Λt. By Newton's law ġ⁺ = -e ġ⁻. By Poisson's law there
+is a phase of compression, which ends where ġ = 0, and one of expansion, which gives back the part e of its impulse.
+With friction Newton's law may gain energy. Where they lie is said as of rows that roll: what is lowest is the same.
+
+Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 5 to 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+from symdyn.arguments import suggesting
+from symdyn.scene.forces.attachments import AtBody, OnPlane
+from symdyn.scene.forces.constraints import AXIS_HOLDS, COMPONENTS, ROLLING
+from symdyn.scene.forces.force_kind import ForceKind
+from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
+from symdyn.scene.values.joint import Unilateral
+from symdyn.scene.values.key import Key, Part, Stand, number, one_of, optional
+from symdyn.scene.values.quantity import Quantity, spell
+
+LAWS = ("poisson", "newton")
+
+_RADIUS = next(part for part in ROLLING.parts if "radius" in part.keys)
+
+_LAW_OF_CONTACT: tuple[Part, ...] = (
+    number("restitution", "1", letters=("e",), text="restitution of {}", positive=True),
+    number("friction", "1", letters=("mu",), text="friction of {}", positive=True, never_negative=True),
+    Key(
+        "static",
+        optional(EntryReader.quantity),
+        None,
+        unit="1",
+        letters=("mus",),
+        text="friction of {} while it sticks",
+        positive=True,
+    ),
+    one_of("law", LAWS, "of impacts", LAWS[0]),
+)
+
+
+def _check(one: Unilateral, stand: Stand) -> None:
+    """Report a restitution that is none, and friction that is less where it sticks."""
+    e = stand.value(one.restitution)
+    if e is not None and not 0 <= e <= 1:
+        stand.fault(f"restitution = {shown(one.restitution)} is not between 0 and 1")
+    if one.static is None:
+        return
+    sticks, slips = stand.value(one.static), stand.value(one.friction)
+    if sticks is not None and slips is not None and sticks < slips:
+        told = f"static = {shown(one.static)} is less than friction = {shown(one.friction)}"
+        stand.fault(f"{told}; what sticks holds as much as what slips, at least")
+
+
+def _words(one: Unilateral) -> str:
+    what = "point" if one.type == "point" else f"{one.type} of radius {spell(one.radius)}"
+    told = f"{one.place.body}, a {what}, over a plane of {one.plane.body}, restitution {spell(one.restitution)}"
+    return f"{told}, friction {spell(one.friction)}, {one.law.capitalize()}'s law"
+
+
+POINT = ForceKind(
+    section="contacts",
+    noun=partial(Unilateral, type="point"),
+    letter="u",
+    parts=(AtBody(), OnPlane(needs_normal=True), *_LAW_OF_CONTACT),
+    law=replace(ROLLING.touch, words=lambda _: ("normal force", "", "")),
+    law_words=_words,
+    words={"en": "contact", "sk": "kontakt"},
+    lost="a contact that opens and closes",
+    check=_check,
+)
+
+BALL = replace(
+    POINT,
+    noun=partial(Unilateral, type="ball"),
+    parts=(AtBody(), _RADIUS, OnPlane(needs_normal=True), *_LAW_OF_CONTACT),
+    mark=ROLLING.mark,
+)
+
+WHEEL = replace(
+    BALL,
+    noun=partial(Unilateral, type="wheel"),
+    parts=(
+        AtBody(),
+        Key("axis", EntryReader.vector, None, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
+        *BALL.parts[1:],
+    ),
+)
+
+
+@suggesting
+def contact(
+    name: str,
+    *,
+    type: str | None = None,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    axis: Three | None = None,
+    radius: Number | None = None,
+    plane: Mapping[str, object] | None = None,
+    normal: Three | None = None,
+    restitution: Number | None = None,
+    friction: Number | None = None,
+    static: Number | None = None,
+    law: str | None = None,
+) -> Entry:
+    """Declare a contact that opens and closes, see `Unilateral`.
+
+    Args:
+        name: of the contact.
+        type: "point" when left out, "ball" or "wheel".
+        body: what touches.
+        at: its point, or the centre of the ball or the wheel, in body coordinates, m; the origin when left out.
+        point: the same, in place of body and place.
+        axis: of a wheel, body axes.
+        radius: of a ball or a wheel, m.
+        plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, as of `rolling`.
+        normal: of the plane, in place of `plane`.
+        restitution: 0 to 1; 0 when left out.
+        friction: Coulomb's coefficient while it slips; 0 when left out.
+        static: while it sticks; the same when left out.
+        law: of impacts, "poisson" when left out, or "newton".
+    """
+    return entry("contacts", **locals())

@@ -1,0 +1,378 @@
+"""Contacts in runs: where one strikes, lifts off, slips or sticks, and what follows.
+
+    guard       open    g                    it strikes
+                closed  λn                   it lifts off
+                sticks  μs² λn² - λt²        it breaks away
+                slips   z s                  it comes to rest
+
+The mode of every contact is part of the state. What else is a formula of it: one compiled system serves all modes. At
+an event positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest,
+and the mode is what keeps the laws of all contacts that touch. Flights of a ball that grow shorter without end are
+passed in their limit: it touches from where the rest of them takes no time.
+
+Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.contacts import ContactEquations, Touch
+from symdyn.errors import SimulateError
+from symdyn.graph import Expr
+from symdyn.simulation.equations.compiled_routines import function_of
+from symdyn.simulation.equations.complementarity import FREE, Case, Laws
+from symdyn.simulation.equations.events import EventKind
+
+if TYPE_CHECKING:
+    from symdyn.simulation.equations.system import StateEquations
+
+TOUCHES, RESTS = 1e-10, 1e-9
+"""A gap, in m, and a velocity, in m/s over the fastest one or 1, that are none."""
+
+STARTS = 1e-9
+"""A gap at the start, m, that is none."""
+
+FLAT = 1e-12
+"""How high what bounces has to rise, m, for another flight."""
+
+STRIKES, LIFTS, BREAKS, STOPS = "strikes", "lifts off", "slips", "sticks"
+
+
+def contact_kinds(c: ContactEquations) -> list[EventKind]:
+    """Return the events of contacts; what has no meaning in a mode is 1."""
+    found = []
+    for k, (touch, (normal, tangent)) in enumerate(zip(c.touches, c.parts(c.forces), strict=True)):
+        closed, sticks, slip = touch.mode
+        one = closed.graph.one
+        guards = [(STRIKES, touch.gap + closed), (LIFTS, closed * normal + (one - closed))]
+        if tangent is not None:
+            cone = touch.static * touch.static * normal * normal - tangent * tangent
+            held = closed * sticks
+            guards.append((BREAKS, held * cone + (one - held)))
+            moves = slip * slip
+            guards.append((STOPS, moves * slip * _slip(touch, c) + (one - moves)))
+        name = touch.contact.name
+        found += [EventKind(guard, -1, text=f"{name} {what}", contact=(k, what)) for what, guard in guards]
+    return found
+
+
+def _slip(touch: Touch, c: ContactEquations) -> Expr:
+    graph = touch.gap.graph
+    return graph.total(t * u for t, u in zip(touch.tangent, c.velocities, strict=True))
+
+
+def contact_numbers(w: Workspace, c: ContactEquations) -> list[Function]:
+    """Return what an event is settled with, as functions."""
+    flat = [*(touch.gap for touch in c.touches), *(x for row in c.rows for x in row)]
+    flat += [*(x for column in c.columns for x in column), *c.drift]
+    flat += [x for touch in c.touches for x in (touch.friction, touch.static, touch.restitution)]
+    forces = function_of(w, "contact_forces", c.forces)
+    return [function_of(w, "contacts", flat), forces, function_of(w, "moved", w.state.rates, ("q", "qd"))]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What an event told about a contact.
+
+    Attributes:
+        t: s.
+        contact: its name.
+        what: "strikes", "lifts off", "slips" or "sticks".
+        before, after: rates of its gap, m/s.
+        impulse: normal and tangential, N s.
+        lost: kinetic energy, J, of all that struck at this time.
+        mode: of all contacts then, in words.
+        rest: when flights that become shorter and shorter have ended, s; None of other events.
+    """
+
+    t: float
+    contact: str
+    what: str
+    before: float = 0.0
+    after: float = 0.0
+    impulse: tuple[float, float] = (0.0, 0.0)
+    lost: float = 0.0
+    mode: tuple[str, ...] = ()
+    rest: float | None = None
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Contacts of a system at a state."""
+
+    gaps: Array
+    W: Array
+    C: Array
+    drift: Array
+    laws: Laws
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The contacts of a system.
+
+    Attributes:
+        touches: names, and whether there is friction.
+        laws: "poisson" or "newton" of each.
+        place: where their modes begin in a state.
+        told: every event of a run, in order.
+    """
+
+    touches: tuple[tuple[str, bool], ...]
+    laws: tuple[str, ...]
+    place: int
+    told: list[Impact] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, c: ContactEquations, place: int) -> Contacts:
+        """Return those of some equations."""
+        touches = tuple((one.contact.name, bool(one.tangent)) for one in c.touches)
+        return cls(touches, tuple(one.contact.law for one in c.touches), place)
+
+    @property
+    def rows(self) -> tuple[tuple[int, int | None], ...]:
+        """The rows of n and t of each contact."""
+        found, at = list[tuple[int, int | None]](), 0
+        for _, rough in self.touches:
+            found.append((at, at + 1 if rough else None))
+            at += 1 + rough
+        return tuple(found)
+
+    def numbers(self, flat: Array, nv: int) -> Numbers:
+        """Return what the compiled function tells at a state."""
+        k, m = len(self.touches), sum(1 + rough for _, rough in self.touches)
+        gaps, W, C, drift, rest = np.split(flat, np.cumsum([k, m * nv, m * nv, m]))
+        W, C = W.reshape(m, nv), C.reshape(m, nv)
+        friction, static, e = rest.reshape(k, 3).T
+        normals, tangents = zip(*self.rows, strict=True)
+        return Numbers(gaps, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
+
+    def closed(self, x: Array) -> list[int]:
+        """Return which contacts are closed."""
+        return [k for k in range(len(self.touches)) if x[self.place + 3 * k]]
+
+    def words(self, x: Array) -> tuple[str, ...]:
+        """Return the mode of every contact in words."""
+        found = []
+        for k in range(len(self.touches)):
+            closed, sticks, slip = x[self.place + 3 * k : self.place + 3 * k + 3]
+            slips = f"slips {'+' if slip > 0 else '-'}" if slip else "closed"
+            found.append("open" if not closed else "sticks" if sticks else slips)
+        return tuple(found)
+
+    def with_mode(self, x: Array, cases: Sequence[tuple[int, Case]]) -> Array:
+        """Return a state in a mode; contacts that are not named are open."""
+        x = x.copy()
+        x[self.place : self.place + 3 * len(self.touches)] = 0.0
+        for k, case in cases:
+            sticks = case.slip == "stick"
+            x[self.place + 3 * k : self.place + 3 * k + 3] = case.held, sticks, 0.0 if sticks else float(case.slip)
+        return x
+
+
+def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
+    """Return some of the contacts, and their rows."""
+    rows, normals, tangents = list[int](), list[int](), list[int | None]()
+    for k in some:
+        normals.append(len(rows))
+        rows.append(laws.normals[k])
+        t = laws.tangents[k]
+        tangents.append(None if t is None else len(rows))
+        rows += [] if t is None else [t]
+    chosen = list(some)
+    values = (one[chosen] for one in (laws.friction, laws.static, laws.restitution))
+    return Laws(laws.D[np.ix_(rows, rows)], tuple(normals), tuple(tangents), *values), rows
+
+
+@dataclass(frozen=True)
+class Settling:
+    """One event: what follows from a state at which contacts strike, lift off, slip or stick.
+
+    Attributes:
+        contacts: those of the system.
+        n: their numbers, where the positions have returned to g = 0.
+        t: s.
+        nq, nv: coordinates and velocities in front of a state.
+    """
+
+    contacts: Contacts
+    n: Numbers
+    t: float
+    nq: int
+    nv: int
+
+    def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, float]) -> Array:
+        """Return the state behind it; `struck` are contacts, `leaving` lift off, `broke` slip that way."""
+        x, laws, told = x.copy(), self.n.laws, self.contacts.told
+        velocities = slice(self.nq, self.nq + self.nv)
+        u = x[velocities]
+        rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
+        near = {k for k in range(len(self.n.gaps)) if abs(self.n.gaps[k]) <= TOUCHES}
+        touching = sorted({*self.contacts.closed(x), *struck, *near})
+        v = self.n.W @ u
+        impulses, lost, after = np.zeros(len(v)), 0.0, v
+        if any(v[laws.normals[k]] < -rest for k in touching):
+            some, rows = part(laws, touching)
+            impulses[rows] = some.impact(v[rows], [self.contacts.laws[k] == "poisson" for k in touching])
+            u = u + self.n.C.T @ impulses
+            after = self.n.W @ u
+            lost = float(-impulses @ (v + after)) / 2
+        flights, down = {}, []
+        for k in touching:
+            rate = after[laws.normals[k]]
+            if rate > rest and 0 < laws.restitution[k] < 1 and k in struck:
+                flights[k] = self._flights(k, rate, touching, after, rest)
+        for k in touching:
+            if k in flights and flights[k] is not None:
+                down.append(k)
+        resting = [k for k in touching if abs(after[laws.normals[k]]) <= rest or k in down]
+        u = self._at_rest(u, resting, rest)
+        after = self.n.W @ u
+        cases = self._mode(resting, after, rest, broke)
+        x[velocities] = u
+        x = self.contacts.with_mode(x, cases)
+        words = self.contacts.words(x)
+        names = [name for name, _ in self.contacts.touches]
+        for k in touching:
+            n, t = self.contacts.rows[k]
+            if k in struck or k in leaving or impulses[n]:
+                pair = (float(impulses[n]), 0.0 if t is None else float(impulses[t]))
+                what = STRIKES if k in struck or impulses[n] else leaving[k]
+                told.append(
+                    Impact(self.t, names[k], what, float(v[n]), float(after[n]), pair, lost, words, flights.get(k))
+                )
+        return x
+
+    def _flights(self, k: int, rate: float, touching: Sequence[int], after: Array, rest: float) -> float | None:
+        """Return when the flights of a contact end that are too short to be followed; None where they are not."""
+        laws = self.n.laws
+        others = [j for j in touching if j != k and abs(after[laws.normals[j]]) <= rest]
+        some, rows = part(laws, others)
+        falls = float(self.n.drift[laws.normals[k]])
+        if others:
+            modes = self._options(others, after, rest, {})
+            found = next(iter(some.solutions(self.n.drift[rows], modes)), None)
+            falls += float(laws.D[laws.normals[k], rows] @ found[1]) if found else 0.0
+        if falls >= 0 or rate * rate > 2 * FLAT * -falls:
+            return None
+        return float(self.t + 2 * rate / -falls / (1 - laws.restitution[k]))
+
+    def _at_rest(self, u: Array, resting: Sequence[int], rest: float) -> Array:
+        """Return velocities at which gaps that are closed do not change, and what sticks does not slip."""
+        rows = []
+        for k in resting:
+            n, t = self.contacts.rows[k]
+            rows += [n] if t is None or abs(self.n.W[t] @ u) > rest else [n, t]
+        if not rows:
+            return u
+        missed = np.linalg.lstsq(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u, rcond=1e-12)[0]
+        return np.asarray(u - self.n.C[rows].T @ missed)
+
+    def _options(
+        self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]
+    ) -> list[tuple[Case, ...]]:
+        found = []
+        for k in some:
+            t = self.contacts.rows[k][1]
+            if k in broke:
+                found.append((Case(True, broke[k], True), FREE))
+            elif t is not None and abs(v[t]) > rest:
+                found.append((Case(True, float(np.sign(v[t])), True), FREE))
+            else:
+                found.append((*self.n.laws.slips(k), FREE))
+        return found
+
+    def _mode(
+        self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float]
+    ) -> list[tuple[int, Case]]:
+        """Return what contacts at rest do from now on.
+
+        Raises:
+            ArithmeticError: no motion keeps the laws, or several do.
+        """
+        if not resting:
+            return []
+        some, rows = part(self.n.laws, resting)
+        options = self._options(resting, v, rest, broke)
+        found = list(some.solutions(self.n.drift[rows], options))
+        names = ", ".join(self.contacts.touches[k][0] for k in resting)
+        if not found:
+            raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
+        motions = [self.n.C[rows].T @ forces for _, forces in found]
+        size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
+        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]):
+            raise ArithmeticError(f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)")
+        return self._independent(resting, some, found[0][0])
+
+    def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
+        """Return cases without what others hold already: its friction is not determined, and none is as good as any."""
+        kept, found = list[int](), []
+        order = [(k, some.normals[k]) for k in range(len(cases)) if cases[k].held]
+        order += [(k, t) for k in range(len(cases)) if (t := some.tangents[k]) is not None and cases[k].slip == "stick"]
+        dropped = set()
+        for k, row in order:
+            D = some.D[np.ix_([*kept, row], [*kept, row])]
+            values = np.linalg.eigvalsh(D)
+            if values[0] > 1e-9 * values[-1]:
+                kept.append(row)
+            elif row == some.normals[k]:
+                name = self.contacts.touches[resting[k]][0]
+                raise ArithmeticError(f"contact {name} is held by others already; leave one of them out")
+            else:
+                dropped.add(k)
+        for k, case in enumerate(cases):
+            if case.held:
+                found.append((resting[k], Case(True, 0.0) if k in dropped else case))
+        return found
+
+
+def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[int, str]]) -> Array:
+    """Return the state behind events of contacts: which, and what each does.
+
+    Raises:
+        ArithmeticError: no motion keeps the laws, or several do.
+    """
+    contacts = system.contacts
+    assert contacts is not None, "there are contacts"
+    nq, nv = system.nq, system.nv
+    struck = {k for k, what in events if what == STRIKES}
+    leaving = {k: what for k, what in events if what != STRIKES}
+    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    forces = system.evaluate("contact_forces", t, x)
+    broke = {
+        k: -float(np.sign(forces[row])) for k, what in leaving.items() if what == BREAKS and (row := contacts.rows[k][1])
+    }
+    held = sorted({*contacts.closed(x), *struck})
+    normals = [contacts.rows[k][0] for k in held]
+    D = found.laws.D[np.ix_(normals, normals)]
+    step = -found.C[normals].T @ np.linalg.lstsq(D, found.gaps[held], rcond=1e-12)[0]
+    x = x.copy()
+    x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
+    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    return Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+
+
+def begun(system: StateEquations, x: Array) -> Array:
+    """Return the state at the start of a run: what touches strikes there, or rests.
+
+    Raises:
+        SimulateError: a contact begins inside its plane.
+    """
+    if system.contacts is None:
+        return x
+    contacts = system.contacts
+    gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
+    inside = [k for k in range(len(gaps)) if gaps[k] < -STARTS]
+    if inside:
+        name = contacts.touches[inside[0]][0]
+        told = f"contact {name} begins {-gaps[inside[0]]:.3g} m inside its plane"
+        raise SimulateError(f"{system.scene.name}: start: {told}; start where it touches, or above")
+    touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]
+    return settled(system, 0.0, x, touching) if touching else x
