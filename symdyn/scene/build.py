@@ -308,6 +308,7 @@ class LimitKeys(TypedDict, total=False):
     upper: Number | None
     velocity: Number | None
     effort: Number | None
+    restitution: Number | None
 
 
 class MimicKeys(TypedDict, total=False):
@@ -400,7 +401,7 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
             "smoothing": ...} for friction that enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ..., "restitution": ...}; what is left out or None is unlimited;
             kept as data.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.

@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
-from symdyn.dynamics.contacts import with_modes
+from symdyn.dynamics.contacts import has_modes, with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneLike
@@ -216,7 +216,7 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(simulate, locals())
-    if problem.scene.unilaterals:
+    if has_modes(problem.scene):
         problem = replace(problem, scene=with_modes(problem.scene))
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)

@@ -5,5 +5,6 @@ from .contact_equations import (
     ContactEquations as ContactEquations,
     Touch as Touch,
     contact_equations as contact_equations,
+    has_modes as has_modes,
     with_modes as with_modes,
 )

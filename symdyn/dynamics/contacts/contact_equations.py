@@ -25,9 +25,10 @@ from symdyn.dynamics.loops.partition import solve_square
 from symdyn.dynamics.outputs.derive import derive_one
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, tangents
+from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import StateVariable, Unilateral
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import DryJoint, GapContact, Joint, PlaneContact, StateVariable, Stop, Unilateral
 from symdyn.unlocked import cached_property
 
 MODE = ("closed", "sticks", "slip")
@@ -35,9 +36,38 @@ MODE = ("closed", "sticks", "slip")
 
 
 def with_modes(scene: Scene) -> Scene:
-    """Return a scene with the modes of its contacts as states, which nothing changes but events."""
-    names = [f"{one.name}.{word}" for one in scene.unilaterals for word in MODE]
-    return replace(scene, states=(*scene.states, *(StateVariable(name, Quantity.ZERO) for name in names)))
+    """Return a scene with all that opens, closes and sticks as elements, and their modes as states.
+
+    Nothing changes the modes but events. Stops are limits with a restitution; friction of joints that is not smoothed
+    sticks.
+    """
+    joints, elements = [], list(scene.elements)
+    for joint in scene.joints:
+        one, e = joint, joint.limits.restitution
+        if e is not None:
+            for upper, limit in ((False, joint.limits.lower), (True, joint.limits.upper)):
+                if limit is not None:
+                    name = f"{joint.name}.{'upper' if upper else 'lower'}"
+                    elements.append(Stop(name, restitution=e, joint=joint.name, upper=upper, at=limit))
+            one = replace(one, limits=replace(one.limits, lower=None, upper=None, restitution=None))
+        if sticks(joint):
+            elements.append(DryJoint(f"{joint.name}.friction", joint=joint.name, dry=joint.dry))
+            one = replace(one, dry=None)
+        joints.append(one)
+    whole = replace(scene, joints=tuple(joints), elements=tuple(elements))
+    names = [f"{one.name}.{word}" for one in whole.unilaterals for word in MODE]
+    return replace(whole, states=(*scene.states, *(StateVariable(name, Quantity.ZERO) for name in names)))
+
+
+def sticks(joint: Joint) -> bool:
+    """Tell whether a joint has dry friction that is not smoothed."""
+    return joint.dry is not None and len(joint.rates) == 1 and FORCES[joint.dry.kind].rub.jumps(joint.dry)
+
+
+def has_modes(scene: Scene) -> bool:
+    """Tell whether something in a scene opens, closes or sticks."""
+    stops = any(joint.limits.restitution is not None for joint in scene.joints)
+    return bool(scene.unilaterals) or stops or any(map(sticks, scene.joints))
 
 
 @dataclass(frozen=True)
@@ -45,11 +75,12 @@ class Touch:
     """A contact on a graph.
 
     Attributes:
-        contact: as declared.
-        gap: g, m.
-        normal, normal_bias: n, shape (nv,), and γn.
+        contact: as declared, or made.
+        gap: g, m or rad.
+        normal, normal_bias: n, shape (nv,), and γn; () of dry friction of a joint, which is closed always.
         tangent, tangent_bias: t, shape (nv,), and γt; () of a contact without friction.
-        friction, static, restitution: μ while it slips and while it sticks, and e.
+        friction, static, restitution: μ while it slips and while it sticks, and e; of dry friction of a joint the
+            forces themselves, N or N m.
         mode: c, b and z.
     """
 
@@ -63,6 +94,12 @@ class Touch:
     static: Expr
     restitution: Expr
     mode: tuple[Expr, Expr, Expr]
+
+    @property
+    def rows(self) -> list[tuple[tuple[Expr, ...], Expr]]:
+        """n with γn and t with γt, those that there are."""
+        both = ((self.normal, self.normal_bias), (self.tangent, self.tangent_bias))
+        return [(row, bias) for row, bias in both if row]
 
 
 @dataclass(frozen=True)
@@ -102,15 +139,18 @@ class ContactEquations:
         one, at = self.free[0].graph.one, 0
         for touch in self.touches:
             closed, sticks, slip = touch.mode
-            held = closed
-            for k in range(at, at + 1 + bool(touch.tangent)):
-                A[k] = [held * entry for entry in A[k]]
-                A[k][k] = A[k][k] + (one - held)
-                b[k] = held * b[k]
-                if k > at:
-                    A[k][at] = A[k][at] + (one - held) * slip * touch.friction
-                held = closed * sticks
-            at += 1 + bool(touch.tangent)
+            normal = at if touch.normal else None
+            if touch.normal:
+                _hold(A, b, at, closed)
+                at += 1
+            if touch.tangent:
+                _hold(A, b, at, closed * sticks)
+                limit = (one - closed * sticks) * slip * touch.friction
+                if normal is None:
+                    b[at] = b[at] - limit
+                else:
+                    A[at][normal] = A[at][normal] + limit
+                at += 1
         return solve_square(A, b)
 
     @cached_property
@@ -119,12 +159,17 @@ class ContactEquations:
         by_velocity = zip(self.free, *self.columns, strict=True)
         return [a + _dot(parts, self.forces) for a, *parts in by_velocity]
 
-    def parts(self, of_rows: Sequence[Expr]) -> list[tuple[Expr, Expr | None]]:
-        """Return what rows have, contact by contact: of n, and of t where there is friction."""
-        found, rest = list[tuple[Expr, Expr | None]](), iter(of_rows)
-        for touch in self.touches:
-            found.append((next(rest), next(rest) if touch.tangent else None))
-        return found
+    def parts(self, of_rows: Sequence[Expr]) -> list[tuple[Expr | None, Expr | None]]:
+        """Return what rows have, contact by contact: of n and of t, None where there is none."""
+        rest = iter(of_rows)
+        return [(next(rest) if one.normal else None, next(rest) if one.tangent else None) for one in self.touches]
+
+
+def _hold(A: list[list[Expr]], b: list[Expr], row: int, held: Expr) -> None:
+    """Keep a row where it is held, and have λ = 0 in place of it elsewhere."""
+    A[row] = [held * entry for entry in A[row]]
+    A[row][row] = A[row][row] + (held.graph.one - held)
+    b[row] = held * b[row]
 
 
 def contact_equations(w: Workspace, accelerations: Sequence[Expr] | None = None) -> ContactEquations:
@@ -137,42 +182,71 @@ def contact_equations(w: Workspace, accelerations: Sequence[Expr] | None = None)
         raise DerivationError(f"{w.scene.name}: contacts that open and close beside loops or constraints are not known")
     touches = touching(w, recursive)
     free = tuple(derive_one(w, "forward_dynamics").entries if accelerations is None else accelerations)
-    rows, biases = list[tuple[Expr, ...]](), list[Expr]()
-    for one in touches:
-        rows.append(one.normal)
-        biases.append(one.normal_bias)
-        if one.tangent:
-            rows.append(one.tangent)
-            biases.append(one.tangent_bias)
+    rows = [row for one in touches for row, _ in one.rows]
+    biases = tuple(bias for one in touches for _, bias in one.rows)
     columns = tuple(tuple(tangents(free, dict(zip(w.state.tau, row, strict=True)))) for row in rows)
-    return ContactEquations(touches, tuple(rows), tuple(biases), free, columns, w.state.qd)
+    return ContactEquations(touches, tuple(rows), biases, free, columns, w.state.qd)
+
+
+Row = tuple[tuple[Expr, ...], Expr]
 
 
 def touching(w: Workspace, rows_of: Callable[..., Constraints]) -> tuple[Touch, ...]:
-    """Return the contacts of a scene, their rows by recursion or by differentiation."""
+    """Return what opens, closes and sticks in a scene; rows of contacts with planes by recursion or differentiation."""
     graph, scene = w.graph, w.scene
-    held = replace(scene, loops=(), elements=tuple(one.closed for one in scene.unilaterals))
+    planes = [one for one in scene.unilaterals if isinstance(one, PlaneContact)]
+    held = replace(scene, loops=(), elements=tuple(one.closed for one in planes))
     found = rows_of(held, w.tree, w.state) if rows_of is recursive else rows_of(held, graph, w.state)
     by_owner: dict[str, list[tuple[Expr, tuple[Expr, ...], Expr]]] = {}
     for label, *row in zip(found.labels, found.residual, found.G, found.bias, strict=True):
         by_owner.setdefault(label.owner, []).append((row[0], row[1], row[2]))
-    touches = []
-    for one in scene.unilaterals:
-        (gap, normal, bias), *others = by_owner[one.name]
-        mode = tuple(graph.symbol(f"{one.name}.{word}") for word in MODE)
-        moving = [(t, rate) for _, t, rate in others if not all(entry.is_zero for entry in t)]
-        mu = one.friction.express(graph)
-        static = mu if one.static is None else one.static.express(graph)
-        rough = not (mu.is_zero and static.is_zero)
-        if rough and len(moving) > 1:
-            raise DerivationError(
-                f"{scene.name}: contacts.{one.name}: it can slip along two directions, and friction is known along "
-                "one; leave friction out, or let joints keep it in a plane"
-            )
-        tangent, tangent_bias = moving[0] if rough and moving else ((), graph.zero)
-        e = one.restitution.express(graph)
-        touches.append(Touch(one, gap, normal, bias, tangent, tangent_bias, mu, static, e, mode))  # type: ignore[arg-type]
-    return tuple(touches)
+    return tuple(_touch(w, one, by_owner.get(one.name, [])) for one in scene.unilaterals)
+
+
+def _touch(w: Workspace, one: Unilateral, rows: Sequence[tuple[Expr, tuple[Expr, ...], Expr]]) -> Touch:
+    graph = w.graph
+    mu, e = one.friction.express(graph), one.restitution.express(graph)
+    static = mu if one.static is None else one.static.express(graph)
+    none: Row = ((), graph.zero)
+    gap, normal, tangents_ = graph.zero, none, list[Row]()
+    if isinstance(one, PlaneContact):
+        (gap, *first), *others = rows
+        normal = (first[0], first[1])
+        tangents_ = [(t, bias) for _, t, bias in others if not all(entry.is_zero for entry in t)]
+    elif isinstance(one, GapContact):
+        gap = one.gap.express(graph)
+        normal = _row(w, tangents([gap], w.state.velocity)[0])
+        tangents_ = [] if one.tangent is None else [_row(w, one.tangent.express(graph))]
+    elif isinstance(one, Stop):
+        gap = _joint(w.scene, one.joint).position(graph) - one.at.express(graph)
+        gap = -gap if one.upper else gap
+        normal = _row(w, tangents([gap], w.state.velocity)[0])
+    elif isinstance(one, DryJoint):
+        assert one.dry is not None, "it was made of a friction"
+        (rate,) = _joint(w.scene, one.joint).speeds(graph)
+        tangents_ = [_row(w, rate)]
+        force = FORCES[one.dry.kind].rub.force(one.dry, rate)
+        (mu,) = substitute([force], {graph.function(Op.SIGN, rate): graph.one})
+        (static,) = substitute([mu], {rate: graph.zero})
+    rough = not (mu.is_zero and static.is_zero)
+    if rough and len(tangents_) > 1:
+        raise DerivationError(
+            f"{w.scene.name}: contacts.{one.name}: it can slip along two directions, and friction is known along "
+            "one; leave friction out, or let joints keep it in a plane"
+        )
+    tangent = tangents_[0] if rough and tangents_ else none
+    closed, held, slip = (graph.symbol(f"{one.name}.{word}") for word in MODE)
+    return Touch(one, gap, *normal, *tangent, mu, static, e, (closed, held, slip))
+
+
+def _joint(scene: Scene, name: str) -> Joint:
+    return next(joint for joint in scene.joints if joint.name == name)
+
+
+def _row(w: Workspace, rate: Expr) -> Row:
+    """Return the row of a rate that is linear in velocities, and its bias."""
+    (bias,) = tangents([rate], w.state.velocity)
+    return tuple(gradient(rate, w.state.qd)), bias
 
 
 def _dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:

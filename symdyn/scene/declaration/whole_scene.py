@@ -138,6 +138,13 @@ def _signs(joint: Joint, stand: Stand) -> None:
         low, high = stand.value(lower), stand.value(upper)
         if low is not None and high is not None and low > high:
             stand.fault(f"limits.lower = {shown(lower)} is above limits.upper = {shown(upper)}; swap them")
+    e = joint.limits.restitution
+    if e is None:
+        return
+    if (size := stand.value(e)) is not None and not 0 <= size <= 1:
+        stand.fault(f"limits.restitution = {shown(e)} is not between 0 and 1")
+    if lower is None and upper is None:
+        stand.fault("limits.restitution goes with lower or upper, which the joint strikes; give one of them")
 
 
 def _start(joint: Joint, stand: Stand) -> None:

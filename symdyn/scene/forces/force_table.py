@@ -9,7 +9,7 @@ from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE
-from symdyn.scene.forces.unilateral import BALL, POINT, WHEEL
+from symdyn.scene.forces.unilateral import BALL, DRY_JOINT, GAP, POINT, STOP, WHEEL
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
 from symdyn.scene.values.joint import Element, Strut
 from symdyn.scene.values.key import fields_of, keys_of, raw_of
@@ -30,6 +30,9 @@ FORCES: dict[str, ForceKind] = {
     "point": POINT,
     "ball": BALL,
     "wheel": WHEEL,
+    "gap": GAP,
+    "stop": STOP,
+    "dry": DRY_JOINT,
 }
 """Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 

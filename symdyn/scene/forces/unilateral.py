@@ -21,13 +21,15 @@ from dataclasses import replace
 from functools import partial
 
 from symdyn.arguments import suggesting
+from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody, OnPlane
-from symdyn.scene.forces.constraints import AXIS_HOLDS, COMPONENTS, ROLLING
-from symdyn.scene.forces.force_kind import ForceKind
+from symdyn.scene.forces.constraints import AXIS_HOLDS, ROLLING, linear_parts
+from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rub
 from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
-from symdyn.scene.values.joint import Unilateral
-from symdyn.scene.values.key import Key, Part, Stand, number, one_of, optional
-from symdyn.scene.values.quantity import Quantity, spell
+from symdyn.scene.values.joint import DryJoint, GapContact, PlaneContact, Stop, Unilateral
+from symdyn.scene.values.key import MOTION, Key, Part, Stand, number, one_of, optional
+from symdyn.scene.values.quantity import FormulaError, Quantity, spell
+from symdyn.scene.values.shape import NUMBER
 
 LAWS = ("poisson", "newton")
 
@@ -62,15 +64,18 @@ def _check(one: Unilateral, stand: Stand) -> None:
         stand.fault(f"{told}; what sticks holds as much as what slips, at least")
 
 
-def _words(one: Unilateral) -> str:
+def _words(one: PlaneContact) -> str:
     what = "point" if one.type == "point" else f"{one.type} of radius {spell(one.radius)}"
-    told = f"{one.place.body}, a {what}, over a plane of {one.plane.body}, restitution {spell(one.restitution)}"
-    return f"{told}, friction {spell(one.friction)}, {one.law.capitalize()}'s law"
+    return f"{one.place.body}, a {what}, over a plane of {one.plane.body}, {_law_words(one)}"
+
+
+def _law_words(one: Unilateral) -> str:
+    return f"restitution {spell(one.restitution)}, friction {spell(one.friction)}, {one.law.capitalize()}'s law"
 
 
 POINT = ForceKind(
     section="contacts",
-    noun=partial(Unilateral, type="point"),
+    noun=partial(PlaneContact, type="point"),
     letter="u",
     parts=(AtBody(), OnPlane(needs_normal=True), *_LAW_OF_CONTACT),
     law=replace(ROLLING.touch, words=lambda _: ("normal force", "", "")),
@@ -82,20 +87,90 @@ POINT = ForceKind(
 
 BALL = replace(
     POINT,
-    noun=partial(Unilateral, type="ball"),
+    noun=partial(PlaneContact, type="ball"),
     parts=(AtBody(), _RADIUS, OnPlane(needs_normal=True), *_LAW_OF_CONTACT),
     mark=ROLLING.mark,
 )
 
 WHEEL = replace(
     BALL,
-    noun=partial(Unilateral, type="wheel"),
+    noun=partial(PlaneContact, type="wheel"),
     parts=(
         AtBody(),
         Key("axis", EntryReader.vector, None, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
         *BALL.parts[1:],
     ),
 )
+
+
+
+def _check_gap(one: GapContact, stand: Stand) -> None:
+    """Report what `_check` does, and a tangent that is not linear in velocities."""
+    _check(one, stand)
+    if moving := set(one.gap.symbols) & set(stand.scene.velocities):
+        told = f"gap = {shown(one.gap)} uses {sorted(moving)[0]}"
+        stand.fault(f"{told}; a gap is a formula in coordinates and parameters")
+    if one.tangent is None:
+        if one.friction != Quantity.ZERO:
+            stand.fault('friction acts along a tangent; write tangent = "x_dot - r*phi_dot"')
+        return
+    try:
+        slopes, rest = linear_parts(one.tangent, stand.scene.velocities)
+        alone = not rest.express(Graph()).is_zero
+    except FormulaError as error:
+        stand.fault(f"tangent = {shown(one.tangent)} is not linear in the velocities: {error}")
+        return
+    if alone or not slopes:
+        stand.fault(f"tangent = {shown(one.tangent)} is no sum of velocities, each times a formula in coordinates")
+
+
+GAP = replace(
+    POINT,
+    noun=GapContact,
+    parts=(
+        number(
+            "gap",
+            "m",
+            example='how far it is open, such as gap = "h0 - r*cos(phi)"',
+            names=MOTION,
+            holds="how far it is open, a formula in coordinates, {}",
+        ),
+        Key(
+            "tangent",
+            optional(EntryReader.quantity),
+            None,
+            names=MOTION,
+            unit="m/s",
+            shape=NUMBER,
+            holds="the velocity with which it slips, {}",
+        ),
+        *_LAW_OF_CONTACT,
+    ),
+    law=Forbid(lambda one: one.gap),
+    law_words=lambda one: f"{spell(one.gap)} ≥ 0, {_law_words(one)}",
+    check=_check_gap,
+)
+
+STOP = ForceKind(
+    section="joints",
+    noun=Stop,
+    letter="",
+    parts=(),
+    law=Rub(lambda _, rate: rate.graph.zero, jumps=lambda _: False),
+    law_words=lambda one: f"{'upper' if one.upper else 'lower'} stop of {one.joint} at {spell(one.at)}",
+    words={"en": "stop", "sk": "doraz"},
+    lost="a stop",
+)
+"""What runs make of a limit with a restitution."""
+
+DRY_JOINT = replace(
+    STOP,
+    noun=DryJoint,
+    law_words=lambda one: f"dry friction of {one.joint}",
+    words={"en": "dry friction", "sk": "suché trenie"},
+    lost="dry friction",
+)
+"""What runs make of dry friction that is not smoothed."""
 
 
 @suggesting
@@ -110,6 +185,8 @@ def contact(
     radius: Number | None = None,
     plane: Mapping[str, object] | None = None,
     normal: Three | None = None,
+    gap: Number | None = None,
+    tangent: Number | None = None,
     restitution: Number | None = None,
     friction: Number | None = None,
     static: Number | None = None,
@@ -119,7 +196,7 @@ def contact(
 
     Args:
         name: of the contact.
-        type: "point" when left out, "ball" or "wheel".
+        type: "point" when left out, "ball", "wheel" or "gap".
         body: what touches.
         at: its point, or the centre of the ball or the wheel, in body coordinates, m; the origin when left out.
         point: the same, in place of body and place.
@@ -127,6 +204,8 @@ def contact(
         radius: of a ball or a wheel, m.
         plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, as of `rolling`.
         normal: of the plane, in place of `plane`.
+        gap: of a contact by formulas, how far it is open, in coordinates, m.
+        tangent: the velocity with which that slips.
         restitution: 0 to 1; 0 when left out.
         friction: Coulomb's coefficient while it slips; 0 when left out.
         static: while it sticks; the same when left out.

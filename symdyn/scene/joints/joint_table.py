@@ -236,6 +236,7 @@ LIMITS: tuple[Key[Quantity | None], ...] = (
     Key("upper", optional(EntryReader.quantity), None, unit=("rad", "m"), shape=NUMBER),
     Key("velocity", optional(EntryReader.quantity), None, unit=("rad/s", "m/s"), shape=NUMBER, never_negative=True),
     Key("effort", optional(EntryReader.quantity), None, unit=FORCE_UNITS, shape=NUMBER, never_negative=True),
+    Key("restitution", optional(EntryReader.quantity), None, unit="1", shape=NUMBER, never_negative=True),
 )
 """What a joint may do, each of them by its own key."""
 

@@ -17,6 +17,10 @@ from .grammar import (
 )
 from .joint import (
     Contact as Contact,
+    DryJoint as DryJoint,
+    GapContact as GapContact,
+    PlaneContact as PlaneContact,
+    Stop as Stop,
     Unilateral as Unilateral,
     Element as Element,
     Joint as Joint,

@@ -178,26 +178,35 @@ class Contact(Row):
 
 @dataclass(frozen=True)
 class Unilateral(Element):
-    """A contact that opens and closes: a place of a body over a plane, 0 ≤ g ⊥ λ ≥ 0, with friction and impacts.
+    """What opens and closes, 0 ≤ g ⊥ λ ≥ 0, or sticks and slips: a contact, the stop of a joint, its dry friction.
 
     Attributes:
-        type: "point", "ball" or "wheel".
-        place, axis, radius, plane: as of a `Contact`; g is the height of the lowest point over the plane, m.
         restitution: e, 0 to 1.
-        friction: of Coulomb, while it slips.
+        friction: Coulomb's coefficient while it slips.
         static: while it sticks; None for the same.
         law: of impacts, "poisson" or "newton".
     """
 
-    type: str
-    place: Place
-    axis: Vector | None = None
-    radius: Quantity = Quantity.ZERO
-    plane: Plane = Plane()
     restitution: Quantity = Quantity.ZERO
     friction: Quantity = Quantity.ZERO
     static: Quantity | None = None
     law: str = "poisson"
+
+
+@dataclass(frozen=True)
+class PlaneContact(Unilateral):
+    """A place of a body over a plane; g is the height of what is lowest over the plane, m.
+
+    Attributes:
+        type: "point", "ball" or "wheel".
+        place, axis, radius, plane: as of a `Contact`.
+    """
+
+    type: str = "point"
+    place: Place = Place("")
+    axis: Vector | None = None
+    radius: Quantity = Quantity.ZERO
+    plane: Plane = Plane()
 
     @property
     def kind(self) -> str:
@@ -214,6 +223,53 @@ class Unilateral(Element):
         """The rows that hold it closed and sticking."""
         every = ("normal", "along", "across")
         return Contact(self.name, "rolling", self.place, self.axis, self.radius, self.plane, every)
+
+
+@dataclass(frozen=True)
+class GapContact(Unilateral):
+    """A contact by formulas.
+
+    Attributes:
+        gap: in coordinates and parameters, m.
+        tangent: the velocity with which it slips, linear in velocities; None without friction.
+    """
+
+    gap: Quantity = Quantity.ZERO
+    tangent: Quantity | None = None
+
+    kind = "gap"
+
+
+@dataclass(frozen=True)
+class Stop(Unilateral):
+    """A limit of a joint that it strikes: g is how far the joint is from it, rad or m.
+
+    Attributes:
+        joint: whose it is, of one coordinate.
+        upper: whether it is the upper one.
+        at: the limit, rad or m.
+    """
+
+    joint: str = ""
+    upper: bool = True
+    at: Quantity = Quantity.ZERO
+
+    kind = "stop"
+
+
+@dataclass(frozen=True)
+class DryJoint(Unilateral):
+    """Dry friction of a joint of one coordinate, whose sign is not smoothed.
+
+    Attributes:
+        joint: whose it is.
+        dry: its law, `Friction`.
+    """
+
+    joint: str = ""
+    dry: Element | None = None
+
+    kind = "dry"
 
 
 @dataclass(frozen=True)
@@ -242,12 +298,14 @@ class Limits:
         lower, upper: position, rad or m.
         velocity: largest speed, rad/s or m/s.
         effort: largest driving force, N m or N.
+        restitution: of both positions, which the joint strikes in runs; None: they are data, too.
     """
 
     lower: Quantity | None = None
     upper: Quantity | None = None
     velocity: Quantity | None = None
     effort: Quantity | None = None
+    restitution: Quantity | None = None
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,13 @@ class Laws:
 
     Attributes:
         D: Delassus' matrix, shape (m, m): per unit of force, or of impulse.
-        normals, tangents: the row of each contact's n, and of its t; None without friction.
-        friction, static, restitution: of each.
+        normals, tangents: the row of each contact's n, and of its t; None without friction, and of dry friction of a
+            joint, which has no n.
+        friction, static, restitution: of each; without n the largest forces themselves.
     """
 
     D: Array
-    normals: tuple[int, ...]
+    normals: tuple[int | None, ...]
     tangents: tuple[int | None, ...]
     friction: Array
     static: Array
@@ -69,11 +70,15 @@ class Laws:
             A, b = self.D.copy(), goal - d
             for k, case in enumerate(cases):
                 n, t = self.normals[k], self.tangents[k]
-                if not case.held:
+                if n is not None and not case.held:
                     A[n], b[n] = np.eye(len(d))[n], shift[k]
                 if t is not None and case.slip != "stick":
                     A[t], b[t] = np.eye(len(d))[t], 0.0
-                    A[t, n] = float(case.slip) * self.friction[k]
+                    limit = float(case.slip) * self.friction[k]
+                    if n is None:
+                        b[t] = -limit
+                    else:
+                        A[t, n] = limit
             found = np.linalg.lstsq(A, b, rcond=1e-12)[0]
             if self._kept(cases, found, A @ found - b, self.D @ found + d - goal, shift):
                 yield cases, found
@@ -85,18 +90,19 @@ class Laws:
             return False
         for k, case in enumerate(cases):
             n, t = self.normals[k], self.tangents[k]
-            if found[n] < shift[k] - small or xi[n] < -slow:
+            if n is not None and (found[n] < shift[k] - small or xi[n] < -slow):
                 return False
-            if t is None or found[n] == 0.0:
+            if t is None or (n is not None and found[n] == 0.0):
                 continue
-            if case.slip == "stick" and abs(found[t]) > self.static[k] * found[n] + small:
+            largest = self.static[k] * (1.0 if n is None else found[n])
+            if case.slip == "stick" and abs(found[t]) > largest + small:
                 return False
             if case.slip in (1.0, -1.0) and not case.moving and float(case.slip) * xi[t] < -slow:
                 return False
         return True
 
     def slips(self, k: int) -> tuple[Case, ...]:
-        """Return how a contact may be held, before anything is known of its slip."""
+        """Return how it may be held, before anything is known of its slip."""
         every = (0.0,) if self.tangents[k] is None else ("stick", 1.0, -1.0)
         return tuple(Case(True, one) for one in every)
 
@@ -108,13 +114,15 @@ class Laws:
         """
         options = [(FREE, *self.slips(k)) for k in range(len(self.normals))]
         target, offset = np.zeros(len(v)), np.zeros(len(self.normals))
-        for k, n in enumerate(self.normals):
+        rows = [n for n in self.normals if n is not None]
+        assert len(rows) == len(self.normals), "dry friction of joints gives no impulse"
+        for k, n in enumerate(rows):
             target[n] = 0.0 if by_poisson[k] else -self.restitution[k] * v[n]
         sliding = replace(self, static=self.friction)
         first = sliding._least(v, options, offset, target)
         if not any(by_poisson):
             return first
-        offset = np.array([first[n] * self.restitution[k] * by_poisson[k] for k, n in enumerate(self.normals)])
+        offset = np.array([first[n] * self.restitution[k] * by_poisson[k] for k, n in enumerate(rows)])
         if not offset.any():
             return first
         more = [

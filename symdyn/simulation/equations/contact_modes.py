@@ -51,9 +51,12 @@ def contact_kinds(c: ContactEquations) -> list[EventKind]:
     for k, (touch, (normal, tangent)) in enumerate(zip(c.touches, c.parts(c.forces), strict=True)):
         closed, sticks, slip = touch.mode
         one = closed.graph.one
-        guards = [(STRIKES, touch.gap + closed), (LIFTS, closed * normal + (one - closed))]
+        guards, largest = [], touch.static
+        if normal is not None:
+            guards = [(STRIKES, touch.gap + closed), (LIFTS, closed * normal + (one - closed))]
+            largest = largest * normal
         if tangent is not None:
-            cone = touch.static * touch.static * normal * normal - tangent * tangent
+            cone = largest * largest - tangent * tangent
             held = closed * sticks
             guards.append((BREAKS, held * cone + (one - held)))
             moves = slip * slip
@@ -119,13 +122,13 @@ class Contacts:
     """The contacts of a system.
 
     Attributes:
-        touches: names, and whether there is friction.
+        touches: names, and whether there are an n and a t.
         laws: "poisson" or "newton" of each.
         place: where their modes begin in a state.
         told: every event of a run, in order.
     """
 
-    touches: tuple[tuple[str, bool], ...]
+    touches: tuple[tuple[str, bool, bool], ...]
     laws: tuple[str, ...]
     place: int
     told: list[Impact] = field(default_factory=list)
@@ -133,26 +136,30 @@ class Contacts:
     @classmethod
     def of(cls, c: ContactEquations, place: int) -> Contacts:
         """Return those of some equations."""
-        touches = tuple((one.contact.name, bool(one.tangent)) for one in c.touches)
+        touches = tuple((one.contact.name, bool(one.normal), bool(one.tangent)) for one in c.touches)
         return cls(touches, tuple(one.contact.law for one in c.touches), place)
 
     @property
-    def rows(self) -> tuple[tuple[int, int | None], ...]:
-        """The rows of n and t of each contact."""
-        found, at = list[tuple[int, int | None]](), 0
-        for _, rough in self.touches:
-            found.append((at, at + 1 if rough else None))
-            at += 1 + rough
+    def rows(self) -> tuple[tuple[int | None, int | None], ...]:
+        """The rows of n and t of each, None where there is none."""
+        found, at = list[tuple[int | None, int | None]](), 0
+        for _, touches, rough in self.touches:
+            found.append((at if touches else None, at + touches if rough else None))
+            at += touches + rough
         return tuple(found)
 
     def numbers(self, flat: Array, nv: int) -> Numbers:
         """Return what the compiled function tells at a state."""
-        k, m = len(self.touches), sum(1 + rough for _, rough in self.touches)
+        k, m = len(self.touches), sum(touches + rough for _, touches, rough in self.touches)
         gaps, W, C, drift, rest = np.split(flat, np.cumsum([k, m * nv, m * nv, m]))
         W, C = W.reshape(m, nv), C.reshape(m, nv)
         friction, static, e = rest.reshape(k, 3).T
         normals, tangents = zip(*self.rows, strict=True)
         return Numbers(gaps, W, C, drift, Laws(W @ C.T, normals, tangents, friction, static, e))
+
+    def name(self, k: int) -> str:
+        """Return the name of one."""
+        return self.touches[k][0]
 
     def closed(self, x: Array) -> list[int]:
         """Return which contacts are closed."""
@@ -179,13 +186,11 @@ class Contacts:
 
 def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
     """Return some of the contacts, and their rows."""
-    rows, normals, tangents = list[int](), list[int](), list[int | None]()
+    rows, normals, tangents = list[int](), list[int | None](), list[int | None]()
     for k in some:
-        normals.append(len(rows))
-        rows.append(laws.normals[k])
-        t = laws.tangents[k]
-        tangents.append(None if t is None else len(rows))
-        rows += [] if t is None else [t]
+        for places, row in ((normals, laws.normals[k]), (tangents, laws.tangents[k])):
+            places.append(None if row is None else len(rows))
+            rows += [] if row is None else [row]
     chosen = list(some)
     values = (one[chosen] for one in (laws.friction, laws.static, laws.restitution))
     return Laws(laws.D[np.ix_(rows, rows)], tuple(normals), tuple(tangents), *values), rows
@@ -218,48 +223,49 @@ class Settling:
         touching = sorted({*self.contacts.closed(x), *struck, *near})
         v = self.n.W @ u
         impulses, lost, after = np.zeros(len(v)), 0.0, v
-        if any(v[laws.normals[k]] < -rest for k in touching):
-            some, rows = part(laws, touching)
-            impulses[rows] = some.impact(v[rows], [self.contacts.laws[k] == "poisson" for k in touching])
+        normal = {k: n for k in touching if (n := laws.normals[k]) is not None}
+        if any(v[n] < -rest for n in normal.values()):
+            some, rows = part(laws, list(normal))
+            impulses[rows] = some.impact(v[rows], [self.contacts.laws[k] == "poisson" for k in normal])
             u = u + self.n.C.T @ impulses
             after = self.n.W @ u
             lost = float(-impulses @ (v + after)) / 2
-        flights, down = {}, []
-        for k in touching:
-            rate = after[laws.normals[k]]
-            if rate > rest and 0 < laws.restitution[k] < 1 and k in struck:
-                flights[k] = self._flights(k, rate, touching, after, rest)
-        for k in touching:
-            if k in flights and flights[k] is not None:
-                down.append(k)
-        resting = [k for k in touching if abs(after[laws.normals[k]]) <= rest or k in down]
+        flights = {
+            k: self._flights(k, float(after[n]), touching, after, rest)
+            for k, n in normal.items()
+            if k in struck and after[n] > rest and 0 < laws.restitution[k] < 1
+        }
+        resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         u = self._at_rest(u, resting, rest)
         after = self.n.W @ u
         cases = self._mode(resting, after, rest, broke)
         x[velocities] = u
         x = self.contacts.with_mode(x, cases)
         words = self.contacts.words(x)
-        names = [name for name, _ in self.contacts.touches]
         for k in touching:
-            n, t = self.contacts.rows[k]
-            if k in struck or k in leaving or impulses[n]:
-                pair = (float(impulses[n]), 0.0 if t is None else float(impulses[t]))
-                what = STRIKES if k in struck or impulses[n] else leaving[k]
-                told.append(
-                    Impact(self.t, names[k], what, float(v[n]), float(after[n]), pair, lost, words, flights.get(k))
-                )
+            pair = tuple(0.0 if row is None else float(impulses[row]) for row in self.contacts.rows[k])
+            rates = tuple(0.0 if k not in normal else float(one[normal[k]]) for one in (v, after))
+            if pair[0] or k in leaving or (k in struck and k in normal):
+                what = leaving.get(k, STRIKES) if not pair[0] else STRIKES
+                told.append(Impact(self.t, self.contacts.name(k), what, *rates, pair, lost, words, flights.get(k)))  # type: ignore[arg-type]
         return x
+
+    def _still(self, k: int, v: Array, rest: float) -> bool:
+        """Tell whether what touches does not open."""
+        n = self.n.laws.normals[k]
+        return n is None or abs(v[n]) <= rest
 
     def _flights(self, k: int, rate: float, touching: Sequence[int], after: Array, rest: float) -> float | None:
         """Return when the flights of a contact end that are too short to be followed; None where they are not."""
-        laws = self.n.laws
-        others = [j for j in touching if j != k and abs(after[laws.normals[j]]) <= rest]
+        laws, n = self.n.laws, self.n.laws.normals[k]
+        assert n is not None, "it flies"
+        others = [j for j in touching if j != k and self._still(j, after, rest)]
         some, rows = part(laws, others)
-        falls = float(self.n.drift[laws.normals[k]])
+        falls = float(self.n.drift[n])
         if others:
             modes = self._options(others, after, rest, {})
             found = next(iter(some.solutions(self.n.drift[rows], modes)), None)
-            falls += float(laws.D[laws.normals[k], rows] @ found[1]) if found else 0.0
+            falls += float(laws.D[n, rows] @ found[1]) if found else 0.0
         if falls >= 0 or rate * rate > 2 * FLAT * -falls:
             return None
         return float(self.t + 2 * rate / -falls / (1 - laws.restitution[k]))
@@ -269,7 +275,8 @@ class Settling:
         rows = []
         for k in resting:
             n, t = self.contacts.rows[k]
-            rows += [n] if t is None or abs(self.n.W[t] @ u) > rest else [n, t]
+            rows += [] if n is None else [n]
+            rows += [] if t is None or abs(self.n.W[t] @ u) > rest else [t]
         if not rows:
             return u
         missed = np.linalg.lstsq(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u, rcond=1e-12)[0]
@@ -280,13 +287,13 @@ class Settling:
     ) -> list[tuple[Case, ...]]:
         found = []
         for k in some:
-            t = self.contacts.rows[k][1]
+            n, t = self.contacts.rows[k]
+            held = self.n.laws.slips(k)
             if k in broke:
-                found.append((Case(True, broke[k], True), FREE))
+                held = (Case(True, broke[k], True),)
             elif t is not None and abs(v[t]) > rest:
-                found.append((Case(True, float(np.sign(v[t])), True), FREE))
-            else:
-                found.append((*self.n.laws.slips(k), FREE))
+                held = (Case(True, float(np.sign(v[t])), True),)
+            found.append(held if n is None else (*held, FREE))
         return found
 
     def _mode(
@@ -302,7 +309,7 @@ class Settling:
         some, rows = part(self.n.laws, resting)
         options = self._options(resting, v, rest, broke)
         found = list(some.solutions(self.n.drift[rows], options))
-        names = ", ".join(self.contacts.touches[k][0] for k in resting)
+        names = ", ".join(map(self.contacts.name, resting))
         if not found:
             raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
         motions = [self.n.C[rows].T @ forces for _, forces in found]
@@ -314,7 +321,7 @@ class Settling:
     def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
         """Return cases without what others hold already: its friction is not determined, and none is as good as any."""
         kept, found = list[int](), []
-        order = [(k, some.normals[k]) for k in range(len(cases)) if cases[k].held]
+        order = [(k, n) for k in range(len(cases)) if (n := some.normals[k]) is not None and cases[k].held]
         order += [(k, t) for k in range(len(cases)) if (t := some.tangents[k]) is not None and cases[k].slip == "stick"]
         dropped = set()
         for k, row in order:
@@ -323,7 +330,7 @@ class Settling:
             if values[0] > 1e-9 * values[-1]:
                 kept.append(row)
             elif row == some.normals[k]:
-                name = self.contacts.touches[resting[k]][0]
+                name = self.contacts.name(resting[k])
                 raise ArithmeticError(f"contact {name} is held by others already; leave one of them out")
             else:
                 dropped.add(k)
@@ -347,12 +354,13 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     forces = system.evaluate("contact_forces", t, x)
     broke = {
-        k: -float(np.sign(forces[row])) for k, what in leaving.items() if what == BREAKS and (row := contacts.rows[k][1])
+        k: -float(np.sign(forces[row])) for k, what in leaving.items() if what == BREAKS and (row := contacts.rows[k][1]) is not None
     }
     held = sorted({*contacts.closed(x), *struck})
-    normals = [contacts.rows[k][0] for k in held]
-    D = found.laws.D[np.ix_(normals, normals)]
-    step = -found.C[normals].T @ np.linalg.lstsq(D, found.gaps[held], rcond=1e-12)[0]
+    normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
+    rows = list(normals.values())
+    D = found.laws.D[np.ix_(rows, rows)]
+    step = -found.C[rows].T @ np.linalg.lstsq(D, found.gaps[list(normals)], rcond=1e-12)[0]
     x = x.copy()
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
@@ -371,7 +379,7 @@ def begun(system: StateEquations, x: Array) -> Array:
     gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
     inside = [k for k in range(len(gaps)) if gaps[k] < -STARTS]
     if inside:
-        name = contacts.touches[inside[0]][0]
+        name = contacts.name(inside[0])
         told = f"contact {name} begins {-gaps[inside[0]]:.3g} m inside its plane"
         raise SimulateError(f"{system.scene.name}: start: {told}; start where it touches, or above")
     touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]
