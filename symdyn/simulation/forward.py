@@ -216,7 +216,8 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(simulate, locals())
-    if has_modes(problem.scene):
+    declared = problem.scene
+    if has_modes(declared):
         problem = replace(problem, scene=with_modes(problem.scene))
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)
@@ -234,7 +235,9 @@ def simulate(
     system = replace(system, loop=outside.begun(scene, initial, run.until))
     own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
     x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
-    x = begun(system, x)
+    if system.contacts is not None:
+        system = replace(system, contacts=replace(system.contacts, told=[], declared=declared))
+        x = begun(system, x)
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)

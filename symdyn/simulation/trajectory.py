@@ -19,6 +19,7 @@ from symdyn.scene import Scene
 from symdyn.scene.values import Letter, acceleration_name
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column, columns, columns_csv, data_set, frame, known, missing
+from symdyn.simulation.equations.contact_modes import Impact
 from symdyn.simulation.equations.saturation import Saturation, cut_lines
 from symdyn.simulation.integrate.integration import END, INTERRUPTED
 from symdyn.simulation.prescribed.forces import ForceTable, drive_names
@@ -88,6 +89,7 @@ class Trajectory(Shown):
         saturations: when a controller's forces were cut at their limits, in order.
         curves: driving forces between rows, functions of t by name, where they are known, as those of an optimum;
             `simulate(forces=run)` takes them.
+        impacts: what happened at contacts, stops and dry friction, in order: times, velocities, impulses, energy lost.
         dense: what the run is between its rows, see `run(t)`; None of motions that were not integrated here.
     """
 
@@ -113,6 +115,7 @@ class Trajectory(Shown):
     held: tuple[str, ...] = ()
     saturations: tuple[Saturation, ...] = ()
     curves: Mapping[str, ForceTable] = field(default_factory=dict, repr=False)
+    impacts: tuple[Impact, ...] = ()
     dense: Callable[[Trajectory, Array], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, object]:

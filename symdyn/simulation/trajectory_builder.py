@@ -27,6 +27,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Contact, Faults
 from symdyn.simulation.columns import apart, axes_of
 from symdyn.simulation.equations.compiled_routines import opened
+from symdyn.simulation.equations.contact_modes import columns_of
 from symdyn.simulation.equations.monitors import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.force_columns import multipliers, output_columns, reaction_columns, tension_columns
@@ -247,7 +248,8 @@ def trajectory_of(
     system: StateEquations, run: Integration, formulas: Sequence[str], flags: Sequence[bool], reactions: bool | str
 ) -> Trajectory:
     """Return what a run is told as: motion, forces, columns, monitors, events, and what ended it."""
-    scene = system.scene
+    contacts = system.contacts
+    scene = system.scene if contacts is None or contacts.declared is None else contacts.declared
     parts = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     q, u = (run.x[:, part] for part in parts)
     events = _events(system, run, formulas, flags)
@@ -259,22 +261,25 @@ def trajectory_of(
         if scene.given:
             inputs = system.evaluate("inputs", run.t, run.x) if scene.inputs else 0.0
             told = np.broadcast_to(inputs, (len(run.t), len(scene.inputs)))
-            own = run.x[:, system.nq + system.nv : system.nq + system.nu]
+            own = run.x[:, system.nq + system.nv :][:, : len(scene.states)]
             given = zip(scene.given, (*told.T, *own.T), strict=True)
             columns = {one.name: column for one, column in given} | columns
             found = replace(found, extra=columns)
+        if contacts is not None:
+            columns |= columns_of(contacts, system, run.t, run.x)
         if scene.points:
             columns |= dict(zip(scene.point_names, system.evaluate("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)
-        contacts, seen = needed(system, found)
+        lasting, seen = needed(system, found)
         least, pushes = slack(found)
-    for one in contacts:
+    for one in lasting:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
     monitors |= least
-    return replace(found, extra=apart(scene, columns), monitors=monitors, notes=(*seen, *pushes))
+    impacts = () if contacts is None else tuple(contacts.told)
+    return replace(found, extra=apart(scene, columns), monitors=monitors, notes=(*seen, *pushes), impacts=impacts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -154,6 +154,11 @@ class ContactEquations:
         return solve_square(A, b)
 
     @cached_property
+    def generalized(self) -> list[Expr]:
+        """Wᵀ λ, shape (nv,), N m or N."""
+        return [_dot(column, self.forces) for column in zip(*self.rows, strict=True)]
+
+    @cached_property
     def accelerations(self) -> list[Expr]:
         """u̇ in the mode, shape (nv,)."""
         by_velocity = zip(self.free, *self.columns, strict=True)

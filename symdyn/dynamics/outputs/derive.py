@@ -130,6 +130,7 @@ def _named(
     unique = row.unique(workspace) if row.unique else ()
     text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
+    text += "; all contacts open" if DRIVES in row.arguments and workspace.scene.unilaterals else ""
     loop = workspace.table_loop(formulation) if row.formulations[formulation].loop else None
     solve = row.formulations[formulation].solve
     rows = solve(workspace) if solve else None

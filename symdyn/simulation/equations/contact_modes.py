@@ -26,8 +26,9 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.contacts import ContactEquations, Touch
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr
+from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import function_of
-from symdyn.simulation.equations.complementarity import FREE, Case, Laws
+from symdyn.simulation.equations.complementarity import CLOSE, FREE, Case, Laws
 from symdyn.simulation.equations.events import EventKind
 
 if TYPE_CHECKING:
@@ -126,12 +127,14 @@ class Contacts:
         laws: "poisson" or "newton" of each.
         place: where their modes begin in a state.
         told: every event of a run, in order.
+        declared: the scene as its writer has it, without modes; None before a run begins.
     """
 
     touches: tuple[tuple[str, bool, bool], ...]
     laws: tuple[str, ...]
     place: int
     told: list[Impact] = field(default_factory=list)
+    declared: Scene | None = None
 
     @classmethod
     def of(cls, c: ContactEquations, place: int) -> Contacts:
@@ -215,7 +218,7 @@ class Settling:
 
     def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, float]) -> Array:
         """Return the state behind it; `struck` are contacts, `leaving` lift off, `broke` slip that way."""
-        x, laws, told = x.copy(), self.n.laws, self.contacts.told
+        x, laws, told, was = x.copy(), self.n.laws, self.contacts.told, self.contacts.words(x)
         velocities = slice(self.nq, self.nq + self.nv)
         u = x[velocities]
         rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
@@ -240,14 +243,21 @@ class Settling:
         after = self.n.W @ u
         cases = self._mode(resting, after, rest, broke)
         x[velocities] = u
+        x[-1] -= lost
         x = self.contacts.with_mode(x, cases)
-        words = self.contacts.words(x)
+        words, size = self.contacts.words(x), CLOSE * float(np.abs(impulses).max(initial=0.0))
         for k in touching:
             pair = tuple(0.0 if row is None else float(impulses[row]) for row in self.contacts.rows[k])
             rates = tuple(0.0 if k not in normal else float(one[normal[k]]) for one in (v, after))
-            if pair[0] or k in leaving or (k in struck and k in normal):
-                what = leaving.get(k, STRIKES) if not pair[0] else STRIKES
-                told.append(Impact(self.t, self.contacts.name(k), what, *rates, pair, lost, words, flights.get(k)))  # type: ignore[arg-type]
+            if pair[0] > size or (k in struck and k in normal and self.t > 0.0):
+                what = STRIKES
+            elif k in leaving:
+                what = leaving[k]
+            elif was[k] != "open" and words[k] == "open":
+                what = LIFTS
+            else:
+                continue
+            told.append(Impact(self.t, self.contacts.name(k), what, *rates, pair, lost, words, flights.get(k)))  # type: ignore[arg-type]
         return x
 
     def _still(self, k: int, v: Array, rest: float) -> bool:
@@ -365,6 +375,25 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     return Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+
+
+def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -> dict[str, Array]:
+    """Return gap, forces and mode of every contact over a run, each of shape (N,).
+
+    A mode is 0 where it is open, 1 where it sticks or nothing rubs, 2 and -2 where it slips.
+    """
+    flat = system.evaluate("contacts", t, x)
+    forces = system.evaluate("contact_forces", t, x).reshape(len(t), -1)
+    found = dict[str, Array]()
+    for k, (row, tangent) in enumerate(contacts.rows):
+        name = contacts.name(k).replace(".", "_")
+        closed, _, slip = x[:, contacts.place + 3 * k : contacts.place + 3 * k + 3].T
+        if row is not None:
+            found |= {f"gap_{name}": flat[:, k], f"normal_{name}": forces[:, row]}
+        if tangent is not None:
+            found[f"friction_{name}"] = forces[:, tangent]
+        found[f"mode_{name}"] = np.where(slip == 0.0, closed, 2.0 * slip)
+    return found
 
 
 def begun(system: StateEquations, x: Array) -> Array:

@@ -34,7 +34,7 @@ from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
-from symdyn.dynamics.contacts import MODE, contact_equations
+from symdyn.dynamics.contacts import MODE, contact_equations, has_modes, with_modes
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
@@ -123,6 +123,10 @@ def state_equations(
         SimulateError: a parameter has no value, or nothing moves.
         DerivationError: there is no forward dynamics, or the loops cannot be closed.
     """
+    known = {one.name for one in scene.states}
+    if has_modes(scene) and not known.issuperset(f"{one.name}.{MODE[0]}" for one in with_modes(scene).unilaterals):
+        what = "contacts, stops or dry friction that open, close or stick"
+        raise SimulateError(f"{scene.name}: {what} are known by simulate alone; take them out")
     if not scene.velocities:
         opened(scene)
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
@@ -162,16 +166,21 @@ def _written(
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
     )
-    acts = (drives, substitute(w.Q, place))
+    if touching is not None and w.prescribed.place:
+        whole = substitute([*w.forces(touching.accelerations), *touching.generalized], place)
+        drives = [whole[k] - whole[w.state.n + k] if k in w.prescribed.place else tau[k] for k in range(w.state.n)]
+    others = w.Q if touching is None else [a + b for a, b in zip(w.Q, touching.generalized, strict=True)]
+    acts = (drives, substitute(others, place))
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
     power = powers[0] + powers[1]
-    momenta = candidates(w, accelerations, bool(forces.outside))
+    momenta = candidates(w, accelerations, bool(forces.outside) or touching is not None)
     kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
     following = linear.followers(w) if linear else {}
     rates = [*substitute(w.state.rates, following), *accelerations]
     rates += substitute(substitute(w.state_rates, place), following)
+    works = touching is not None or not power.is_zero  # impacts take energy at once
     functions = [
-        function_of(w, "rates", [*rates, *([] if power.is_zero else [power])]),
+        function_of(w, "rates", [*rates, *([power] if works else [])]),
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
@@ -207,7 +216,7 @@ def _written(
     made = compiled(scene, w.graph, functions)
     mass = () if rows else derive_one(w, "mass_matrix").entries
     return StateEquations(
-        scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
+        scene, forces, found, decisions, events, made, {}, works, momenta, kept, mass, dependent,
         rows, filled, kinds, (), lambda: together(w, place, power), contacts=contacts,
     )  # fmt: skip
 
