@@ -34,7 +34,7 @@ def told(run: symdyn.Trajectory, what: list) -> float:
 
 
 def _is(contact: str, name: str) -> bool:
-    return name in (contact, contact.split(".")[0])
+    return name in (contact, contact.rpartition("_")[0])
 
 
 @pytest.mark.parametrize("name", [one for one, case in CASES.items() if "scene" in case])

@@ -61,12 +61,20 @@ def run(options: argparse.Namespace) -> int:
     for event in trajectory.events:
         if not event.stops:
             say(f"event: {event.formula} = 0 at t = {event.t!r} s")
+    for impact in trajectory.impacts[:SHOWN]:
+        say(f"contact: {impact.words}")
+    if len(trajectory.impacts) > SHOWN:
+        say(f"contact: {len(trajectory.impacts) - SHOWN} more; --json and run.impacts have all of them")
     for line in trajectory.cut_lines:
         say(f"saturation: {line}")
     if not trajectory.ended:
         (fail if ended else say)(ending(trajectory))
     say(balance(trajectory))
     return ended
+
+
+SHOWN = 20
+"""Events of contacts that are told, at most."""
 
 
 def _check_feedback(options: argparse.Namespace) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
-from symdyn.dynamics.contacts import has_modes, with_modes
+from symdyn.dynamics.contacts import lacks_modes, with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneLike
@@ -104,10 +104,11 @@ def choose(
     if rtol is not None and rtol < DOUBLES:
         return replace(_asked(system, _finer(), limited, rtol), reason="doubles have no such tolerance")
     if is_stiff(system, x, until):
-        if system.loop is not None and system.loop.period is not None:
-            return Choice(
-                "radau", METHODS["radau"], "the system is stiff, and multistep methods would begin anew at samples"
-            )
+        anew = "samples" if system.loop is not None and system.loop.period is not None else ""
+        anew = anew or ("events of contacts" if system.contacts is not None else "")
+        if anew:
+            why = f"the system is stiff, and multistep methods would begin anew at {anew}"
+            return Choice("radau", METHODS["radau"], why)
         name = "cvode" if METHODS["cvode"].installed else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
     why = refuses(system)
@@ -135,6 +136,8 @@ def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None,
     if not method.installed:
         raise MethodError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
+    if not why and system.contacts is not None and method.multistep:
+        why, other = "it would begin anew at every event of a contact, with small steps", "take radau"
     if not method.finds_events and not why and limited:
         lets = argument("ignore_limits", True)
         why = f"joints have limits, which end runs, and it looks for no events ({lets} lets it)"
@@ -217,7 +220,7 @@ def simulate(
     """
     problem, run = Problem.requested(simulate, locals())
     declared = problem.scene
-    if has_modes(declared):
+    if lacks_modes(declared):
         problem = replace(problem, scene=with_modes(problem.scene))
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
-from symdyn.dynamics.contacts import has_modes
+from symdyn.dynamics.contacts import lacks_modes
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.dynamics.outputs import Moving
 from symdyn.emit import C, emit, render
@@ -292,7 +292,7 @@ def shape(task: Task) -> str:
         return "doubles have no such tolerance"
     if scene.is_constrained:
         return "loops close"
-    if has_modes(scene):
+    if lacks_modes(scene):
         return "contacts open and close"
     if not scene.velocities:
         return "nothing moves"

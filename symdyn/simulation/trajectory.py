@@ -309,6 +309,7 @@ class Trajectory(Shown):
             "evaluations": self.evaluations,
             "stopped": self.stopped,
             "events": [{"formula": e.formula, "t": e.t, "stops": e.stops} for e in self.events],
+            **({"impacts": [asdict(one) for one in self.impacts]} if self.impacts else {}),
             "saturations": [asdict(one) for one in self.saturations],
             "held": list(self.held),
             "monitors": dict(self.monitors),

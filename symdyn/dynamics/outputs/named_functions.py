@@ -15,6 +15,7 @@ from functools import cache
 from typing import Any
 
 from symdyn.arguments import check_arguments
+from symdyn.dynamics.contacts.contact_rows import unilaterals_of
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS as COSTS
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
@@ -174,7 +175,12 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
+    "mask": ("1 for each contact that is closed, else 0", {"": "1"}),
+    "slip": ("sign of the slip of each contact, 0 where it sticks", {"": "1"}),
 }
+
+MODES = ("mask", "slip")
+"""Arguments that say the mode of every contact."""
 
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
@@ -274,6 +280,11 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             told = runs([one.name for one in letters])
             units_of = tuple(one.unit for one in letters)
             result.append(Argument(name, symbols_of(scene, workspace.graph, name), f"{text}: {told}", units_of))
+            continue
+        if name in MODES:
+            names = [one.name for one in unilaterals_of(scene)]
+            nodes = direction(workspace.graph, name, len(names))
+            result.append(Argument(name, nodes, f"{text}: {runs(names)}", ("1",) * len(names)))
             continue
         if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
             decisions = workspace.loops.decisions

@@ -168,7 +168,7 @@ class Output:
     units: str
     when_constrained: WhenConstrained | Constrained
     formulations: dict[str, Formulation]
-    place: Literal["", "body", "point", "output", "rope"] = ""
+    place: Literal["", "body", "point", "output", "rope", "contact"] = ""
     exists: Callable[[Scene], bool] = lambda scene: True
     default_in: DefaultIn = "load"
     may_fail: Literal["never", "reported", "silently"] = "never"

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from symdyn.dynamics.contacts.contact_outputs import CONTACTS
 from symdyn.dynamics.mechanism import centroidal, kinematics
 from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.state import has_motion
@@ -383,6 +384,7 @@ OUTPUTS: dict[str, Output] = {
     **REACTIONS,
     **CENTROIDAL,
     **SIGNALS,
+    **CONTACTS,
     **REGRESSORS,
     **PASSIVITY,
 }

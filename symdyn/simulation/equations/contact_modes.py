@@ -62,19 +62,19 @@ def contact_kinds(c: ContactEquations) -> list[EventKind]:
             guards.append((BREAKS, held * cone + (one - held)))
             moves = slip * slip
             guards.append((STOPS, moves * slip * _slip(touch, c) + (one - moves)))
-        name = touch.contact.name
-        found += [EventKind(guard, -1, text=f"{name} {what}", contact=(k, what)) for what, guard in guards]
+        found += [EventKind(guard, -1, contact=(k, what)) for what, guard in guards]
     return found
 
 
 def _slip(touch: Touch, c: ContactEquations) -> Expr:
+    assert touch.tangent is not None, "friction acts along it"
     graph = touch.gap.graph
-    return graph.total(t * u for t, u in zip(touch.tangent, c.velocities, strict=True))
+    return graph.total(t * u for t, u in zip(touch.tangent.entries, c.velocities, strict=True))
 
 
 def contact_numbers(w: Workspace, c: ContactEquations) -> list[Function]:
     """Return what an event is settled with, as functions."""
-    flat = [*(touch.gap for touch in c.touches), *(x for row in c.rows for x in row)]
+    flat = [*(touch.gap for touch in c.touches), *(x for row in c.rows for x in row.entries)]
     flat += [*(x for column in c.columns for x in column), *c.drift]
     flat += [x for touch in c.touches for x in (touch.friction, touch.static, touch.restitution)]
     forces = function_of(w, "contact_forces", c.forces)
@@ -105,6 +105,14 @@ class Impact:
     lost: float = 0.0
     mode: tuple[str, ...] = ()
     rest: float | None = None
+
+    @property
+    def words(self) -> str:
+        """It in one line, such as "floor strikes at t = 0.45 s, -4.43 to 3.54 m/s, 3.53 J lost"."""
+        found = f"{self.contact} {self.what} at t = {self.t!r} s"
+        if self.impulse[0]:
+            found += f", {self.before:.6g} to {self.after:.6g} m/s, {self.lost:.3g} J lost"
+        return found if self.rest is None else f"{found}; it rests from t = {self.rest:.9g} s on"
 
 
 @dataclass(frozen=True)
@@ -139,8 +147,8 @@ class Contacts:
     @classmethod
     def of(cls, c: ContactEquations, place: int) -> Contacts:
         """Return those of some equations."""
-        touches = tuple((one.contact.name, bool(one.normal), bool(one.tangent)) for one in c.touches)
-        return cls(touches, tuple(one.contact.law for one in c.touches), place)
+        touches = tuple((one.law.name, bool(one.normal), bool(one.tangent)) for one in c.touches)
+        return cls(touches, tuple(one.law.law for one in c.touches), place)
 
     @property
     def rows(self) -> tuple[tuple[int | None, int | None], ...]:
@@ -236,7 +244,7 @@ class Settling:
         flights = {
             k: self._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
-            if k in struck and after[n] > rest and 0 < laws.restitution[k] < 1
+            if k in struck and v[n] < -rest and after[n] > rest and 0 < laws.restitution[k] < 1
         }
         resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
         u = self._at_rest(u, resting, rest)
@@ -249,7 +257,7 @@ class Settling:
         for k in touching:
             pair = tuple(0.0 if row is None else float(impulses[row]) for row in self.contacts.rows[k])
             rates = tuple(0.0 if k not in normal else float(one[normal[k]]) for one in (v, after))
-            if pair[0] > size or (k in struck and k in normal and self.t > 0.0):
+            if pair[0] > size or (k in struck and k in normal and rates[0] <= rest and self.t > 0.0):
                 what = STRIKES
             elif k in leaving:
                 what = leaving[k]
@@ -386,7 +394,7 @@ def columns_of(contacts: Contacts, system: StateEquations, t: Array, x: Array) -
     forces = system.evaluate("contact_forces", t, x).reshape(len(t), -1)
     found = dict[str, Array]()
     for k, (row, tangent) in enumerate(contacts.rows):
-        name = contacts.name(k).replace(".", "_")
+        name = contacts.name(k)
         closed, _, slip = x[:, contacts.place + 3 * k : contacts.place + 3 * k + 3].T
         if row is not None:
             found |= {f"gap_{name}": flat[:, k], f"normal_{name}": forces[:, row]}

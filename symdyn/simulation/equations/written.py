@@ -34,7 +34,7 @@ from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
-from symdyn.dynamics.contacts import MODE, contact_equations, has_modes, with_modes
+from symdyn.dynamics.contacts import MODE, contact_equations, lacks_modes
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
@@ -123,8 +123,7 @@ def state_equations(
         SimulateError: a parameter has no value, or nothing moves.
         DerivationError: there is no forward dynamics, or the loops cannot be closed.
     """
-    known = {one.name for one in scene.states}
-    if has_modes(scene) and not known.issuperset(f"{one.name}.{MODE[0]}" for one in with_modes(scene).unilaterals):
+    if lacks_modes(scene):
         what = "contacts, stops or dry friction that open, close or stick"
         raise SimulateError(f"{scene.name}: {what} are known by simulate alone; take them out")
     if not scene.velocities:

@@ -144,6 +144,7 @@ class Method:
         finds_events: whether it looks for zeros of formulas, and stops at limits of joints.
         finest: the finest relative tolerance that it works with, and that means anything in the numbers it computes in.
         absolute: whether it has an absolute tolerance too.
+        multistep: whether a step rests on those before, so that it begins anew slowly.
     """
 
     library: str
@@ -156,6 +157,7 @@ class Method:
     finds_events: bool = True
     finest: float = DOUBLES
     absolute: bool = True
+    multistep: bool = False
 
     @property
     def installed(self) -> bool:

@@ -209,7 +209,8 @@ class _Interpolant:
 
 def _scipy(name: str, text: str, rtol: float) -> Method:
     share = SHARE if name in MULTISTEP else 1.0
-    return Method("SciPy", text, "scipy", "", rtol, partial(run_scipy, name=name), finest=SMALLEST_SCIPY / share)
+    run, multistep = partial(run_scipy, name=name), name in MULTISTEP
+    return Method("SciPy", text, "scipy", "", rtol, run, finest=SMALLEST_SCIPY / share, multistep=multistep)
 
 
 SCIPY = {
@@ -335,6 +336,7 @@ SUNDIALS = {
         1e-8,
         partial(run_cvode, name="BDF"),
         finest=SMALLEST_CVODE / SHARE,
+        multistep=True,
     ),
     "adams": Method(
         "SUNDIALS",
@@ -344,6 +346,7 @@ SUNDIALS = {
         1e-9,
         partial(run_cvode, name="Adams"),
         finest=SMALLEST_CVODE / SHARE,
+        multistep=True,
     ),
     "ida": Method(
         "SUNDIALS",
@@ -354,5 +357,6 @@ SUNDIALS = {
         run_ida,
         proportional,
         finest=SMALLEST_IDA / SHARE,
+        multistep=True,
     ),
 }

@@ -1,0 +1,243 @@
+"""Outputs of contacts that open and close: gaps, their rates, forces in every mode, and what an impact does.
+
+The impact of one contact alone is a formula. With v = (ġ⁻, s⁻), D its Delassus' matrix, and Λ of one phase:
+
+    stick    Λ = -D⁻¹ v, where |Λt| ≤ μ Λn        else slip    Λn = -v_n/(D_nn - z μ D_nt), Λt = -z μ Λn
+
+z is the sign of the slip, against which friction acts: that of -Λt which sticking would take. By Poisson's law
+expansion begins with e Λn, and ends where that is left; by Newton's law v_n is (1 + e) ġ⁻.
+
+Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), sections 6.5 and 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from symdyn.dynamics.contacts.contact_equations import ContactEquations, columns_of, contact_equations, dot
+from symdyn.dynamics.contacts.contact_rows import MODE, Row, Touch, touching, unilaterals_of
+from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.named_functions import direction
+from symdyn.dynamics.outputs.output import Formulation, Output
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.errors import DerivationError, choice
+from symdyn.graph import Expr, Op, substitute
+
+DIRECTIONS = ("normal", "along", "across")
+"""The rows of a contact; those along which it cannot slip are zero."""
+
+MASK, SLIP = "mask", "slip"
+"""Arguments of what holds for all modes: which contacts are closed, 0 or 1; and the signs of their slips, 0 sticks."""
+
+
+def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
+    """Return a contact by its name.
+
+    Raises:
+        DerivationError: there is none of that name.
+    """
+    found = {one.law.name: one for one in w.once(touching, by_recursion)}
+    if name not in found:
+        raise DerivationError(f"{w.scene.name}: there is no contact {name!r} in [contacts]; {choice(name, found)}")
+    return found[name]
+
+
+def _rows(w: Workspace, touch: Touch) -> list[Row]:
+    none = Row(tuple(w.zeros), w.graph.zero)
+    found = [touch.normal or none, *touch.slips]
+    return [*found, *[none] * (len(DIRECTIONS) - len(found))]
+
+
+def _gap(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    return [_touch(w, name, by_recursion).gap]
+
+
+def _jacobian(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    return [entry for row in _rows(w, _touch(w, name, by_recursion)) for entry in row.entries]
+
+
+def _rate(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    return [dot(row.entries, w.state.qd) for row in _rows(w, _touch(w, name, by_recursion))]
+
+
+def _bias(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    return [row.bias for row in _rows(w, _touch(w, name, by_recursion))]
+
+
+def _free(w: Workspace, by_recursion: bool) -> list[Expr]:
+    found: list[Expr] = w.once(trees.forward_crba if by_recursion else trees.lagrange_forward)
+    return found
+
+
+def _impact_matrix(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    free = _free(w, by_recursion)
+    columns = [columns_of(w, free, row) for row in _rows(w, _touch(w, name, by_recursion))]
+    return [entry for parts in zip(*columns, strict=True) for entry in parts]
+
+
+def _all(w: Workspace, by_recursion: bool) -> ContactEquations:
+    return contact_equations(w, _free(w, by_recursion), by_recursion)
+
+
+def _in_mode(w: Workspace, by_recursion: bool) -> list[Expr]:
+    """Return accelerations and forces, the mode told by mask and slip."""
+    c: ContactEquations = w.once(_all, by_recursion)
+    masks, slips = (direction(w.graph, name, len(c.touches)) for name in (MASK, SLIP))
+    told = dict[Expr, Expr]()
+    for touch, mask, slip in zip(c.touches, masks, slips, strict=True):
+        values = (mask, w.graph.one - slip * slip, slip)
+        told |= dict(zip(touch.mode, values, strict=True))
+    return substitute([*c.accelerations, *c.forces], told)
+
+
+def _delassus(w: Workspace, by_recursion: bool) -> list[Expr]:
+    return [entry for row in w.once(_all, by_recursion).delassus for entry in row]
+
+
+def _drift(w: Workspace, by_recursion: bool) -> list[Expr]:
+    found: list[Expr] = w.once(_all, by_recursion).drift
+    return found
+
+
+# One impact
+
+
+def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
+    """Return u⁺ and Λ where a contact strikes alone."""
+    touch, free = _touch(w, name, by_recursion), _free(w, by_recursion)
+    if touch.normal is None:
+        raise DerivationError(f"{w.scene.name}: {name} is dry friction of a joint, which strikes nothing")
+    if touch.tangent is not None and len(touch.slips) > 1:
+        raise DerivationError(f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how")
+    rows = list(touch.rows)
+    columns = [columns_of(w, free, row) for row in rows]
+    D = [[dot(row.entries, column) for column in columns] for row in rows]
+    v = [dot(row.entries, w.state.qd) for row in rows]
+    e, zero, one = touch.restitution, w.graph.zero, w.graph.one
+    if touch.law.law == "newton":
+        found = _phase(D, [(one + e) * v[0], *v[1:]], touch, zero)
+    else:
+        found = _phase(D, v, touch, zero)
+        again = [a + dot(row, found) for a, row in zip(v, D, strict=True)]
+        more = _phase(D, again, touch, e * found[0])
+        found = [a + b for a, b in zip(found, more, strict=True)]
+    found = [_where(v[0], zero, part) for part in found]  # what parts already does not strike
+    after = [u + dot(parts, found) for u, parts in zip(w.state.qd, zip(*columns, strict=True), strict=True)]
+    return [*after, *found, *[zero] * (2 - len(found))]
+
+
+def _phase(D: Sequence[Sequence[Expr]], v: Sequence[Expr], touch: Touch, least: Expr) -> list[Expr]:
+    """Return Λ of a phase that ends where the gap's rate is zero, its normal impulse `least` at least.
+
+    Where the least is more than that takes, the rate is above zero in the end.
+    """
+    if len(v) == 1:
+        return [_larger(-v[0] / D[0][0], least)]
+    (a, b), (_, c) = D
+    mu, det = touch.friction, a * c - b * b
+    sticking = _larger((b * v[1] - c * v[0]) / det, least)
+    held = -(v[1] + b * sticking) / c
+    z = _where(held, -(v[0].graph.one), v[0].graph.one)
+    slipping = _larger(-v[0] / (a - z * mu * b), least)
+    beyond = held * held - mu * mu * sticking * sticking
+    return [_where(beyond, slipping, sticking), _where(beyond, -z * mu * slipping, held)]
+
+
+def _where(condition: Expr, positive: Expr, otherwise: Expr) -> Expr:
+    return condition.graph.function(Op.SELECT, condition, positive, otherwise)
+
+
+def _larger(a: Expr, b: Expr) -> Expr:
+    return a if b.is_zero else _where(a - b, a, b)
+
+
+# The table
+
+
+def _contact_rows(w: Workspace) -> tuple[str, ...]:
+    words = {"normal": lambda one: one.normal, "tangent": lambda one: one.tangent}
+    return tuple(
+        f"{word} of {one.law.name}" for one in w.once(touching, True) for word, of in words.items() if of(one) is not None
+    )
+
+
+def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Formulation]:
+    ways = {"recursive": Formulation(lambda w, *name: derive(w, *name, True))}
+    return ways | {"differentiation": Formulation(lambda w, *name: derive(w, *name, False), up_to=up_to)}
+
+
+_OF_ONE = partial(Output, when_constrained="same", may_fail="reported", place="contact", default_in="request")
+_OF_ALL = partial(
+    Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=lambda s: bool(unilaterals_of(s))
+)
+_UNITS = "m/s or rad/s"
+
+CONTACTS: Mapping[str, Output] = {
+    "gap": _OF_ONE("gap of {name}", ("q",), "g", (), "m or rad", formulations=_both(_gap, 8)),
+    "gap_jacobian": _OF_ONE(
+        "Jacobian of the rates of gap and slip of {name}",
+        ("q",),
+        "W",
+        (labels.fixed(*DIRECTIONS), labels.velocities),
+        "m, rad or 1",
+        formulations=_both(_jacobian, 8),
+    ),
+    "gap_rate": _OF_ONE(
+        "rates of gap and slip of {name}",
+        ("q", "qd"),
+        "v",
+        (labels.fixed(*DIRECTIONS),),
+        _UNITS,
+        formulations=_both(_rate, 8),
+    ),
+    "gap_jdot": _OF_ONE(
+        "accelerations of gap and slip of {name} at qdd = 0",
+        ("q", "qd"),
+        "gamma",
+        (labels.fixed(*DIRECTIONS),),
+        f"{_UNITS}, per s",
+        formulations=_both(_bias, 8),
+    ),
+    "impact_matrix": _OF_ONE(
+        "velocities by a unit of impulse at {name}, M^-1 W^T",
+        ("q",),
+        "C",
+        (labels.velocities, labels.fixed(*DIRECTIONS)),
+        "per N s or N m s",
+        formulations=_both(_impact_matrix),
+    ),
+    "impact": _OF_ONE(
+        "velocities behind an impact of {name} alone, and its impulses",
+        ("q", "qd"),
+        "qd_after",
+        (lambda w: (*w.scene.velocities, "normal impulse", "tangential impulse"),),
+        "of velocities; N s or N m s",
+        formulations=_both(_impact),
+    ),
+    "delassus": _OF_ALL(
+        "accelerations of gaps and slips by a unit of force, W M^-1 W^T",
+        ("q",),
+        "D",
+        (_contact_rows, _contact_rows),
+        "per kg or kg m^2",
+        formulations=_both(_delassus),
+    ),
+    "contact_bias": _OF_ALL(
+        "accelerations of gaps and slips without contact forces, W qdd + Wdot qd",
+        ("q", "qd", "tau"),
+        "b",
+        (_contact_rows,),
+        "m/s^2 or rad/s^2",
+        formulations=_both(_drift),
+    ),
+    "contact_dynamics": _OF_ALL(
+        "accelerations and contact forces in a mode: mask closes contacts, slip is 0 where they stick",
+        ("q", "qd", "tau", MASK, SLIP),
+        "qdd",
+        (lambda w: (*w.scene.velocities, *_contact_rows(w)),),
+        "of accelerations; N or N m",
+        formulations=_both(_in_mode),
+    ),
+}
+"""Rows of the table of outputs."""

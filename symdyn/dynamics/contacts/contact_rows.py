@@ -1,0 +1,156 @@
+"""What opens, closes, sticks and slips in a scene: contacts with planes, contacts by formulas, stops, dry friction.
+
+    g    gap, m or rad              ġ = n u,  n its Jacobian
+    s    slips, m/s                 s = t u,  one direction or two
+    γ    the rates of n u and t u at u̇ = 0
+
+Everything is a row of `Touch`, whatever it was made from. Rows of planes are those of contacts that roll, by recursion
+or by differentiation.
+
+Reference: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
+from symdyn.dynamics.outputs.workspace import Workspace
+from symdyn.graph import Expr, Op, gradient, substitute, tangents
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import DryJoint, GapContact, Joint, PlaneContact, StateVariable, Stop, Unilateral
+
+MODE = ("closed", "sticks", "slip")
+"""The numbers of a mode: whether it is closed, whether it sticks, and the sign of its slip."""
+
+
+def unilaterals_of(scene: Scene) -> tuple[Unilateral, ...]:
+    """Return all that opens, closes and sticks: what is declared, limits with a restitution, friction not smoothed."""
+    found = list(scene.unilaterals)
+    for joint in scene.joints:
+        e = joint.limits.restitution
+        for word, limit in (("lower", joint.limits.lower), ("upper", joint.limits.upper)):
+            if e is not None and limit is not None:
+                stop = Stop(f"{joint.name}_{word}", restitution=e, joint=joint.name, upper=word == "upper", at=limit)
+                found.append(stop)
+        if sticks(joint):
+            found.append(DryJoint(f"{joint.name}_friction", joint=joint.name, dry=joint.dry))
+    return tuple(found)
+
+
+def with_modes(scene: Scene) -> Scene:
+    """Return a scene with all of these as elements, and their modes as states, which nothing but events changes."""
+    whole = unilaterals_of(scene)
+    joints = []
+    for joint in scene.joints:
+        struck = joint.limits.restitution is not None
+        limits = replace(joint.limits, lower=None, upper=None, restitution=None) if struck else joint.limits
+        joints.append(replace(joint, limits=limits, dry=None if sticks(joint) else joint.dry))
+    others = tuple(one for one in scene.elements if not isinstance(one, Unilateral))
+    modes = tuple(StateVariable(f"{one.name}.{word}", Quantity.ZERO) for one in whole for word in MODE)
+    return replace(scene, joints=tuple(joints), elements=(*others, *whole), states=(*scene.states, *modes))
+
+
+def sticks(joint: Joint) -> bool:
+    """Tell whether a joint has dry friction that is not smoothed."""
+    return joint.dry is not None and len(joint.rates) == 1 and FORCES[joint.dry.kind].rub.jumps(joint.dry)
+
+
+def lacks_modes(scene: Scene) -> bool:
+    """Tell whether something opens, closes or sticks whose modes are no states of a scene."""
+    known = {one.name for one in scene.states}
+    return any(f"{one.name}.{MODE[0]}" not in known for one in unilaterals_of(scene))
+
+
+class Row(NamedTuple):
+    """A row that is linear in velocities: its entries, shape (nv,), and their rate times u."""
+
+    entries: tuple[Expr, ...]
+    bias: Expr
+
+
+@dataclass(frozen=True)
+class Touch:
+    """One of them on a graph.
+
+    Attributes:
+        law: as declared, or made.
+        gap: g, m or rad.
+        normal: n; None of dry friction of a joint, which is closed always.
+        slips: t of each direction along which it can slip.
+        friction, static, restitution: μ while it slips and while it sticks, and e; of dry friction of a joint the
+            forces themselves, N or N m.
+        mode: closed, sticks, slip.
+    """
+
+    law: Unilateral
+    gap: Expr
+    normal: Row | None
+    slips: tuple[Row, ...]
+    friction: Expr
+    static: Expr
+    restitution: Expr
+    mode: tuple[Expr, Expr, Expr]
+
+    @property
+    def tangent(self) -> Row | None:
+        """The first of the slips, along which friction acts; None without."""
+        return self.slips[0] if self.slips and not (self.friction.is_zero and self.static.is_zero) else None
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The normal and the tangent, those that there are."""
+        return tuple(one for one in (self.normal, self.tangent) if one is not None)
+
+
+def touching(w: Workspace, by_recursion: bool = True) -> tuple[Touch, ...]:
+    """Return all of them, rows of planes by recursion, or by differentiation of placements."""
+    scene = w.scene
+    laws = unilaterals_of(scene)
+    planes = tuple(one.closed for one in laws if isinstance(one, PlaneContact))
+    held = replace(scene, loops=(), elements=planes)
+    found: Constraints = recursive(held, w.tree, w.state) if by_recursion else differentiated(held, w.graph, w.state)
+    by_owner: dict[str, list[tuple[Expr, Row]]] = {}
+    for label, gap, entries, bias in zip(found.labels, found.residual, found.G, found.bias, strict=True):
+        by_owner.setdefault(label.owner, []).append((gap, Row(entries, bias)))
+    return tuple(_touch(w, one, by_owner.get(one.name, [])) for one in laws)
+
+
+def _touch(w: Workspace, law: Unilateral, rows: Sequence[tuple[Expr, Row]]) -> Touch:
+    graph = w.graph
+    mu, e = law.friction.express(graph), law.restitution.express(graph)
+    static = mu if law.static is None else law.static.express(graph)
+    gap, normal, slips = graph.zero, None, list[Row]()
+    if isinstance(law, PlaneContact):
+        (gap, normal), *others = rows
+        slips = [row for _, row in others if not all(entry.is_zero for entry in row.entries)]
+    elif isinstance(law, GapContact):
+        gap = law.gap.express(graph)
+        slips = [] if law.tangent is None else [_row(w, law.tangent.express(graph))]
+    elif isinstance(law, Stop):
+        gap = _joint(w.scene, law.joint).position(graph) - law.at.express(graph)
+        gap = -gap if law.upper else gap
+    elif isinstance(law, DryJoint):
+        assert law.dry is not None, "it was made of a friction"
+        (rate,) = _joint(w.scene, law.joint).speeds(graph)
+        slips = [_row(w, rate)]
+        force = FORCES[law.dry.kind].rub.force(law.dry, rate)
+        (mu,) = substitute([force], {graph.function(Op.SIGN, rate): graph.one})
+        (static,) = substitute([mu], {rate: graph.zero})
+    if isinstance(law, (GapContact, Stop)):
+        normal = _row(w, tangents([gap], w.state.velocity)[0])
+    closed, held, slip = (graph.symbol(f"{law.name}.{word}") for word in MODE)
+    return Touch(law, gap, normal, tuple(slips), mu, static, e, (closed, held, slip))
+
+
+def _joint(scene: Scene, name: str) -> Joint:
+    return next(joint for joint in scene.joints if joint.name == name)
+
+
+def _row(w: Workspace, rate: Expr) -> Row:
+    """Return the row of a rate that is linear in velocities."""
+    (bias,) = tangents([rate], w.state.velocity)
+    return Row(tuple(gradient(rate, w.state.qd)), bias)
