@@ -36,6 +36,7 @@ class Elements(TypedDict, total=False):
     loads: Sequence[Entry]
     constraints: Sequence[Entry]
     ropes: Sequence[Entry]
+    contacts: Sequence[Entry]
 
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
@@ -243,7 +244,7 @@ def scene(
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
         units: "none" in a scene that is without dimensions on purpose, so that none is checked.
         text: a description, which lessons are titled with.
-        elements: `springs`, `dampers`, `loads`, `constraints` and `ropes`, each declared by the functions of its name.
+        elements: `springs`, `dampers`, `loads`, `constraints`, `ropes` and `contacts`, each declared by functions.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.
@@ -401,7 +402,8 @@ def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unp
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
             "smoothing": ...} for friction that enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ..., "restitution": ...}; what is left out or None is unlimited;
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+            with "restitution" runs strike the positions;
             kept as data.
         start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
         start_rates: velocities at the start; zeros when left out.

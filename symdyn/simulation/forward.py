@@ -20,12 +20,12 @@ from symdyn.arguments import argument, with_fields
 from symdyn.dynamics.contacts import lacks_modes, with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
-from symdyn.scene import Scene, SceneLike
+from symdyn.scene import Quantity, Scene, SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of
+from symdyn.simulation.equations.contact_modes import begun
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
-from symdyn.simulation.equations.contact_modes import begun
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.saturation import saturation_report
 from symdyn.simulation.equations.system import Projection, StateEquations
@@ -219,9 +219,6 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     problem, run = Problem.requested(simulate, locals())
-    declared = problem.scene
-    if lacks_modes(declared):
-        problem = replace(problem, scene=with_modes(problem.scene))
     tell = say or (lambda line: None)
     reports = (reports,) if isinstance(reports, str) else tuple(reports)
     scene, formulas, faults = problem.scene, (*map(str, run.stops), *reports), Faults("")
@@ -234,13 +231,7 @@ def simulate(
     faults.lines[:] = dict.fromkeys(faults.lines)
     faults.close(SimulateError)
     times = outside.samples(run.until, run.every, times)
-    system = state_equations(scene, given, zeros, problem.whole)
-    system = replace(system, loop=outside.begun(scene, initial, run.until))
-    own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
-    x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
-    if system.contacts is not None:
-        system = replace(system, contacts=replace(system.contacts, told=[], declared=declared))
-        x = begun(system, x)
+    system, x = _begun(problem, given, zeros, initial, run.until, outside)
     check_start(system, x)
     flags = tuple(k < len(run.stops) for k in range(len(formulas)))
     limits = stopping(system, run.ignore_limits)
@@ -296,6 +287,23 @@ def simulate(
             f"{scene.name}: {found.stopped}; rows until t = {found.t[-1]:g} s are kept", RuntimeWarning, stacklevel=3
         )
     return found
+
+
+def _begun(
+    problem: Problem, given: Forces, events: Sequence[Quantity], initial: Start, until: float, outside: Control
+) -> tuple[StateEquations, Array]:
+    """Return the equations with all that acts from outside, and the state at the start, shape (nx,)."""
+    scene = problem.scene
+    whole = with_modes(scene) if lacks_modes(scene) else scene
+    initial = replace(initial, s=np.append(initial.s, np.zeros(len(whole.states) - len(scene.states))))
+    system = state_equations(whole, given, events, problem.whole)
+    system = replace(system, loop=outside.begun(whole, initial, until))
+    own = np.zeros(0) if system.loop is None else system.loop.z[: system.nz]
+    x = np.concatenate([initial.q, initial.u, initial.s, own, np.zeros(int(system.works))])
+    if system.contacts is None:
+        return system, x
+    system = replace(system, contacts=replace(system.contacts, told=[], declared=scene))
+    return system, begun(system, x)
 
 
 def _warn(line: str) -> None:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from symdyn.dynamics.contacts.contact_equations import ContactEquations, columns_of, contact_equations, dot
-from symdyn.dynamics.contacts.contact_rows import MODE, Row, Touch, touching, unilaterals_of
+from symdyn.dynamics.contacts.contact_rows import Row, Touch, touching, unilaterals_of
 from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
 from symdyn.dynamics.outputs.named_functions import direction
 from symdyn.dynamics.outputs.output import Formulation, Output
@@ -37,7 +37,8 @@ def _touch(w: Workspace, name: str, by_recursion: bool) -> Touch:
     Raises:
         DerivationError: there is none of that name.
     """
-    found = {one.law.name: one for one in w.once(touching, by_recursion)}
+    every: tuple[Touch, ...] = w.once(touching, by_recursion)
+    found = {one.law.name: one for one in every}
     if name not in found:
         raise DerivationError(f"{w.scene.name}: there is no contact {name!r} in [contacts]; {choice(name, found)}")
     return found[name]
@@ -109,7 +110,9 @@ def _impact(w: Workspace, name: str, by_recursion: bool) -> list[Expr]:
     if touch.normal is None:
         raise DerivationError(f"{w.scene.name}: {name} is dry friction of a joint, which strikes nothing")
     if touch.tangent is not None and len(touch.slips) > 1:
-        raise DerivationError(f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how")
+        raise DerivationError(
+            f"{w.scene.name}: contacts.{name}: it can slip along two directions, and no formula says how"
+        )
     rows = list(touch.rows)
     columns = [columns_of(w, free, row) for row in rows]
     D = [[dot(row.entries, column) for column in columns] for row in rows]
@@ -156,20 +159,25 @@ def _larger(a: Expr, b: Expr) -> Expr:
 
 
 def _contact_rows(w: Workspace) -> tuple[str, ...]:
-    words = {"normal": lambda one: one.normal, "tangent": lambda one: one.tangent}
-    return tuple(
-        f"{word} of {one.law.name}" for one in w.once(touching, True) for word, of in words.items() if of(one) is not None
-    )
+    every: tuple[Touch, ...] = w.once(touching, True)
+    found = [(one.law.name, word, row) for one in every for word, row in (("normal", one.normal), ("tangent", one.tangent))]
+    return tuple(f"{word} of {name}" for name, word, row in found if row is not None)
 
 
 def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Formulation]:
-    ways = {"recursive": Formulation(lambda w, *name: derive(w, *name, True))}
-    return ways | {"differentiation": Formulation(lambda w, *name: derive(w, *name, False), up_to=up_to)}
+    def way(by_recursion: bool) -> Callable[..., list[Expr]]:
+        return lambda w, *name: derive(w, *name, by_recursion)
+
+    return {"recursive": Formulation(way(True)), "differentiation": Formulation(way(False), up_to=up_to)}
 
 
 _OF_ONE = partial(Output, when_constrained="same", may_fail="reported", place="contact", default_in="request")
 _OF_ALL = partial(
-    Output, when_constrained="refuse", may_fail="reported", default_in="request", exists=lambda s: bool(unilaterals_of(s))
+    Output,
+    when_constrained="refuse",
+    may_fail="reported",
+    default_in="request",
+    exists=lambda s: bool(unilaterals_of(s)),
 )
 _UNITS = "m/s or rad/s"
 

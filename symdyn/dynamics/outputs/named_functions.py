@@ -256,6 +256,25 @@ def _next(name: str) -> str:
     return f"{stem}{int(digits) + 1}" if digits.isdecimal() else ""
 
 
+def _of_the_scene(workspace: Workspace, name: str, text: str, weighed: Sequence[str]) -> Argument | None:
+    """Return an argument whose entries are other than velocities or coordinates; None of these."""
+    scene, graph = workspace.scene, workspace.graph
+    if name == WEIGHTS:
+        return Argument(name, direction(graph, name, len(weighed)), text, (), names=runs(weighed))
+    if name in (INPUTS, STATES):
+        letters = letters_of(scene, name)
+        told = runs([one.name for one in letters])
+        return Argument(name, symbols_of(scene, graph, name), f"{text}: {told}", tuple(one.unit for one in letters))
+    if name in MODES:
+        names = [one.name for one in unilaterals_of(scene)]
+        return Argument(name, direction(graph, name, len(names)), f"{text}: {runs(names)}", ("1",) * len(names))
+    if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
+        decisions = workspace.loops.decisions
+        told = "; ".join(decisions.names[k] for k in decisions.independent_rows)
+        return Argument(name, direction(graph, name, len(decisions.independent_rows)), f"{text}: {told}", ())
+    return None
+
+
 def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str] = ()) -> tuple[Argument, ...]:
     """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any.
 
@@ -271,26 +290,8 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]
-        if name == WEIGHTS:
-            nodes = direction(workspace.graph, name, len(weighed))
-            result.append(Argument(name, nodes, text, (), names=runs(weighed)))
-            continue
-        if name in (INPUTS, STATES):
-            letters = letters_of(scene, name)
-            told = runs([one.name for one in letters])
-            units_of = tuple(one.unit for one in letters)
-            result.append(Argument(name, symbols_of(scene, workspace.graph, name), f"{text}: {told}", units_of))
-            continue
-        if name in MODES:
-            names = [one.name for one in unilaterals_of(scene)]
-            nodes = direction(workspace.graph, name, len(names))
-            result.append(Argument(name, nodes, f"{text}: {runs(names)}", ("1",) * len(names)))
-            continue
-        if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
-            decisions = workspace.loops.decisions
-            told = "; ".join(decisions.names[k] for k in decisions.independent_rows)
-            nodes = direction(workspace.graph, name, len(decisions.independent_rows))
-            result.append(Argument(name, nodes, f"{text}: {told}", ()))
+        if (found := _of_the_scene(workspace, name, text, weighed)) is not None:
+            result.append(found)
             continue
         if name in ("dq_i", "dqd_i", "dqdd_i"):
             loops = workspace.loops

@@ -67,7 +67,8 @@ def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Fa
     own = ("type",) if len(kinds) > 1 else ()
     type_ = entry.table.get("type", next(iter(kinds))) if own else next(iter(kinds))
     if not isinstance(type_, str) or type_ not in kinds:
-        faults.add(entry.where, f"type = {show(type_)} is not a constraint; {suggestion(str(type_), kinds)}")
+        noun = next(iter(kinds.values())).section.removesuffix("s")
+        faults.add(entry.where, f"type = {show(type_)} is not a {noun}; {suggestion(str(type_), kinds)}")
         return None
     kind = kinds[type_]
     table = EntryReader(entry, faults, (*own, *keys_of(kind.parts)))

@@ -23,7 +23,7 @@ from functools import partial
 from symdyn.arguments import suggesting
 from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody, OnPlane
-from symdyn.scene.forces.constraints import AXIS_HOLDS, ROLLING, linear_parts
+from symdyn.scene.forces.constraints import ACROSS, AXIS_HOLDS, ROLLING, linear_parts
 from symdyn.scene.forces.force_kind import Forbid, ForceKind, Rub
 from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
 from symdyn.scene.values.joint import DryJoint, GapContact, PlaneContact, Stop, Unilateral
@@ -97,11 +97,10 @@ WHEEL = replace(
     noun=partial(PlaneContact, type="wheel"),
     parts=(
         AtBody(),
-        Key("axis", EntryReader.vector, None, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
+        Key("axis", EntryReader.vector, ACROSS, example="axis = [0, 1, 0]", names=None, holds=AXIS_HOLDS),
         *BALL.parts[1:],
     ),
 )
-
 
 
 def _check_gap(one: GapContact, stand: Stand) -> None:

@@ -6,26 +6,26 @@
                 slips   z s                  it comes to rest
 
 The mode of every contact is part of the state. What else is a formula of it: one compiled system serves all modes. At
-an event positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest,
-and the mode is what keeps the laws of all contacts that touch. Flights of a ball that grow shorter without end are
-passed in their limit: it touches from where the rest of them takes no time.
+an event positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to
+rest, and the mode is what keeps the laws of all contacts that touch. Flights of a ball that grow shorter without end
+are passed in their limit: it touches from where the rest of them takes no time.
 
 Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.contacts import ContactEquations, Touch
+from symdyn.dynamics.contacts import MODE, ContactEquations, Touch
 from symdyn.errors import SimulateError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import function_of
 from symdyn.simulation.equations.complementarity import CLOSE, FREE, Case, Laws
@@ -44,6 +44,20 @@ FLAT = 1e-12
 """How high what bounces has to rise, m, for another flight."""
 
 STRIKES, LIFTS, BREAKS, STOPS = "strikes", "lifts off", "slips", "sticks"
+
+
+def contact_parts(
+    w: Workspace, c: ContactEquations | None, place: Mapping[Expr, Expr]
+) -> tuple[Contacts | None, list[EventKind], list[Function]]:
+    """Return contacts, their events, and what these are settled with; `place` tells what forces and inputs are."""
+    if c is None:
+        return None, [], []
+    kinds = contact_kinds(c)
+    guards = substitute([kind.guard for kind in kinds], place)
+    numbers = [replace(one, entries=tuple(substitute(one.entries, place))) for one in contact_numbers(w, c)]
+    first = len(w.state.q) + w.state.n + len(w.states) - len(MODE) * len(c.touches)
+    placed = [replace(kind, guard=guard) for kind, guard in zip(kinds, guards, strict=True)]
+    return Contacts.of(c, first), placed, numbers
 
 
 def contact_kinds(c: ContactEquations) -> list[EventKind]:
@@ -241,6 +255,7 @@ class Settling:
             u = u + self.n.C.T @ impulses
             after = self.n.W @ u
             lost = float(-impulses @ (v + after)) / 2
+            self._refuse_gain(lost, float(np.abs(impulses * v).sum()), [k for k, n in normal.items() if impulses[n]])
         flights = {
             k: self._flights(k, float(after[n]), touching, after, rest)
             for k, n in normal.items()
@@ -255,9 +270,10 @@ class Settling:
         x = self.contacts.with_mode(x, cases)
         words, size = self.contacts.words(x), CLOSE * float(np.abs(impulses).max(initial=0.0))
         for k in touching:
-            pair = tuple(0.0 if row is None else float(impulses[row]) for row in self.contacts.rows[k])
-            rates = tuple(0.0 if k not in normal else float(one[normal[k]]) for one in (v, after))
-            if pair[0] > size or (k in struck and k in normal and rates[0] <= rest and self.t > 0.0):
+            n, t = self.contacts.rows[k]
+            before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
+            impulse = (0.0 if n is None else float(impulses[n]), 0.0 if t is None else float(impulses[t]))
+            if impulse[0] > size or (k in struck and n is not None and before <= rest and self.t > 0.0):
                 what = STRIKES
             elif k in leaving:
                 what = leaving[k]
@@ -265,8 +281,17 @@ class Settling:
                 what = LIFTS
             else:
                 continue
-            told.append(Impact(self.t, self.contacts.name(k), what, *rates, pair, lost, words, flights.get(k)))  # type: ignore[arg-type]
+            name = self.contacts.name(k)
+            told.append(Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k)))
         return x
+
+    def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
+        """Raise ArithmeticError where an impact adds energy, which laws of impacts with friction can."""
+        if lost < -CLOSE * size:
+            names = ", ".join(map(self.contacts.name, some))
+            newton = any(self.contacts.laws[k] == "newton" for k in some)
+            other = 'write law = "poisson"' if newton else "give them one restitution, or less friction"
+            raise ArithmeticError(f"the impact of {names} would add {-lost:.3g} J; {other}")
 
     def _still(self, k: int, v: Array, rest: float) -> bool:
         """Tell whether what touches does not open."""
@@ -300,9 +325,7 @@ class Settling:
         missed = np.linalg.lstsq(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u, rcond=1e-12)[0]
         return np.asarray(u - self.n.C[rows].T @ missed)
 
-    def _options(
-        self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]
-    ) -> list[tuple[Case, ...]]:
+    def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[Case, ...]]:
         found = []
         for k in some:
             n, t = self.contacts.rows[k]
@@ -314,9 +337,7 @@ class Settling:
             found.append(held if n is None else (*held, FREE))
         return found
 
-    def _mode(
-        self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float]
-    ) -> list[tuple[int, Case]]:
+    def _mode(self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[int, Case]]:
         """Return what contacts at rest do from now on.
 
         Raises:
@@ -333,7 +354,9 @@ class Settling:
         motions = [self.n.C[rows].T @ forces for _, forces in found]
         size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
         if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]):
-            raise ArithmeticError(f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)")
+            raise ArithmeticError(
+                f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
+            )
         return self._independent(resting, some, found[0][0])
 
     def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
@@ -372,7 +395,9 @@ def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[i
     found = contacts.numbers(system.evaluate("contacts", t, x), nv)
     forces = system.evaluate("contact_forces", t, x)
     broke = {
-        k: -float(np.sign(forces[row])) for k, what in leaving.items() if what == BREAKS and (row := contacts.rows[k][1]) is not None
+        k: -float(np.sign(forces[row]))
+        for k, what in leaving.items()
+        if what == BREAKS and (row := contacts.rows[k][1]) is not None
     }
     held = sorted({*contacts.closed(x), *struck})
     normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}

@@ -29,19 +29,18 @@ from __future__ import annotations
 import copyreg
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
-from symdyn.dynamics.contacts import MODE, contact_equations, lacks_modes
+from symdyn.dynamics.contacts import contact_equations, lacks_modes
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
-from symdyn.simulation.equations.contact_modes import Contacts, contact_kinds, contact_numbers
+from symdyn.simulation.equations.contact_modes import contact_parts
 from symdyn.simulation.equations.events import event_kinds
 from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
@@ -190,14 +189,8 @@ def _written(
     formulas = substitute(moving.expressed(events), place) if events else []
     bends = _bends(rates, {*w.state.q, *w.state.qd, *w.states, w.graph.symbol(TIME)})
     kinds = event_kinds(w, formulas, bends, limits_of(scene, w.graph, drives), place)
-    contacts = None
-    if touching is not None:
-        own = contact_kinds(touching)
-        guards = substitute([kind.guard for kind in own], place)
-        kinds += tuple(replace(kind, guard=guard) for kind, guard in zip(own, guards, strict=True))
-        functions += [replace(one, entries=tuple(substitute(one.entries, place))) for one in contact_numbers(w, touching)]
-        first = len(w.state.q) + w.state.n + len(w.states) - len(MODE) * len(touching.touches)
-        contacts = Contacts.of(touching, first)
+    contacts, own, more = contact_parts(w, touching, place)
+    kinds, functions = (*kinds, *own), [*functions, *more]
     functions.append(function_of(w, "events", [kind.guard for kind in kinds]))
     functions += [function_of(w, f"update{k}", kind.update) for k, kind in enumerate(kinds)]
     if kept:
