@@ -1,4 +1,4 @@
-"""Contacts, stops and dry friction in runs, against closed forms and published figures; see tests/data/contacts."""
+"""Contacts, stops and dry friction in runs, against closed forms and published figures; see tests/data/impacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from symdyn.errors import DerivationError, SceneError, SimulateError, SymdynErro
 from symdyn.scene import read_text, write_text
 from symdyn.simulation.equations.complementarity import FREE, Laws
 
-DATA = Path(__file__).parent / "data" / "contacts"
+DATA = Path(__file__).parent / "data" / "impacts"
 CASES = {one["id"]: one for one in json.loads((DATA / "references.json").read_text())["cases"]}
 
 pytestmark = pytest.mark.runs("cc")

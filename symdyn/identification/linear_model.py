@@ -25,7 +25,6 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import refuse_contacts
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError, SceneError, choice
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
@@ -362,7 +361,7 @@ def _check(scene: Scene) -> None:
         names = ", ".join(one.name for one in scene.inputs)
         raise IdentifyError(f"{scene.name}: {names}: inputs over time are not identified with; bind numbers in place")
     scene.refuse_states("identification", IdentifyError)
-    refuse_contacts(scene, "identification", IdentifyError)
+    scene.refuse_contacts("identification", IdentifyError)
 
 
 def places_of(requested: Sequence[str], there: Sequence[str]) -> list[int]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import TIME, refuse_contacts
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError, SymdynError, listed, suggestion
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, velocity_name
@@ -241,7 +241,7 @@ def read_measured(
     """
     scene, forces, faults = problem.scene, problem.forces, Faults("")
     scene.refuse_states("output error", SimulateError)
-    refuse_contacts(scene, "output error", SimulateError)
+    scene.refuse_contacts("output error", SimulateError)
     known = (*scene.coordinates, *scene.velocities)
     if isinstance(forces, Forces):
         raise SimulateError("forces: logs give some of them; give the others as text or by name, not read")

@@ -28,7 +28,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches, Floats
 from symdyn.arguments import SympyExpression
 from symdyn.dynamics import LoopChoices, Workspace, derive_one
-from symdyn.dynamics.mechanism import refuse_contacts, refuse_ideal_friction
+from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.dynamics.outputs import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, growing, reachable, repeated, substitute, tangents
@@ -231,7 +231,7 @@ def _written(
     outputs: tuple[Quantity, ...],
 ) -> Variations:
     refuse_ideal_friction(scene)
-    refuse_contacts(scene, "linearization")
+    scene.refuse_contacts("linearization", DerivationError)
     w = Workspace(scene, closing)
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)

@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import argument, with_fields
-from symdyn.dynamics.contacts import lacks_modes, with_modes
+from symdyn.dynamics.outputs import lacks_modes, with_modes
 from symdyn.errors import MethodError, SimulateError, suggestion
 from symdyn.extras import install
 from symdyn.scene import Quantity, Scene, SceneLike

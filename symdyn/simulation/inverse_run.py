@@ -20,7 +20,7 @@ import numpy.typing as npt
 from symdyn.algebra import Array
 from symdyn.arguments import suggesting
 from symdyn.dynamics import Function, Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME, State, quaternions, refuse_contacts
+from symdyn.dynamics.mechanism import TIME, State, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph, tangents
 from symdyn.program import identifier
@@ -216,7 +216,7 @@ def inverse(
     problem, _ = Problem.requested(inverse, locals())
     scene = problem.refused("it belongs to a run, and a motion is given", "start_rates").scene
     scene.refuse_states("inverse dynamics over time", SimulateError)
-    refuse_contacts(scene, "inverse dynamics over time", SimulateError)
+    scene.refuse_contacts("inverse dynamics over time", SimulateError)
     motion, path, forces, t = _read(problem, motion, path, times, until, every)
     axes = _check(scene, motion, path, t, reactions)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}

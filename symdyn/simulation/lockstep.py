@@ -25,9 +25,8 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
-from symdyn.dynamics.contacts import lacks_modes
 from symdyn.dynamics.mechanism import TIME, quaternions
-from symdyn.dynamics.outputs import Moving
+from symdyn.dynamics.outputs import Moving, lacks_modes
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingCompiler

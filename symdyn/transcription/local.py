@@ -32,7 +32,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Argument, LoopChoices, Workspace
-from symdyn.dynamics.mechanism import TIME, cost, refuse_contacts, refuse_ideal_friction
+from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
 from symdyn.dynamics.outputs import inverse_derivatives
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
@@ -101,7 +101,6 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
         DerivationError: the equations do not exist, or have no derivative.
     """
     refuse_ideal_friction(w.scene)
-    refuse_contacts(w.scene, "collocation")
     graph, n, given = w.graph, w.state.n, w.prescribed
     G, residual, rate, acceleration = _rows(w)
     holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)

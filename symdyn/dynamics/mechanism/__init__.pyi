@@ -18,7 +18,6 @@ from .state import (
     prescribed as prescribed,
     pull as pull,
     quaternions as quaternions,
-    refuse_contacts as refuse_contacts,
     refuse_ideal_friction as refuse_ideal_friction,
     strut_way as strut_way,
     vector as vector,

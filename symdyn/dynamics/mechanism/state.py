@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve
 from symdyn.dynamics.mechanism.ropes import Taut
-from symdyn.errors import DerivationError, SymdynError
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic
@@ -204,16 +204,6 @@ def refuse_ideal_friction(scene: Scene) -> None:
             "the rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; write a "
             "smoothing (a rate well below those of interest) to have tanh(rate / smoothing), or ask for inverse "
             "dynamics, where the sign is enough"
-        )
-
-
-def refuse_contacts(scene: Scene, what: str, error: type[SymdynError] = DerivationError) -> None:
-    """Raise an error where contacts open and close, of which something knows nothing."""
-    if scene.unilaterals:
-        names = ", ".join(one.name for one in scene.unilaterals)
-        raise error(
-            f"{scene.name}: {what} knows no contacts that open and close, and there is {names}; take them out, or hold "
-            'them closed by [constraints] of type "rolling"'
         )
 
 

@@ -15,11 +15,11 @@ from functools import cache
 from typing import Any
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.contacts.contact_rows import unilaterals_of
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS as COSTS
 from symdyn.dynamics.mechanism.linear_solve import RowSolve
 from symdyn.dynamics.mechanism.state import INPUTS, STATES, TIME, letters_of, symbols_of
+from symdyn.dynamics.outputs.contact_rows import unilaterals_of
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.table_loops import Sweep, TableLoop
 from symdyn.errors import UnknownNameError, choice, listed

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from symdyn.dynamics.contacts.contact_outputs import CONTACTS
 from symdyn.dynamics.mechanism import centroidal, kinematics
 from symdyn.dynamics.mechanism.kinematics import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.state import has_motion
@@ -24,6 +23,7 @@ from symdyn.dynamics.outputs.constrained_outputs import (
     OF_LOOPS,
     REACTIONS,
 )
+from symdyn.dynamics.outputs.contact_outputs import CONTACTS
 from symdyn.dynamics.outputs.output import FORCES, Formulation, Output, Size, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.outputs.regressor_outputs import PASSIVITY, REGRESSORS
 from symdyn.dynamics.outputs.signal_outputs import SIGNALS

@@ -176,38 +176,47 @@ DRY_JOINT = replace(
 def contact(
     name: str,
     *,
-    type: str | None = None,
     body: str | None = None,
     at: Three | None = None,
     point: str | None = None,
     axis: Three | None = None,
     radius: Number | None = None,
     plane: Mapping[str, object] | None = None,
-    normal: Three | None = None,
-    gap: Number | None = None,
+    restitution: Number | None = None,
+    friction: Number | None = None,
+    static: Number | None = None,
+    law: str | None = None,
+) -> Entry:
+    """Declare a contact of a body with a plane that opens and closes, see `Unilateral`.
+
+    Args:
+        name: of the contact.
+        body: what touches: a point of it; a ball with a radius, a wheel with a radius and an axis.
+        at: the point, or the centre of the ball or the wheel, in body coordinates, m; the origin when left out.
+        point: the same, in place of body and place.
+        axis: of a wheel, body axes.
+        radius: of a ball or a wheel, m.
+        plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, as of `rolling`.
+        restitution: 0 to 1; 0 when left out.
+        friction: Coulomb's coefficient while it slips; 0 when left out.
+        static: while it sticks; the same when left out.
+        law: of impacts, "poisson" when left out, or "newton".
+    """
+    said = dict(locals())
+    return entry("contacts", type="point" if radius is None else "ball" if axis is None else "wheel", **said)
+
+
+@suggesting
+def gap_contact(
+    name: str,
+    gap: Number,
+    *,
     tangent: Number | None = None,
     restitution: Number | None = None,
     friction: Number | None = None,
     static: Number | None = None,
     law: str | None = None,
 ) -> Entry:
-    """Declare a contact that opens and closes, see `Unilateral`.
-
-    Args:
-        name: of the contact.
-        type: "point" when left out, "ball", "wheel" or "gap".
-        body: what touches.
-        at: its point, or the centre of the ball or the wheel, in body coordinates, m; the origin when left out.
-        point: the same, in place of body and place.
-        axis: of a wheel, body axes.
-        radius: of a ball or a wheel, m.
-        plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, as of `rolling`.
-        normal: of the plane, in place of `plane`.
-        gap: of a contact by formulas, how far it is open, in coordinates, m.
-        tangent: the velocity with which that slips.
-        restitution: 0 to 1; 0 when left out.
-        friction: Coulomb's coefficient while it slips; 0 when left out.
-        static: while it sticks; the same when left out.
-        law: of impacts, "poisson" when left out, or "newton".
-    """
-    return entry("contacts", **locals())
+    """Declare a contact by formulas: `gap`, in coordinates, m, and `tangent`, the velocity with which it slips."""
+    said = dict(locals())
+    return entry("contacts", type="gap", **said)

@@ -323,6 +323,14 @@ class Scene(Shown):
             names = listed(one.name for one in self.states)
             raise error(f"{self.name}: {what} knows no states of one's own, and there is {names}; take them out")
 
+    def refuse_contacts(self, what: str, error: type[SymdynError] = SceneError) -> None:
+        """Raise an error where contacts open and close, of which something knows nothing."""
+        check_arguments(Scene.refuse_contacts, locals(), SceneError)
+        if self.unilaterals:
+            names = listed(one.name for one in self.unilaterals)
+            advice = 'take them out, or hold them closed by [constraints] of type "rolling"'
+            raise error(f"{self.name}: {what} knows no contacts that open and close, and there is {names}; {advice}")
+
     def derived_words(self, name: str) -> str:
         """Return why a derived parameter takes no value; "" of another name."""
         check_arguments(Scene.derived_words, locals(), SceneError)

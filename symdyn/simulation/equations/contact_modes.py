@@ -23,7 +23,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.contacts import MODE, ContactEquations, Touch
+from symdyn.dynamics.outputs import MODE, ContactEquations, Touch
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene

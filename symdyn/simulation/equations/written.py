@@ -33,9 +33,8 @@ from functools import lru_cache
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
-from symdyn.dynamics.contacts import contact_equations, lacks_modes
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.outputs import Moving, WrittenDecisions
+from symdyn.dynamics.outputs import Moving, WrittenDecisions, contact_equations, lacks_modes
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene

@@ -19,8 +19,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.contacts.contact_rows import Row, Touch, touching
 from symdyn.dynamics.loops.partition import solve_square
+from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching
 from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents

@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from symdyn.dynamics.contacts.contact_equations import ContactEquations, columns_of, contact_equations, dot
-from symdyn.dynamics.contacts.contact_rows import Row, Touch, touching, unilaterals_of
 from symdyn.dynamics.outputs import result_labels as labels, tree_formulations as trees
+from symdyn.dynamics.outputs.contact_equations import ContactEquations, columns_of, contact_equations, dot
+from symdyn.dynamics.outputs.contact_rows import Row, Touch, touching, unilaterals_of
 from symdyn.dynamics.outputs.named_functions import direction
 from symdyn.dynamics.outputs.output import Formulation, Output
 from symdyn.dynamics.outputs.workspace import Workspace
@@ -160,8 +160,8 @@ def _larger(a: Expr, b: Expr) -> Expr:
 
 def _contact_rows(w: Workspace) -> tuple[str, ...]:
     every: tuple[Touch, ...] = w.once(touching, True)
-    found = [(one.law.name, word, row) for one in every for word, row in (("normal", one.normal), ("tangent", one.tangent))]
-    return tuple(f"{word} of {name}" for name, word, row in found if row is not None)
+    both = [(one.law.name, {"normal": one.normal, "tangent": one.tangent}) for one in every]
+    return tuple(f"{word} of {name}" for name, rows in both for word, row in rows.items() if row is not None)
 
 
 def _both(derive: Callable[..., list[Expr]], up_to: float = 4) -> dict[str, Formulation]:
