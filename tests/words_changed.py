@@ -57,6 +57,21 @@ TIP = {"points__tip": {"body": "arm", "at": [0.2, 0.3, 0.1]}}
 COIL = {"springs__coil": {"from": "tip", "to": "ground", "stiffness": 5, "free": 0.3}, **TIP}
 CURVE = {"joints__pin__force": 'table("curve", q1)', "tables__curve": {"points": [[0, 0], [0.3, 5], [1, 3]]}}
 SHOCK = {"dampers__shock": {"from": "tip", "to": "ground", "damping": 5}, **TIP}
+STRUCK: dict[str, object] = {"type": "gap", "gap": "0.1 - q1", "tangent": "r*q2_dot", "friction": 0.1}
+HIT: dict[str, object] = {"contacts__hit": STRUCK, "joints__pin__start_rates": 1}
+STUCK: dict[str, object] = {
+    "contacts__hit": {**STRUCK, "friction": 0.01},
+    "joints__rail__force": 30,
+    "joints__pin__force": "2*t",
+}
+BOUNCED: dict[str, object] = {**HIT, "contacts__hit": {**STRUCK, "friction": 5, "restitution": 0.5}}
+UNDER = {"at": [0, 0, -0.2], "normal": [0, 0, 1]}
+STEEP = {"at": [0, 0, -0.2], "normal": [0.5, 0, 1]}
+SPUN: dict[str, object] = {"joints__pin__start_rates": 1}
+FALL: dict[str, object] = {"contacts__hit": {"body": "arm", "plane": UNDER}, **SPUN}
+ROLL: dict[str, object] = {"contacts__hit": {"type": "ball", "body": "arm", "radius": 0.1, "plane": UNDER}}
+RIM: dict[str, object] = {"contacts__hit": {"type": "wheel", "body": "arm", "radius": 0.1, "plane": UNDER}, **SPUN}
+POINTED: dict[str, object] = {"contacts__hit": {"plane": UNDER}, **TIP, "points__hub": {"body": "arm"}}
 PUSH = {"loads__push": {"body": "arm", "at": [0, 0, 1], "force": [1, 2, 3]}, **TIP}
 FREE = of("free", parent="ground", start_rates=[0.5, 0, 0, 0, 1, 0.3])
 WHEEL = {
@@ -173,6 +188,7 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/limits/lower", -0.1, -0.2, joints__pin__limits={"upper": 1}, joints__pin__start_rates=-3),
     row("joints/pin/limits/upper", 0.1, 0.2, joints__pin__limits={"lower": -1}, joints__pin__start_rates=3),
     row("joints/pin/limits/velocity", 1, 2, joints__pin__limits={"lower": -1}),
+    row("joints/pin/limits/restitution", 0.3, 0.6, joints__pin__limits={"upper": 0.1}, joints__pin__start_rates=3),
     row("joints/pin/limits/effort", 1, 2, joints__pin__limits={"lower": -1}, joints__pin__drive="M"),
     row("joints/pin/locked", True, False),
     row("joints/pin/position", 0.1, 0.2, joints__pin__locked=True),
@@ -225,6 +241,22 @@ WORDS: tuple[Row, ...] = (
     row("constraints/wheel/components", ["along"], ["along", "across"], **WHEEL),
     row("constraints/wheel/plane", {"at": [0, 0, 0.1]}, {"at": [0, 0, 0.2]}, **WHEEL),
     row("constraints/wheel/point", "hub", "tip", **{**WHEEL, "constraints__wheel": ROLLING}, **TIP),
+    row("contacts/hit/gap", "0.1 - q1", "0.2 - q1", **HIT),
+    row("contacts/hit/tangent", "r*q2_dot", "-2*r*q2_dot", **HIT),
+    row("contacts/hit/restitution", 0.5, 0.6, **HIT),
+    row("contacts/hit/friction", 0.1, 0.2, **HIT),
+    row("contacts/hit/static", 0.02, 20, **STUCK),
+    row("contacts/hit/law", "poisson", "newton", **BOUNCED),
+    row("contacts/hit/at", [0.1, 0, 0], [0.2, 0, 0], **FALL),
+    row("contacts/hit/body", "arm", "cart", **FALL),
+    row("contacts/hit/radius", 0.1, 0.15, **ROLL),
+    row("contacts/hit/axis", [0, 1, 0], [1, 1, 0], **RIM),
+    row("contacts/hit/point", "tip", "hub", **POINTED),
+    row("contacts/hit/normal", [0, 0, 1], [0, 1, 1], contacts__hit={"body": "arm", "at": [0, 0, 1]}),
+    row("contacts/hit/plane/at", [0, 0, -0.2], [0, 0, -0.3], **FALL),
+    row("contacts/hit/plane/normal", [0, 0, 1], [0, 0.2, 1], **FALL),
+    row("contacts/hit/plane/body", "cart", "ground", contacts__hit={"body": "arm", "plane": STEEP}),
+    row("contacts/hit/plane", UNDER, {"at": [0, 0, -0.3]}, contacts__hit={"body": "arm"}),
     row("ropes/hoist/length", 0.7, 0.8, **HOIST),
     row("ropes/hoist/through", ["tip", "ground"], ["arm", "ground"], **HOIST),
     row("ropes/hoist/stiffness", 5, [5, 1], **PULLED),
@@ -297,6 +329,7 @@ SILENT: dict[str, str] = {
     "units": "it takes formulas that are refused without it: tests/test_dimensions.py",
     "constraints/type": "other types have other keys, each a row by itself",
     "ropes/type": "likewise",
+    "contacts/type": "likewise",
     "text": "what lessons and pictures call it, a body, a joint: tests/test_languages.py",
     "bodies/text": "likewise",
     "joints/text": "likewise",
