@@ -60,7 +60,8 @@ SHOCK = {"dampers__shock": {"from": "tip", "to": "ground", "damping": 5}, **TIP}
 STRUCK: dict[str, object] = {"type": "gap", "gap": "0.1 - q1", "tangent": "r*q2_dot", "friction": 0.1}
 HIT: dict[str, object] = {"contacts__hit": STRUCK, "joints__pin__start_rates": 1}
 STUCK: dict[str, object] = {
-    "contacts__hit": {**STRUCK, "friction": 0.01},
+    "contacts__hit": {**STRUCK, "gap": "-q1", "friction": 0.01},
+    "joints__rail__start_rates": 0,
     "joints__rail__force": 30,
     "joints__pin__force": "2*t",
 }
