@@ -23,11 +23,11 @@ from symdyn.extras import install
 from symdyn.scene import Quantity, Scene, SceneLike
 from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart, axes_of
-from symdyn.simulation.equations.contact_modes import begun
 from symdyn.simulation.equations.control_loop import Loop, held_columns, hidden, sampled_rows
 from symdyn.simulation.equations.controller import Placed, placed, placed_function, read_feedback
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.saturation import saturation_report
+from symdyn.simulation.equations.settling import begun
 from symdyn.simulation.equations.system import Projection, StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, beyond_doubles, singular

@@ -41,10 +41,11 @@ from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, Opened, compiled, opened
-from symdyn.simulation.equations.contact_modes import Contacts, settled
+from symdyn.simulation.equations.contact_modes import Contacts
 from symdyn.simulation.equations.control_loop import NOTHING, Loop
 from symdyn.simulation.equations.events import EventKind
 from symdyn.simulation.equations.monitors import Candidates, Limit
+from symdyn.simulation.equations.settling import settled
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.unlocked import cached_property
 

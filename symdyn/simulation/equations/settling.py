@@ -1,0 +1,253 @@
+"""What follows where a contact strikes, lifts off, slips or sticks.
+
+Positions return to g = 0, an impact changes velocities where a gap closes, what touches at rest is set to rest, and the
+mode is what keeps the laws of all contacts that touch. Flights of a ball that grow shorter without end are passed in
+their limit: it touches from where the rest of them takes no time.
+
+Reference: Brogliato, Nonsmooth Mechanics (2016), chapters 1 and 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra import Array
+from symdyn.errors import SimulateError
+from symdyn.simulation.equations.complementarity import CLOSE, FREE, Case, Laws
+from symdyn.simulation.equations.contact_modes import BREAKS, LIFTS, STRIKES, Contacts, Impact, Numbers
+
+if TYPE_CHECKING:
+    from symdyn.simulation.equations.system import StateEquations
+
+TOUCHES, RESTS = 1e-10, 1e-9
+"""A gap, in m, and a velocity, in m/s over the fastest one or 1, that are none."""
+
+STARTS = 1e-9
+"""A gap at the start, m, that is none."""
+
+FLAT = 1e-12
+"""How high what bounces has to rise, m, for another flight."""
+
+
+def part(laws: Laws, some: Sequence[int]) -> tuple[Laws, list[int]]:
+    """Return some of the contacts, and their rows."""
+    rows, normals, tangents = list[int](), list[int | None](), list[int | None]()
+    for k in some:
+        for places, row in ((normals, laws.normals[k]), (tangents, laws.tangents[k])):
+            places.append(None if row is None else len(rows))
+            rows += [] if row is None else [row]
+    chosen = list(some)
+    values = (one[chosen] for one in (laws.friction, laws.static, laws.restitution))
+    return Laws(laws.D[np.ix_(rows, rows)], tuple(normals), tuple(tangents), *values), rows
+
+
+@dataclass(frozen=True)
+class Settling:
+    """One event: what follows from a state at which contacts strike, lift off, slip or stick.
+
+    Attributes:
+        contacts: those of the system.
+        n: their numbers, where the positions have returned to g = 0.
+        t: s.
+        nq, nv: coordinates and velocities in front of a state.
+    """
+
+    contacts: Contacts
+    n: Numbers
+    t: float
+    nq: int
+    nv: int
+
+    def behind(self, x: Array, struck: Collection[int], leaving: dict[int, str], broke: dict[int, float]) -> Array:
+        """Return the state behind it; `struck` are contacts, `leaving` lift off, `broke` slip that way."""
+        x, laws, told, was = x.copy(), self.n.laws, self.contacts.told, self.contacts.words(x)
+        velocities = slice(self.nq, self.nq + self.nv)
+        u = x[velocities]
+        rest = RESTS * max(1.0, float(np.abs(u).max(initial=0.0)))
+        near = {k for k in range(len(self.n.gaps)) if abs(self.n.gaps[k]) <= TOUCHES}
+        touching = sorted({*self.contacts.closed(x), *struck, *near})
+        v = self.n.W @ u
+        impulses, lost, after = np.zeros(len(v)), 0.0, v
+        normal = {k: n for k in touching if (n := laws.normals[k]) is not None}
+        if any(v[n] < -rest for n in normal.values()):
+            some, rows = part(laws, list(normal))
+            impulses[rows] = some.impact(v[rows], [self.contacts.laws[k] == "poisson" for k in normal])
+            u = u + self.n.C.T @ impulses
+            after = self.n.W @ u
+            lost = float(-impulses @ (v + after)) / 2
+            self._refuse_gain(lost, float(np.abs(impulses * v).sum()), [k for k, n in normal.items() if impulses[n]])
+        flights = {
+            k: self._flights(k, float(after[n]), touching, after, rest)
+            for k, n in normal.items()
+            if k in struck and v[n] < -rest and after[n] > rest and 0 < laws.restitution[k] < 1
+        }
+        resting = [k for k in touching if self._still(k, after, rest) or flights.get(k) is not None]
+        u = self._at_rest(u, resting, rest)
+        after = self.n.W @ u
+        cases = self._mode(resting, after, rest, broke)
+        x[velocities] = u
+        x[-1] -= lost
+        x = self.contacts.with_mode(x, cases)
+        words, size = self.contacts.words(x), CLOSE * float(np.abs(impulses).max(initial=0.0))
+        for k in touching:
+            n, t = self.contacts.rows[k]
+            before, rate = (0.0 if n is None else float(one[n]) for one in (v, after))
+            impulse = (0.0 if n is None else float(impulses[n]), 0.0 if t is None else float(impulses[t]))
+            if impulse[0] > size or (k in struck and n is not None and before <= rest and self.t > 0.0):
+                what = STRIKES
+            elif k in leaving:
+                what = leaving[k]
+            elif was[k] != "open" and words[k] == "open":
+                what = LIFTS
+            else:
+                continue
+            name = self.contacts.name(k)
+            told.append(Impact(self.t, name, what, before, rate, impulse, lost, words, flights.get(k)))
+        return x
+
+    def _refuse_gain(self, lost: float, size: float, some: Sequence[int]) -> None:
+        """Raise ArithmeticError where an impact adds energy, which laws of impacts with friction can."""
+        if lost < -CLOSE * size:
+            names = ", ".join(map(self.contacts.name, some))
+            newton = any(self.contacts.laws[k] == "newton" for k in some)
+            other = 'write law = "poisson"' if newton else "give them one restitution, or less friction"
+            raise ArithmeticError(f"the impact of {names} would add {-lost:.3g} J; {other}")
+
+    def _still(self, k: int, v: Array, rest: float) -> bool:
+        """Tell whether what touches does not open."""
+        n = self.n.laws.normals[k]
+        return n is None or abs(v[n]) <= rest
+
+    def _flights(self, k: int, rate: float, touching: Sequence[int], after: Array, rest: float) -> float | None:
+        """Return when the flights of a contact end that are too short to be followed; None where they are not."""
+        laws, n = self.n.laws, self.n.laws.normals[k]
+        assert n is not None, "it flies"
+        others = [j for j in touching if j != k and self._still(j, after, rest)]
+        some, rows = part(laws, others)
+        falls = float(self.n.drift[n])
+        if others:
+            modes = self._options(others, after, rest, {})
+            found = next(iter(some.solutions(self.n.drift[rows], modes)), None)
+            falls += float(laws.D[n, rows] @ found[1]) if found else 0.0
+        if falls >= 0 or rate * rate > 2 * FLAT * -falls:
+            return None
+        return float(self.t + 2 * rate / -falls / (1 - laws.restitution[k]))
+
+    def _at_rest(self, u: Array, resting: Sequence[int], rest: float) -> Array:
+        """Return velocities at which gaps that are closed do not change, and what sticks does not slip."""
+        rows = []
+        for k in resting:
+            n, t = self.contacts.rows[k]
+            rows += [] if n is None else [n]
+            rows += [] if t is None or abs(self.n.W[t] @ u) > rest else [t]
+        if not rows:
+            return u
+        missed = np.linalg.lstsq(self.n.laws.D[np.ix_(rows, rows)], self.n.W[rows] @ u, rcond=1e-12)[0]
+        return np.asarray(u - self.n.C[rows].T @ missed)
+
+    def _options(self, some: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[Case, ...]]:
+        found = []
+        for k in some:
+            n, t = self.contacts.rows[k]
+            held = self.n.laws.slips(k)
+            if k in broke:
+                held = (Case(True, broke[k], True),)
+            elif t is not None and abs(v[t]) > rest:
+                held = (Case(True, float(np.sign(v[t])), True),)
+            found.append(held if n is None else (*held, FREE))
+        return found
+
+    def _mode(self, resting: Sequence[int], v: Array, rest: float, broke: dict[int, float]) -> list[tuple[int, Case]]:
+        """Return what contacts at rest do from now on.
+
+        Raises:
+            ArithmeticError: no motion keeps the laws, or several do.
+        """
+        if not resting:
+            return []
+        some, rows = part(self.n.laws, resting)
+        options = self._options(resting, v, rest, broke)
+        found = list(some.solutions(self.n.drift[rows], options))
+        names = ", ".join(map(self.contacts.name, resting))
+        if not found:
+            raise ArithmeticError(f"contact {names}: no force keeps the laws of contact and friction (Painlevé)")
+        motions = [self.n.C[rows].T @ forces for _, forces in found]
+        size = 1e-7 * (1.0 + float(np.abs(motions[0]).max(initial=0.0)))
+        if any(np.abs(one - motions[0]).max(initial=0.0) > size for one in motions[1:]):
+            raise ArithmeticError(
+                f"contact {names}: {len(found)} motions keep the laws of contact and friction (Painlevé)"
+            )
+        return self._independent(resting, some, found[0][0])
+
+    def _independent(self, resting: Sequence[int], some: Laws, cases: Sequence[Case]) -> list[tuple[int, Case]]:
+        """Return cases without what others hold already: its friction is not determined, and none is as good as any."""
+        kept, found = list[int](), []
+        order = [(k, n) for k in range(len(cases)) if (n := some.normals[k]) is not None and cases[k].held]
+        order += [(k, t) for k in range(len(cases)) if (t := some.tangents[k]) is not None and cases[k].slip == "stick"]
+        dropped = set()
+        for k, row in order:
+            D = some.D[np.ix_([*kept, row], [*kept, row])]
+            values = np.linalg.eigvalsh(D)
+            if values[0] > 1e-9 * values[-1]:
+                kept.append(row)
+            elif row == some.normals[k]:
+                name = self.contacts.name(resting[k])
+                raise ArithmeticError(f"contact {name} is held by others already; leave one of them out")
+            else:
+                dropped.add(k)
+        for k, case in enumerate(cases):
+            if case.held:
+                found.append((resting[k], Case(True, 0.0) if k in dropped else case))
+        return found
+
+
+def settled(system: StateEquations, t: float, x: Array, events: Sequence[tuple[int, str]]) -> Array:
+    """Return the state behind events of contacts: which, and what each does.
+
+    Raises:
+        ArithmeticError: no motion keeps the laws, or several do.
+    """
+    contacts = system.contacts
+    assert contacts is not None, "there are contacts"
+    nq, nv = system.nq, system.nv
+    struck = {k for k, what in events if what == STRIKES}
+    leaving = {k: what for k, what in events if what != STRIKES}
+    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    forces = system.evaluate("contact_forces", t, x)
+    broke = {
+        k: -float(np.sign(forces[row]))
+        for k, what in leaving.items()
+        if what == BREAKS and (row := contacts.rows[k][1]) is not None
+    }
+    held = sorted({*contacts.closed(x), *struck})
+    normals = {k: n for k in held if (n := contacts.rows[k][0]) is not None}
+    rows = list(normals.values())
+    D = found.laws.D[np.ix_(rows, rows)]
+    step = -found.C[rows].T @ np.linalg.lstsq(D, found.gaps[list(normals)], rcond=1e-12)[0]
+    x = x.copy()
+    x[:nq] += system.calls["moved"](x[:nq], np.append(step, x[nq + nv : nq + system.nu]))
+    found = contacts.numbers(system.evaluate("contacts", t, x), nv)
+    return Settling(contacts, found, t, nq, nv).behind(x, struck, leaving, broke)
+
+
+def begun(system: StateEquations, x: Array) -> Array:
+    """Return the state at the start of a run: what touches strikes there, or rests.
+
+    Raises:
+        SimulateError: a contact begins inside its plane.
+    """
+    if system.contacts is None:
+        return x
+    contacts = system.contacts
+    gaps = contacts.numbers(system.evaluate("contacts", 0.0, x), system.nv).gaps
+    inside = [k for k in range(len(gaps)) if gaps[k] < -STARTS]
+    if inside:
+        name = contacts.name(inside[0])
+        told = f"contact {name} begins {-gaps[inside[0]]:.3g} m inside its plane"
+        raise SimulateError(f"{system.scene.name}: start: {told}; start where it touches, or above")
+    touching = [(k, STRIKES) for k in range(len(gaps)) if gaps[k] <= STARTS]
+    return settled(system, 0.0, x, touching) if touching else x
