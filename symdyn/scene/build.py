@@ -34,6 +34,7 @@ class Elements(TypedDict, total=False):
     springs: Sequence[Entry]
     dampers: Sequence[Entry]
     loads: Sequence[Entry]
+    flows: Sequence[Entry]
     constraints: Sequence[Entry]
     ropes: Sequence[Entry]
 

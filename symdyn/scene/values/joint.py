@@ -109,6 +109,11 @@ class Load(Element):
         """The point that the force acts at."""
         return (self.place,)
 
+    @property
+    def is_spread(self) -> bool:
+        """Whether it acts at the centre of mass of its body, wherever that is."""
+        return False
+
 
 @dataclass(frozen=True)
 class Plane:
