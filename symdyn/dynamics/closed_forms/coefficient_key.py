@@ -106,16 +106,19 @@ class LoadNodes:
         squares: squared distance of the ends of every strut between points.
         places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
             ground frame, or for a load in body axes in a frame that stands before the joint.
+        carried: what loads have by the motion of their bodies, shape (nv,).
     """
 
     squares: dict[Strut, Expr]
     places: tuple[dict[int, Transform], ...]
+    carried: tuple[Expr, ...]
 
     @property
     def needed(self) -> list[Expr]:
         """All of them."""
         return [
             *self.squares.values(),
+            *self.carried,
             *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
         ]
 
@@ -136,7 +139,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
             moved = dict.fromkeys(moved, placed[load.place.body])
         at = vector(scene.seat(load).at, graph)
         places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
-    return LoadNodes(squares, tuple(places))
+    return LoadNodes(squares, tuple(places), tuple(carried_forces(scene, graph)))
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,7 @@ class ClosedLoads:
     """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate.
 
     Attributes:
+        carried: what loads have by the motion of their bodies, of every coordinate.
         names: of s and ṡ of struts between points, by which they stand in forms; those of others are written out.
     """
 
@@ -152,6 +156,7 @@ class ClosedLoads:
     squares: dict[Strut, Polynomial]
     slopes: dict[Strut, tuple[Polynomial, ...]]
     arms: tuple[dict[int, Arm], ...]
+    carried: tuple[Polynomial, ...] = ()
     names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
 
     def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
@@ -214,8 +219,8 @@ class ClosedLoads:
             for i, (p, w) in arm.items():
                 shares = zip(components, (*p, *w), strict=True)
                 forces[i] += [Form.product((force, compact(share))) for force, share in shares]
-        for terms, share in zip(forces, carried_forces(self.scene, graph), strict=True):
-            terms.append(Form.of(share))
+        for terms, share in zip(forces, self.carried, strict=True):
+            terms.append(compact(share))
         return [Form.sum(terms) for terms in forces]
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
@@ -269,7 +274,8 @@ def closed_loads(
             R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
             arm[i] = _arm(ring, R, p, state.q[i], load, acts)
         arms.append(arm)
-    return ClosedLoads(scene, state, squares, slopes, tuple(arms))
+    carried = tuple(result[x] for x in nodes.carried)
+    return ClosedLoads(scene, state, squares, slopes, tuple(arms), carried)
 
 
 def _arm(

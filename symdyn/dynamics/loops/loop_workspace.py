@@ -114,7 +114,9 @@ class LoopWorkspace:
         begin = {graph.symbol(one.name): one.value.express(graph) for one in scene.states}
         for body in scene.bodies:
             mass, told = body.mass.express(graph), f"body {body.name} has lost its mass, {spell(body.mass)}"
-            found.append((mass - substitute([mass], begin)[0] * graph.constant(EMPTY), f"{told}; let its flow end before"))
+            found.append(
+                (mass - substitute([mass], begin)[0] * graph.constant(EMPTY), f"{told}; let its flow end before")
+            )
         moving = {graph.symbol(name) for name in (*scene.coordinates, *(one.name for one in scene.states))}
         return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 

@@ -285,16 +285,16 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
             s = strut_way(scene, placed, strut, graph)
             (rate,) = tangents([s], state.velocity)
             _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, s, rate), state)
-    for load in scene.loads:
-        work = _work(load, placed[load.place.body], scene, graph)
+    works = [_work(load, placed[load.place.body], scene, graph) for load in scene.loads]
+    for work in (*works, carried_forces(scene, graph)):
         forces = [force + share for force, share in zip(forces, work, strict=True)]
-    return [force + share for force, share in zip(forces, carried_forces(scene, graph), strict=True)]
+    return forces
 
 
 def carried_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the part of Q that loads have by the motion of their bodies, shape (nv,), N m or N."""
     moved = [load for load in scene.loads if FORCES[load.kind].push.carried]
-    placed, forces = body_placements(scene, graph) if moved else {}, [graph.zero] * len(scene.velocities)
+    forces, placed = [graph.zero] * len(scene.velocities), body_placements(scene, graph) if moved else {}
     for load in moved:
         T = placed[load.place.body]
         at = Transform(T.R, T.point(vector(scene.seat(load).at, graph)))

@@ -20,23 +20,24 @@ Thomson, Introduction to Space Dynamics (1961), section 7.5, of jet damping.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from symdyn.graph import Expr, Graph, tangents
+from symdyn.errors import listed
+from symdyn.graph import Graph, Op
 from symdyn.scene.forces.attachments import AtBody, place_of, table_of
 from symdyn.scene.forces.force_kind import ForceKind, Push, Scope
-from symdyn.scene.values.entry import Entry, EntryReader, Number, Three, entry, shown
+from symdyn.scene.values import folding
+from symdyn.scene.values.entry import Entry, EntryReader, Faults, Number, Three, entry, shown
 from symdyn.scene.values.joint import Load
 from symdyn.scene.values.key import TIMED, Key, Stand, one_of, optional
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import NULL, Quantity, Vector, spell
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector, spell
 from symdyn.scene.values.shape import NUMBER
-from symdyn.spatial import Mat, Vec, Wrench, cross, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Vec, Wrench, add, cross, neg, scale, sub, zero_vector
 
-if TYPE_CHECKING:
-    from symdyn.scene.values.entry import Faults
+NOTHING = (Quantity.ZERO,) * 6
 
 
 @dataclass(frozen=True)
@@ -47,22 +48,23 @@ class Flow(Load):
         rate: of the mass of the body, kg/s, negative where matter leaves; None: what its other flows leave of it.
         velocity: of that matter, m/s, along the axes of `frame`, in which it is seen.
         frame: "body" (velocity relative to the place) or "ground" (absolute velocity).
-        spread: whether it has no place, and leaves or arrives all over the body.
-        states: rates of the states that mass and inertia of the body are made of, by name.
+        spread: whether it has no place, leaves or arrives all over the body, and acts at its centre of mass.
+        flux: the rate, whether it is said or not.
+        spun: entries of J', kg m^2/s, where this flow is the first of its body and nothing takes J' ω along.
     """
 
     rate: Quantity | None = None
     velocity: Vector = NULL
     frame: str = "body"
     spread: bool = False
-    states: tuple[tuple[str, Quantity], ...] = ()
+    flux: Quantity = Quantity.ZERO
+    spun: tuple[Quantity, ...] = NOTHING
 
     kind = "flow"
 
-    @property
-    def is_spread(self) -> bool:
-        """Whether it acts at the centre of mass of its body."""
-        return self.spread
+
+ADVICE = '[states.m] with rate = "-c", and mass = "m"'
+"""How a mass changes."""
 
 
 def flows_of(body: str, scene: Scene) -> list[Flow]:
@@ -70,37 +72,48 @@ def flows_of(body: str, scene: Scene) -> list[Flow]:
     return [one for one in scene.loads if isinstance(one, Flow) and one.place.body == body]
 
 
-def _rates(flow: Flow, scene: Scene, graph: Graph) -> list[Expr]:
-    """Return the rates of mass and inertia of a flow's body, kg/s and kg m^2/s, by those of the states."""
-    body = next(one for one in scene.bodies if one.name == flow.place.body)
-    seeds = {graph.symbol(name): rate.express(graph) for name, rate in flow.states}
-    return tangents([x.express(graph) for x in (body.mass, *body.inertia)], seeds)
+def rate_of(formula: Quantity, rates: Mapping[str, Quantity]) -> Quantity:
+    """Return the rate of a formula by those of its symbols, which it adds, multiplies, divides and raises to constant powers.
 
-
-def mass_rate(flow: Flow, scene: Scene, graph: Graph) -> Expr:
-    """Return μ, kg/s."""
-    if flow.rate is not None:
-        return flow.rate.express(graph)
-    others = (one.rate.express(graph) for one in flows_of(flow.place.body, scene) if one.rate is not None)
-    return _rates(flow, scene, graph)[0] - graph.total(others)
+    Raises:
+        FormulaError: it has another function of what changes.
+    """
+    if not rates.keys() & set(formula.symbols):
+        return Quantity.ZERO
+    if formula.op is Op.SYMBOL:
+        return rates[str(formula.value)]
+    moved = [rate_of(arg, rates) for arg in formula.args]
+    (a, da), (b, db) = (formula.args[0], moved[0]), (formula.args[-1], moved[-1])
+    match formula.op:
+        case Op.NEG:
+            return folding.neg(da)
+        case Op.ADD:
+            return folding.add(da, db)
+        case Op.SUB:
+            return folding.sub(da, db)
+        case Op.MUL:
+            return folding.add(folding.mul(da, b), folding.mul(a, db))
+        case Op.DIV:
+            return folding.div(folding.sub(da, folding.mul(formula, db)), b)
+    if formula.op is Op.POW and db == Quantity.ZERO:
+        return folding.mul(folding.mul(b, folding.power(a, folding.sub(b, Quantity.ONE))), da)
+    raise FormulaError(
+        "is more than sums, products, quotients and powers of what changes; make it a state, with a rate"
+    )
 
 
 def _thrust(flow: Flow, scene: Scene, graph: Graph) -> Wrench:
     x, y, z = (x.express(graph) for x in flow.velocity)
-    return Wrench(scale(mass_rate(flow, scene, graph), (x, y, z)), zero_vector(graph))
+    return Wrench(scale(flow.flux.express(graph), (x, y, z)), zero_vector(graph))
 
 
 def _carried(flow: Flow, scene: Scene, v: Vec, omega: Vec) -> Wrench:
-    graph, flows = v[0].graph, flows_of(flow.place.body, scene)
-    body = next(one for one in scene.bodies if one.name == flow.place.body)
+    graph, body = v[0].graph, next(one for one in scene.bodies if one.name == flow.place.body)
     x, y, z = (a.express(graph) - b.express(graph) for a, b in zip(scene.seat(flow).at, body.com or NULL, strict=True))
-    mu, swing = mass_rate(flow, scene, graph), cross(omega, (x, y, z))
+    mu, swing = flow.flux.express(graph), cross(omega, (x, y, z))
     force = scale(2, swing) if flow.frame == "body" else sub(scale(2, swing), v)
-    moment = neg(cross((x, y, z), scale(mu, swing)))
-    if flow.name == flows[0].name and not any(one.spread and one.frame == "body" for one in flows):
-        spun = Mat.symmetric(*_rates(flow, scene, graph)[1:]) @ omega
-        moment = sub(moment, spun)
-    return Wrench(scale(mu, force), moment)
+    spun = Mat.symmetric(*(one.express(graph) for one in flow.spun)) @ omega
+    return Wrench(scale(mu, force), neg(add(cross((x, y, z), scale(mu, swing)), spun)))
 
 
 class Mouth(AtBody):
@@ -114,73 +127,49 @@ class Mouth(AtBody):
         """Return body and place."""
         return {"body": one.place.body} if one.spread else table_of(one.place) | {"at": one.place.at}
 
-    def numbers(self, one: Any, slides: bool = True) -> Any:
-        """Return where it is."""
-        return iter(()) if one.spread else super().numbers(one, slides)
-
 
 def _check(flow: Flow, stand: Stand) -> None:
-    """Report a body that has no centre of mass to flow from, and rates that are not those of its mass."""
+    """Report a body that has no centre of mass to flow from, and a mass that no flow changes, or more than one may."""
+    body = next((one for one in stand.scene.bodies if one.name == flow.place.body), None)
     if flow.place.body == Scene.GROUND:
         stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
-    body = next((one for one in stand.scene.bodies if one.name == flow.place.body), None)
     if body is None:
         return
     if body.com is None or body.about != "com":
         stand.fault(f'the centre of mass of {body.name} must be known; give com, and inertia_about = "com"')
     flows = flows_of(body.name, stand.scene)
     silent = [one.name for one in flows if one.rate is None]
-    if flow.rate is None and silent[0] != flow.name:
-        stand.fault(f"rate is missing, as that of {silent[0]} is; one flow of a body may leave it out")
-    if flow.name != flows[-1].name or len(silent) > 1:
-        return
-    graph, told = Graph(), f"the mass of {body.name}, {shown(body.mass)},"
-    changes = _rates(flow, stand.scene, graph)[0]
-    if silent and len(flows) == 1 and changes.is_zero:
-        stand.fault(f"{told} does not change; write its rate, and mass by a state, or a flow that goes on elsewhere")
-    elif not silent and not _same(changes, graph.total(mass_rate(one, stand.scene, graph) for one in flows)):
-        rates = " + ".join(f"({spell(one.rate)})" for one in flows if one.rate is not None)
-        by = ", ".join(f"{name} at {spell(rate)}" for name, rate in flow.states) or "not at all"
-        stand.fault(f"{told} changes by {by}, and its flows by {rates}; leave one rate out, or correct it")
-
-
-def _same(a: Expr, b: Expr) -> bool:
-    """Tell whether two formulas are equal wherever random numbers are put in; what has no value there is let pass."""
-    import random
-
-    from symdyn.algebra import Floats
-    from symdyn.graph import Op, evaluate, reachable
-
-    rng = random.Random("mass")
-    names = [node for node in reachable([a, b]) if node.op is Op.SYMBOL]
-    for _ in range(3):
-        try:
-            x, y = evaluate([a, b], Floats(), {node: rng.uniform(0.5, 1.5) for node in names})
-        except (ArithmeticError, ValueError):
-            continue
-        if abs(x - y) > 1e-9 * (abs(x) + abs(y)):
-            return False
-    return True
+    if flow.name == flows[-1].name and len(silent) != 1:
+        told = f"{listed(silent)} have no rate" if silent else f"every flow of {body.name} has a rate"
+        stand.fault(
+            f"{told}; leave out that of one, which has what others leave of the rate of the mass of {body.name}"
+        )
+    elif len(flows) == 1 and flow.flux == Quantity.ZERO and flow.spun == NOTHING:
+        stand.fault(f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it; write {ADVICE}")
 
 
 def with_flows(scene: Scene, places: Sequence[str], faults: Faults) -> Scene:
     """Return the scene whose flows know how mass and inertia change; a mass that changes without a flow is a fault."""
-    rates, elements = {one.name: one.rate for one in scene.states}, []
-    carried = {one.place.body for one in scene.loads if isinstance(one, Flow)}
-    told = {}
+    rates, made = {one.name: one.rate for one in scene.states}, {}
     for where, body in zip(places, scene.bodies, strict=True):
-        names = dict.fromkeys(name for x in (body.mass, *body.inertia) for name in x.symbols if name in rates)
-        told[body.name] = tuple((name, rates[name]) for name in names)
-        if names and body.name not in carried:
-            key = f"mass = {shown(body.mass)}" if set(names).intersection(body.mass.symbols) else "inertia"
-            faults.add(
-                where,
-                f"{key} changes with {', '.join(names)}, and nothing tells which matter leaves or arrives; write "
-                f'[flows.jet] with body = "{body.name}" and velocity = [0, 0, 0]',
-            )
-    for one in scene.elements:
-        elements.append(replace(one, states=told.get(one.place.body, ())) if isinstance(one, Flow) else one)
-    return replace(scene, elements=tuple(elements))
+        flows = flows_of(body.name, scene)
+        try:
+            mass, *spun = (rate_of(x, rates) for x in (body.mass, *body.inertia))
+        except FormulaError as fault:
+            faults.add(where, f"its mass or inertia {fault}")
+            continue
+        if not flows and (states := rates.keys() & {name for x in (body.mass, *body.inertia) for name in x.symbols}):
+            told = f"mass or inertia changes with {listed(sorted(states))}, and nothing tells what leaves or arrives"
+            faults.add(where, f'{told}; write [flows.jet] with body = "{body.name}" and its velocity')
+        for one in flows:
+            mass = folding.sub(mass, one.rate or Quantity.ZERO)
+        kept = any(one.spread and one.frame == "body" for one in flows)
+        for k, one in enumerate(flows):
+            own = NOTHING if k or kept else tuple(spun)
+            made[one.name] = replace(one, flux=mass if one.rate is None else one.rate, spun=own)
+    return replace(
+        scene, elements=tuple(made.get(one.name, one) if isinstance(one, Flow) else one for one in scene.elements)
+    )
 
 
 FLOW = ForceKind(
@@ -195,7 +184,7 @@ FLOW = ForceKind(
             None,
             unit="kg/s",
             names=TIMED,
-            holds="rate of mass, {}, below zero where matter leaves; left out, what other flows leave of the body's",
+            holds="rate of mass, {}, negative where matter leaves; of one flow of a body left out, the rest of it",
             shape=NUMBER,
         ),
         Key("velocity", EntryReader.vector, NULL, unit="m/s", text="velocity of what flows", names=TIMED),
@@ -229,7 +218,7 @@ def flow(
         body: whose matter it is.
         at: where, in body coordinates, m; all over the body when left out.
         point: where, in place of body and place.
-        rate: kg/s, negative where it leaves; when left out, the rate of the mass less those of other flows.
+        rate: kg/s, negative where it leaves; one flow of a body leaves it out, and has the rest of the mass's rate.
         velocity: of what leaves or arrives, m/s, a formula in what moves and t; zero when left out.
         frame: "body", so that the velocity is relative to the place, or "ground".
     """

@@ -102,17 +102,12 @@ class Load(Element):
     couple: Vector = NULL
     frame: str = "ground"
 
-    kind = "load"
+    kind, spread = "load", False
 
     @property
     def ends(self) -> tuple[Place, ...]:
         """The point that the force acts at."""
         return (self.place,)
-
-    @property
-    def is_spread(self) -> bool:
-        """Whether it acts at the centre of mass of its body, wherever that is."""
-        return False
 
 
 @dataclass(frozen=True)

@@ -192,7 +192,7 @@ class Scene(Shown):
 
     def seat(self, load: Load) -> Place:
         """Return the point that a load acts at."""
-        com = next((one.com for one in self.bodies if load.is_spread and one.name == load.place.body), None)
+        com = next((one.com for one in self.bodies if load.spread and one.name == load.place.body), None)
         return load.place if com is None else Place(load.place.body, com)
 
     @cached_property
@@ -290,10 +290,10 @@ class Scene(Shown):
         """
         if not self.given:
             return replace(self, outputs=()) if self.outputs else self
-        more = tuple(
-            Parameter(x.name, None if x.value == Quantity.ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
-            for x in self.given
-        )
+        known = {one.name: one.value for one in self.parameters if one.value is not None}
+        values = {x: substituted(x.value, known) for x in self.given}
+        shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
+        more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     @cached_property
@@ -378,6 +378,12 @@ class Scene(Shown):
             for component in LETTERS.components
             for loose in ("", LETTERS.loose)
         }
+
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the states that masses and inertias are made of."""
+        used = {name for body in self.bodies for x in (body.mass, *body.inertia) for name in x.symbols}
+        return tuple(one.name for one in self.states if one.name in used)
 
     @property
     def leaves(self) -> tuple[str, ...]:
