@@ -274,7 +274,7 @@ def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph:
     """
     wanted: dict[Key, tuple[Expr, ...]] = {
         ("end", one, k): placed[end.body].point(vector(end.at, graph))
-        for k, end in enumerate((scene.seat(one),) if isinstance(one, Load) else one.ends)
+        for k, end in enumerate((scene.seated(one).place,) if isinstance(one, Load) else one.ends)
     }
     if len(one.ends) > 2 or one.is_taut:
         wanted |= {("tangent", one, k): at for k, at in enumerate(Taut(scene, graph).tangents(one.ends, placed))}

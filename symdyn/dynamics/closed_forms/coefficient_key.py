@@ -137,7 +137,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
         moved = dict(moved_placements(scene, carrier.get(load.place.body), graph))
         if load.frame == "ground":
             moved = dict.fromkeys(moved, placed[load.place.body])
-        at = vector(scene.seat(load).at, graph)
+        at = vector(scene.seated(load).place.at, graph)
         places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
     return LoadNodes(squares, tuple(places), tuple(carried_forces(scene, graph)))
 

@@ -297,7 +297,7 @@ def carried_forces(scene: Scene, graph: Graph) -> list[Expr]:
     forces, placed = [graph.zero] * len(scene.velocities), body_placements(scene, graph) if moved else {}
     for load in moved:
         T = placed[load.place.body]
-        at = Transform(T.R, T.point(vector(scene.seat(load).at, graph)))
+        at = Transform(T.R, T.point(vector(scene.seated(load).place.at, graph)))
         wrench, columns = carried(load, scene, T), placement_rates(at, scene, graph)
         forces = [force + wrench.power(twist) for force, twist in zip(forces, columns, strict=True)]
     return forces
@@ -308,7 +308,7 @@ def carried(load: Load, scene: Scene, T: Transform) -> Wrench:
     law, graph = FORCES[load.kind].push.carried, T.p[0].graph
     if law is None:
         return Wrench.none(graph)
-    p, rates = T.point(vector(scene.seat(load).at, graph)), State.of(scene, graph).velocity
+    p, rates = T.point(vector(scene.seated(load).place.at, graph)), State.of(scene, graph).velocity
     x, y, z = tangents(p, rates)
     turning = T.R.spin([tangents(row, rates) for row in T.R])
     return law(load, scene, T.R.T @ (x, y, z), T.R.T @ turning).rotated(T.R)
@@ -346,7 +346,7 @@ def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     wrench = load_vectors(load, scene, graph)
     if load.frame == "body":
         wrench = wrench.rotated(T.R)
-    columns = placement_rates(Transform(T.R, T.point(vector(scene.seat(load).at, graph))), scene, graph)
+    columns = placement_rates(Transform(T.R, T.point(vector(scene.seated(load).place.at, graph))), scene, graph)
     return [wrench.power(twist) for twist in columns]
 
 

@@ -293,7 +293,7 @@ def acting(scene: Scene, tree: Sequence[JointFrames], state: State) -> list[Wren
         k = number[load.place.body]
         wrench = load_vectors(load, scene, graph)
         wrench = wrench.rotated(placed[k].R) if load.frame == "body" and k >= 0 else wrench
-        act(k, scene.seat(load), wrench + carried(load, scene, placed[k]))
+        act(k, scene.seated(load).place, wrench + carried(load, scene, placed[k]))
     for strut in apart:
         if strut.is_rope:
             taut, bodies = Taut(scene, graph), {Scene.GROUND: Transform.unit(graph)}

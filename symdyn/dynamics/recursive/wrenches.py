@@ -214,7 +214,7 @@ def _out(X: JointTransform, point: Vec) -> Vec:
 def _on_body(load: Load, scene: Scene, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:
     """Return the moving body that a load acts on, and its wrench about the origin of that body's frame."""
     i, home = _home(load.place.body, tree, reduced)
-    place = scene.seat(load)
+    place = scene.seated(load).place
     _, point = _seated(place, tree, reduced)
     wrench = load_vectors(load, scene, tree.graph)
     if load.frame == "body":

@@ -73,7 +73,7 @@ def flows_of(body: str, scene: Scene) -> list[Flow]:
 
 
 def rate_of(formula: Quantity, rates: Mapping[str, Quantity]) -> Quantity:
-    """Return the rate of a formula by those of its symbols, which it adds, multiplies, divides and raises to constant powers.
+    """Return the rate of a formula by those of its symbols, in sums, products, quotients and powers.
 
     Raises:
         FormulaError: it has another function of what changes.
@@ -109,7 +109,9 @@ def _thrust(flow: Flow, scene: Scene, graph: Graph) -> Wrench:
 
 def _carried(flow: Flow, scene: Scene, v: Vec, omega: Vec) -> Wrench:
     graph, body = v[0].graph, next(one for one in scene.bodies if one.name == flow.place.body)
-    x, y, z = (a.express(graph) - b.express(graph) for a, b in zip(scene.seat(flow).at, body.com or NULL, strict=True))
+    x, y, z = (
+        a.express(graph) - b.express(graph) for a, b in zip(scene.seated(flow).place.at, body.com or NULL, strict=True)
+    )
     mu, swing = flow.flux.express(graph), cross(omega, (x, y, z))
     force = scale(2, swing) if flow.frame == "body" else sub(scale(2, swing), v)
     spun = Mat.symmetric(*(one.express(graph) for one in flow.spun)) @ omega
@@ -140,10 +142,8 @@ def _check(flow: Flow, stand: Stand) -> None:
     flows = flows_of(body.name, stand.scene)
     silent = [one.name for one in flows if one.rate is None]
     if flow.name == flows[-1].name and len(silent) != 1:
-        told = f"{listed(silent)} have no rate" if silent else f"every flow of {body.name} has a rate"
-        stand.fault(
-            f"{told}; leave out that of one, which has what others leave of the rate of the mass of {body.name}"
-        )
+        told = f"rate is missing, as of {silent[0]}" if silent else f"rate is one too many for {body.name}"
+        stand.fault(f"{told}; one of its flows has none, and takes what others leave of the rate of its mass")
     elif len(flows) == 1 and flow.flux == Quantity.ZERO and flow.spun == NOTHING:
         stand.fault(f"does nothing, as the mass of {body.name}, {shown(body.mass)}, has no state in it; write {ADVICE}")
 

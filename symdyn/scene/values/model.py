@@ -22,18 +22,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
-from symdyn.scene.values.joint import (
-    Contact,
-    Element,
-    Joint,
-    JointOrder,
-    Load,
-    Place,
-    Row,
-    Strut,
-    acceleration_name,
-    order_of,
-)
+from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.shown import Shown
@@ -190,10 +179,10 @@ class Scene(Shown):
         """The wrenches on bodies."""
         return tuple(one for one in self.elements if isinstance(one, Load))
 
-    def seat(self, load: Load) -> Place:
-        """Return the point that a load acts at."""
+    def seated(self, load: Load) -> Load:
+        """Return a load with the place that it acts at, where that is the centre of mass of its body."""
         com = next((one.com for one in self.bodies if load.spread and one.name == load.place.body), None)
-        return load.place if com is None else Place(load.place.body, com)
+        return load if com is None else replace(load, place=replace(load.place, at=com))
 
     @cached_property
     def constraints(self) -> tuple[Row, ...]:
