@@ -1,27 +1,29 @@
-"""Matter that leaves or arrives: rockets, chains, belts, drops and wheels of water against closed forms of the literature.
+"""Matter that leaves or arrives: rockets, chains, belts, drops and wheels of water as the literature has them.
 
 That the momentum of what is there and of what has left is conserved is summed up here, in numbers, from a motion alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from engine.balance import balance
+from engine.mechanism import Mechanism
 from numpy.testing import assert_allclose
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 import symdyn
 import symdyn.scene as declared
 from symdyn.errors import SceneError, SimulateError
-from symdyn.scene import Scene, read_text
+from symdyn.scene import read_text, write_text as write_text_as
 from symdyn.scene.toml import write_text
 from symdyn.teach import walkthrough
 
 pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
 
-G = 9.81
+G, ROOT = 9.81, Path(__file__).parent.parent
 
 ROCKET = """
 name = "rocket"
@@ -165,6 +167,56 @@ frame = "ground"
 body = "belt"
 """
 
+LINKS = """
+name = "links"
+[inputs.u]
+unit = "m/s"
+value = 3
+[states.m]
+rate = "-(1 + sin(a)/5)/3"
+start = 3
+unit = "kg"
+[bodies.arm]
+mass = 2
+com = [0.3, 0.1, 0]
+inertia = [0.1, 0.12, 0.13]
+inertia_about = "com"
+[bodies.tank]
+mass = "m + 1"
+com = [0.2, -0.1, 0.15]
+inertia = { xx = "0.1*m", yy = "0.12*m + m**2/100", zz = "0.15", xy = "0.01*m" }
+inertia_about = "com"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 1, 0]
+coordinate = "a"
+[joints.elbow]
+type = "revolute"
+parent = "arm"
+child = "tank"
+axis = [0, 1, 1]
+origin = [0.5, 0.1, 0]
+coordinate = "b"
+[flows.jet]
+body = "tank"
+at = [0.4, 0.3, -0.2]
+velocity = ["u", 0.3, "0.1*a_dot"]
+[flows.scoop]
+body = "tank"
+at = [-0.2, 0.1, 0]
+rate = "0.05*u"
+velocity = [0.1, "0.4*t", 0.2]
+frame = "ground"
+[flows.mist]
+body = "arm"
+rate = 0.2
+frame = "ground"
+[flows.drip]
+body = "arm"
+"""
+
 TANK = """
 name = "tank"
 gravity = "none"
@@ -195,6 +247,12 @@ rate = 0.15
 velocity = [0.1, 0.4, 0.2]
 frame = "ground"
 """
+
+STEADY = (
+    TANK.replace("m + 1", "4").replace("0.1*m", "0.3").replace("0.12*m + m**2/100", "0.4").replace("0.01*m", "0.02")
+)
+STEADY = "\n[bodies".join([STEADY.split("\n[states")[0], STEADY.split("\n[bodies")[1]])
+"""The same tank, which takes in as much as it loses."""
 
 
 def told(text: str) -> str:
@@ -229,7 +287,7 @@ def test_a_chain_that_is_picked_up_from_rest_falls_with_a_third_of_g() -> None:
 
 
 def test_a_chain_that_slides_as_a_whole_needs_no_flow_and_keeps_its_energy() -> None:
-    """x = x0 cosh(√(g/L) t): all of the chain moves, so that its mass is constant; Lagrange's equations of the whole."""
+    """x = x0 cosh(√(g/L) t): all of the chain moves, so that its mass is constant."""
     run = symdyn.simulate(read_text(SLIDING), until=1.0)
 
     assert_allclose(run.q[:, 0], 0.1 * np.cosh(np.sqrt(G / 2) * run.t), atol=1e-9)
@@ -273,7 +331,7 @@ def test_a_turn_of_a_rocket_is_damped_by_its_jet() -> None:
 
 
 def test_momentum_of_what_is_there_and_of_what_left_is_conserved() -> None:
-    """A free body, with matter inside that flows from its centre of mass C to its places: d/dt [p; L] is what passes."""
+    """A free body, inside which matter flows from its centre of mass to its places: d/dt [p; L] is what passes."""
     run = symdyn.simulate(read_text(TANK), until=2.0, every=0.002, rtol=1e-12, atol=1e-12)
     c, places = np.array([0.2, -0.1, 0.15]), np.array([[0.4, 0.3, -0.2], [-0.2, 0.1, 0.0]])
     there, passed = [], []
@@ -291,7 +349,7 @@ def test_momentum_of_what_is_there_and_of_what_left_is_conserved() -> None:
         exits = [R @ (v + np.cross(w, places[0]) + [2, 0.3, -1]), np.array([0.1, 0.4, 0.2])]
         through = [[*(k * s), *np.cross(q[:3] + R @ at, k * s)] for k, at, s in zip(mu, places, exits, strict=True)]
         unsteady = R @ (0.6 * a * (1 - a) * (places[0] - c))  # -d(inside)/dt, which steady flows leave out
-        passed.append(np.sum(through, axis=0) + [*unsteady, *np.cross(centre, unsteady)])
+        passed.append(np.sum(through, axis=0) + np.array([*unsteady, *np.cross(centre, unsteady)]))
     gained = cumulative_simpson(np.array(passed), x=run.t, axis=0, initial=0.0)
 
     assert_allclose(np.array(there) - there[0], gained, atol=2e-7)
@@ -302,7 +360,7 @@ def test_a_rocket_in_the_plane_moves_as_scipy_integrates_newtons_equations() -> 
     planar = 'axis = [0, 0, 1]\ncoordinates = ["x", "y", "phi"]\ndrives = [false, false, false]'
     text = text.replace("axis = [0, 0, 1]", planar)
     text = text.replace('mass = "m"', 'mass = "m"\ninertia = [3, 3, 5]\ninertia_about = "com"')
-    text = text.replace('velocity = [0, 0, "-ve"]', 'at = [-1, 0.1, 0]\nvelocity = [-30, 0, 0]')
+    text = text.replace('velocity = [0, 0, "-ve"]', "at = [-1, 0.1, 0]\nvelocity = [-30, 0, 0]")
     text = text.replace('name = "rocket"', 'name = "rocket"\ngravity = [0, -9.81, 0]', 1)
 
     def rates(t: float, s: np.ndarray) -> list[float]:
@@ -320,14 +378,192 @@ def test_a_rocket_in_the_plane_moves_as_scipy_integrates_newtons_equations() -> 
 
 
 def test_the_reference_of_the_tests_finds_the_same_forces() -> None:
-    from engine.mechanism import Mechanism
-
-    text = TANK.replace("m + 1", "4").replace('"0.1*m"', "0.3").replace('"0.12*m + m**2/100"', "0.4").replace(
-        '"0.01*m"', "0.02").split("[states.m]")  # fmt: skip
-    one = read_text(text[0] + "[bodies.tank]" + text[1].split("[bodies.tank]")[1])
+    one = read_text(STEADY)
     rng = np.random.default_rng(1)
     q, u, du = rng.normal(size=7), rng.normal(size=6), rng.normal(size=6)
     q[3:] /= np.linalg.norm(q[3:])
-    state = Mechanism(one).at(q, u, du)
+    found = balance(Mechanism(one).at(q, u), du, np.full(6, np.nan))
 
-    assert_allclose(symdyn.lambdify(one, "inverse_dynamics")(q, u, du), state.inverse_dynamics(), rtol=1e-12)
+    assert_allclose(symdyn.lambdify(one, "inverse_dynamics")(q, u, du), found.tau, rtol=1e-11)
+
+
+def test_all_formulations_agree_on_bodies_that_hang_on_each_other(numpy_alone: None) -> None:
+    """Lagrange, Kane, recursion; reactions by equilibria of every body; upright, stretched and at zero, too."""
+    assert symdyn.certify(read_text(LINKS)).passed
+
+
+def test_a_closed_loop_holds_matter_that_flows(numpy_alone: None) -> None:
+    text = (ROOT / "examples" / "four_bar.toml").read_text()
+    text = text.replace('"m2"', '"m2 + f"').replace('"m2*b**2/12"', '"(m2 + f)*b**2/12"')
+    one = read_text(
+        f'{text}\n[states.f]\nrate = "-1/2"\nstart = 2\nunit = "kg"\n[flows.leak]\nbody = "coupler"\n'
+        'at = ["b/2", 0.1, 0]\nvelocity = [0.3, 0.2, 0]'
+    )
+    run = symdyn.simulate(one, until=1.0)
+
+    assert run.monitors["energy"] < 1e-9 * run.monitors["energy_scale"]
+    assert symdyn.certify(one, ["forward_dynamics", "multipliers", "reactions"]).passed
+
+
+# Runs
+
+
+def test_a_run_ends_where_a_mass_does() -> None:
+    with pytest.warns(RuntimeWarning, match="lost its mass"):
+        run = symdyn.simulate(read_text(ROCKET), until=12.0)
+
+    assert run.stopped == "t = 9.99999 s: body rocket has lost its mass, m; let its flow end before"
+
+
+@pytest.mark.parametrize(
+    ("start", "told"),
+    [
+        ("0", "rocket: z_dot moves no mass at the start"),
+        ("-1", "rocket: the mass matrix is singular at the start, a motion with z_dot moves no mass; give another "
+               "start, or a mass or an inertia"),
+    ],
+)  # fmt: skip
+def test_a_run_without_mass_does_not_begin(start: str, told: str) -> None:
+    with pytest.raises(SimulateError) as refused:
+        symdyn.simulate(read_text(ROCKET.replace('"m0"', start)), until=1.0)
+    assert str(refused.value) == told
+
+
+def test_a_stage_that_is_dropped_takes_its_energy_along() -> None:
+    stage = 'unit = "kg"\nreset = { when = "m - 50", to = 30, way = "down" }\n[bodies'
+    run = symdyn.simulate(read_text(ROCKET.replace('unit = "kg"\n[bodies', stage)), until=6.0)
+    v = 2000 * (np.log(100 / 50) + np.log(30 / (30 - 10 * (run.t[-1] - 5)))) - G * run.t[-1]
+
+    assert run.events[0].t == pytest.approx(5.0)
+    assert run.qd[-1, 0] == pytest.approx(v, rel=1e-9)
+    assert run.monitors["energy"] < 1e-10 * run.monitors["energy_scale"]
+
+
+def test_no_momentum_is_called_conserved_that_leaves_with_matter() -> None:
+    text = ROCKET.replace('name = "rocket"', 'name = "rocket"\ngravity = "none"', 1).replace('"-ve"', "0")
+    run = symdyn.simulate(read_text(text.replace('"z"', '"z"\nstart_rates = 3')), until=1.0)
+
+    assert_allclose(run.qd[:, 0], 3.0)
+    assert "momenta" not in run.monitors
+
+
+def test_derivatives_are_those_of_tsiolkovskys_formula() -> None:
+    """∂v/∂m(0) = ve (1/m(0) - 1/m), ∂v/∂c = ve t/m, and of accelerations by mass -(thrust)/m²."""
+    end = symdyn.sensitivity(read_text(ROCKET), until=8.0)
+    one = symdyn.load(read_text(ROCKET), ["forward_dynamics_by_states", "forward_dynamics", "state_rates"])
+
+    assert end["z_dot", "m"] == pytest.approx(2000 * (1 / 100 - 1 / 20), rel=1e-6)
+    assert end["z_dot", "c"] == pytest.approx(2000 * 8 / 20, rel=1e-6)
+    assert_allclose(one.forward_dynamics_by_states([0.0], [0.0], [0.0], [40.0]), [[-20000 / 40**2]])
+    assert_allclose(one.state_rates([0.0], [3.0], [0.0], [40.0]), [3.0, 20000 / 40 - G, -10.0])
+
+
+def test_a_sweep_varies_what_flows() -> None:
+    runs = symdyn.sweep(read_text(ROCKET), over={"ve": [1000, 2000]}, measure="end(z_dot)", until=8.0)
+
+    speeds = [ve * np.log(5) - 8 * G for ve in (1000, 2000)]
+    assert_allclose(np.ravel(runs.measures["end(z_dot)"]), speeds, rtol=1e-8)
+
+
+def test_a_rocket_that_hovers_is_linearized() -> None:
+    """Thrust in balance with the weight: A has ∂z̈/∂m = -c ve/m² where its mass is held."""
+    text = ROCKET.replace('"-c"', "0").replace('velocity = [0, 0, "-ve"]', 'at = [0, 0, 0]\nrate = "-c"\n'
+        'velocity = [0, 0, "-ve"]\n[flows.feed]\nbody = "rocket"')  # fmt: skip
+    one = symdyn.linearize(read_text(text), start={"m": 20000 / G})
+
+    assert one.states.names == ("z", "z_dot", "m")
+    assert one.A[1, 2] == pytest.approx(-(G**2) / 20000)
+
+
+# Scenes
+
+
+def test_what_is_written_is_read_again_and_python_declares_it() -> None:
+    for text in (ROCKET, CHAIN, WHEEL, DROP, BELT, TANK, LINKS):
+        one = read_text(text)
+        assert read_text(write_text(one).text) == one
+    made = declared.scene(
+        "rocket",
+        parameters={"c": "10 kg/s", "ve": "2000 m/s", "m0": "100 kg"},
+        bodies=[declared.body("rocket", mass="m")],
+        joints=[declared.prismatic("rail", "ground", "rocket", axis=[0, 0, 1], coordinate="z", drive=False)],
+        states=[declared.state("m", "-c", start="m0", unit="kg")],
+        flows=[declared.flow("jet", body="rocket", velocity=[0, 0, "-ve"])],
+    )
+    assert (made.elements, made.bodies, made.states) == (
+        read_text(ROCKET).elements, read_text(ROCKET).bodies, read_text(ROCKET).states,
+    )  # fmt: skip
+
+
+RATE = "one of its flows has none, and takes what others leave of the rate of its mass"
+CORRECT = (
+    'correct it, write the factor that is left out as a parameter with its unit, or write units = "none" at the top'
+)
+
+
+@pytest.mark.parametrize(
+    ("there", "wrong", "told"),
+    [
+        ('[0, 0, "-ve"]', "[0, 0]",
+         "flows.jet: velocity = [0, 0] has 2 entries; three are needed, such as [0, 0, 1]"),
+        ('[0, 0, "-ve"]', '[0, 0, "-c"]', f"flows.jet: velocity[2] = -c is in N s/m, and m/s is asked for; {CORRECT}"),
+        ('rate = "-c"', 'rate = "-ve"', f"states.m: rate = -ve is in m/s, and kg/s is asked for; {CORRECT}"),
+        ("velocity", 'rate = "-c"\nvelocity', f"flows.jet: rate is one too many for rocket; {RATE}"),
+        ("[flows.jet]", '[flows.two]\nbody = "rocket"\n[flows.jet]',
+         f"flows.jet: rate is missing, as of two; {RATE}"),
+        ('mass = "m"', "mass = 3",
+         'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; write [states.m] with rate = "-c", '
+         'and mass = "m"'),
+        ('mass = "m"', 'mass = "m*z"',
+         "bodies.rocket: mass = m*z uses z; a mass or an inertia changes by a state: write [states.m] with its rate, "
+         'and mass = "m"'),
+        ('mass = "m"', 'mass = "m"\ncom = ["m", 0, 0]',
+         "bodies.rocket: com[0] = m uses m, a state; only forces, loads, masses, rates, signals and outputs may depend "
+         "on it"),
+        ('mass = "m"', 'mass = "m"\nfirst_moment = [0, 0, 1]\ninertia_about = "frame"',
+         'flows.jet: the centre of mass of rocket must be known; give com, and inertia_about = "com"'),
+        ('[flows.jet]\nbody = "rocket"\nvelocity = [0, 0, "-ve"]', "",
+         "bodies.rocket: mass or inertia changes with m, and nothing tells what leaves or arrives; write [flows.jet] "
+         'with body = "rocket" and its velocity'),
+        ('velocity', 'frame = "space"\nvelocity',
+         'flows.jet: frame = "space" is not known; write "body" or "ground"'),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told(there: str, wrong: str, told: str) -> None:
+    assert there in ROCKET
+    with pytest.raises(SceneError) as refused:
+        read_text(ROCKET.replace(there, wrong), "rocket.toml")
+    assert str(refused.value) == f"rocket.toml: {told}"
+
+
+def test_a_mass_is_made_of_sums_products_quotients_and_powers() -> None:
+    with pytest.raises(SceneError) as refused:
+        read_text(f'units = "none"\n{ROCKET}'.replace('mass = "m"', 'mass = "exp(m)"'), "rocket.toml")
+    assert str(refused.value).splitlines()[0] == (
+        "rocket.toml: bodies.rocket: its mass or inertia is more than sums, products, quotients and powers of what "
+        "changes; make it a state, with a rate"
+    )
+    one = read_text(ROCKET.replace('mass = "m"', 'mass = "(m0 + m)**2/m - m0/m*m0 - 2*m0"'))
+    assert_allclose(symdyn.lambdify(one, "forward_dynamics")([0], [0], [0], [40.0]), [20000 / 40 - G])
+
+
+def test_a_robot_file_holds_numbers_only() -> None:
+    with pytest.raises(SceneError, match="rocket: URDF holds numbers only, and m has no value; give each a value, or"):
+        write_text_as(read_text(ROCKET), "urdf")
+
+
+# Lessons
+
+
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [
+        ("en", ("Matter that leaves or arrives", "no derivative of a mass appears", "of jet damping")),
+        ("sk", ("Hmota, ktorá odchádza alebo pribúda", "Meščerského rovnica", "ktorý otáčanie tlmí")),
+    ],
+)
+def test_a_lesson_tells_what_matter_does(language: str, words: tuple[str, ...]) -> None:
+    found = str(walkthrough(read_text(WHEEL), language=language))
+
+    assert all(one in found for one in words)
+    assert "Energy" in str(walkthrough(read_text(CHAIN)))

@@ -51,7 +51,19 @@ class Contact:
         return np.array([np.concatenate([F.x, N.x]) for F, N in self.wrenches]).reshape(-1, 6)
 
 
-KINDS = {"spring", "damper", "friction", "load", "flow", "formula", "knife_edge", "rolling", "rope", "elastic", "damping"}
+KINDS = {
+    "spring",
+    "damper",
+    "friction",
+    "load",
+    "flow",
+    "formula",
+    "knife_edge",
+    "rolling",
+    "rope",
+    "elastic",
+    "damping",
+}
 """Elements whose laws are written below."""
 
 MEET = 1e-9
@@ -381,7 +393,10 @@ class State:
         """Return what matter does that leaves or arrives, (6n,): μ (u + 2 ω × ρ), and -μ ρ × (ω × ρ) - J' ω about P."""
         body = next(body for body in self.m.scene.bodies if body.name == one.place.body)
         R, omega = self.T[body.name].x[:3, :3], self.twist(body.name)[1].x
-        P = self.T[body.name][:3, :3] @ self.m.vector(body.com if one.spread else one.place.at) + self.T[body.name][:3, 3]
+        P = (
+            self.T[body.name][:3, :3] @ self.m.vector(body.com if one.spread else one.place.at)
+            + self.T[body.name][:3, 3]
+        )
         rho = P.x - (R @ self.m.vector(body.com) + self.T[body.name].x[:3, 3])
         mu, u = number(one.flux, self.known), np.array([number(x, self.known) for x in one.velocity])
         u = R @ u if one.frame == "body" else u - self.velocity(body.name, P).x
