@@ -19,7 +19,7 @@ MEANT = {
     "transfer function": "control", "Bode": "control", "Nyquist": "control", "equilibrium": "linearize",
     "linearization": "linearize", "eigenvalues": "linearize", "Coriolis": "equations", "inverse dynamics": "simulate",
     "forward dynamics": "simulate", "reaction forces": "reactions", "closed loop": "scenes",
-    "kinematic loop": "scenes", "URDF": "robots", "LaTeX": "equations", "SymPy": "equations", "C code": "c",
+    "kinematic loop": "scenes", "variable mass": "scenes", "URDF": "robots", "LaTeX": "equations", "SymPy": "equations", "C code": "c",
     "MATLAB": "matlab", "Simulink": "from-simulink", "FMU": "fmu", "CasADi": "notebooks/casadi", "JAX": "jax-torch",
     "identification": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate", "animation": "pictures",
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
