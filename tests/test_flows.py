@@ -72,6 +72,7 @@ drive = false
 start = "x0"
 [flows.heap]
 body = "hanging"
+velocity = [0, 0, 0]
 frame = "ground"
 """
 
@@ -117,6 +118,7 @@ drive = false
 body = "wheel"
 at = [0, 0, 0]
 rate = "c"
+velocity = [0, 0, 0]
 [flows.nozzle]
 body = "wheel"
 at = ["r", 0, 0]
@@ -143,6 +145,7 @@ coordinate = "y"
 drive = false
 [flows.mist]
 body = "drop"
+velocity = [0, 0, 0]
 frame = "ground"
 """
 
@@ -162,9 +165,11 @@ drive = "F"
 [flows.hopper]
 body = "belt"
 rate = "c"
+velocity = [0, 0, 0]
 frame = "ground"
 [flows.end]
 body = "belt"
+velocity = [0, 0, 0]
 """
 
 LINKS = """
@@ -212,9 +217,11 @@ frame = "ground"
 [flows.mist]
 body = "arm"
 rate = 0.2
+velocity = [0, 0, 0]
 frame = "ground"
 [flows.drip]
 body = "arm"
+velocity = [0, 0, 0]
 """
 
 TANK = """
@@ -468,7 +475,7 @@ def test_a_sweep_varies_what_flows() -> None:
 def test_a_rocket_that_hovers_is_linearized() -> None:
     """Thrust in balance with the weight: A has ∂z̈/∂m = -c ve/m² where its mass is held."""
     text = ROCKET.replace('"-c"', "0").replace('velocity = [0, 0, "-ve"]', 'at = [0, 0, 0]\nrate = "-c"\n'
-        'velocity = [0, 0, "-ve"]\n[flows.feed]\nbody = "rocket"')  # fmt: skip
+        'velocity = [0, 0, "-ve"]\n[flows.feed]\nbody = "rocket"\nvelocity = [0, 0, 0]')  # fmt: skip
     one = symdyn.linearize(read_text(text), start={"m": 20000 / G})
 
     assert one.states.names == ("z", "z_dot", "m")
@@ -488,7 +495,7 @@ def test_what_is_written_is_read_again_and_python_declares_it() -> None:
         bodies=[declared.body("rocket", mass="m")],
         joints=[declared.prismatic("rail", "ground", "rocket", axis=[0, 0, 1], coordinate="z", drive=False)],
         states=[declared.state("m", "-c", start="m0", unit="kg")],
-        flows=[declared.flow("jet", body="rocket", velocity=[0, 0, "-ve"])],
+        flows=[declared.flow("jet", [0, 0, "-ve"], body="rocket")],
     )
     assert (made.elements, made.bodies, made.states) == (
         read_text(ROCKET).elements, read_text(ROCKET).bodies, read_text(ROCKET).states,
@@ -509,7 +516,7 @@ CORRECT = (
         ('[0, 0, "-ve"]', '[0, 0, "-c"]', f"flows.jet: velocity[2] = -c is in N s/m, and m/s is asked for; {CORRECT}"),
         ('rate = "-c"', 'rate = "-ve"', f"states.m: rate = -ve is in m/s, and kg/s is asked for; {CORRECT}"),
         ("velocity", 'rate = "-c"\nvelocity', f"flows.jet: rate is one too many for rocket; {RATE}"),
-        ("[flows.jet]", '[flows.two]\nbody = "rocket"\n[flows.jet]',
+        ("[flows.jet]", '[flows.two]\nbody = "rocket"\nvelocity = [0, 0, 0]\n[flows.jet]',
          f"flows.jet: rate is missing, as of two; {RATE}"),
         ('mass = "m"', "mass = 3",
          'flows.jet: does nothing, as the mass of rocket, 3, has no state in it; write [states.m] with rate = "-c", '
@@ -525,6 +532,9 @@ CORRECT = (
         ('[flows.jet]\nbody = "rocket"\nvelocity = [0, 0, "-ve"]', "",
          "bodies.rocket: mass or inertia changes with m, and nothing tells what leaves or arrives; write [flows.jet] "
          'with body = "rocket" and its velocity'),
+        ('velocity = [0, 0, "-ve"]', "",
+         "flows.jet: velocity is missing; write velocity = [0, 0, 0] of what leaves at rest in the body, or another "
+         "one, m/s"),
         ('velocity', 'frame = "space"\nvelocity',
          'flows.jet: frame = "space" is not known; write "body" or "ground"'),
     ],

@@ -277,8 +277,7 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
     state = State.of(scene, graph)
-    forces = joint_forces(scene, graph)
-    struts = resisting(scene)
+    struts, forces = resisting(scene), joint_forces(scene, graph)
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:

@@ -110,7 +110,7 @@ def _thrust(flow: Flow, scene: Scene, graph: Graph) -> Wrench:
 def _carried(flow: Flow, scene: Scene, v: Vec, omega: Vec) -> Wrench:
     graph, body = v[0].graph, next(one for one in scene.bodies if one.name == flow.place.body)
     x, y, z = (
-        a.express(graph) - b.express(graph) for a, b in zip(scene.seated(flow).place.at, body.com or NULL, strict=True)
+        a.express(graph) - b.express(graph) for a, b in zip(scene.seated(flow).place.at, body.centre, strict=True)
     )
     mu, swing = flow.flux.express(graph), cross(omega, (x, y, z))
     force = scale(2, swing) if flow.frame == "body" else sub(scale(2, swing), v)
@@ -187,7 +187,16 @@ FLOW = ForceKind(
             holds="rate of mass, {}, negative where matter leaves; of one flow of a body left out, the rest of it",
             shape=NUMBER,
         ),
-        Key("velocity", EntryReader.vector, NULL, unit="m/s", text="velocity of what flows", names=TIMED),
+        Key(
+            "velocity",
+            EntryReader.vector,
+            NULL,
+            example="velocity = [0, 0, 0] of what leaves at rest in the body, or another one, m/s",
+            letters=("vx", "vy", "vz"),
+            unit="m/s",
+            text="velocity of {}",
+            names=TIMED,
+        ),
         one_of("frame", ("body", "ground"), "that sees the velocity, along whose axes it is", "body"),
     ),
     law=Push(_thrust, _carried),
@@ -203,23 +212,23 @@ FLOW = ForceKind(
 
 def flow(
     name: str,
+    velocity: Three,
     *,
     body: str | None = None,
     at: Three | None = None,
     point: str | None = None,
     rate: Number | None = None,
-    velocity: Three | None = None,
     frame: Literal["body", "ground"] | None = None,
 ) -> Entry:
     """Declare matter that leaves a body or arrives at it, whose mass is a formula in a state.
 
     Args:
         name: of the flow.
+        velocity: of what leaves or arrives, m/s, formulas in what moves and t.
         body: whose matter it is.
         at: where, in body coordinates, m; all over the body when left out.
         point: where, in place of body and place.
         rate: kg/s, negative where it leaves; one flow of a body leaves it out, and has the rest of the mass's rate.
-        velocity: of what leaves or arrives, m/s, a formula in what moves and t; zero when left out.
-        frame: "body", so that the velocity is relative to the place, or "ground".
+        frame: "body", so that the velocity is relative to the place, or "ground"; the body's when left out.
     """
     return entry("flows", **locals())

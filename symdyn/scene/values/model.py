@@ -181,8 +181,8 @@ class Scene(Shown):
 
     def seated(self, load: Load) -> Load:
         """Return a load with the place that it acts at, where that is the centre of mass of its body."""
-        com = next((one.com for one in self.bodies if load.spread and one.name == load.place.body), None)
-        return load if com is None else replace(load, place=replace(load.place, at=com))
+        at = next((one.centre for one in self.bodies if load.spread and one.name == load.place.body), load.place.at)
+        return replace(load, place=replace(load.place, at=at))
 
     @cached_property
     def constraints(self) -> tuple[Row, ...]:
