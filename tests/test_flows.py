@@ -577,3 +577,14 @@ def test_a_lesson_tells_what_matter_does(language: str, words: tuple[str, ...]) 
 
     assert all(one in found for one in words)
     assert "Energy" in str(walkthrough(read_text(CHAIN)))
+
+
+def test_names_for_numbers_change_nothing() -> None:
+    rng = np.random.default_rng(3)
+    q, u, du = rng.normal(size=7), rng.normal(size=6), rng.normal(size=6)
+    q[3:] /= np.linalg.norm(q[3:])
+    one, named = read_text(STEADY), declared.with_symbols(read_text(STEADY), "all")
+
+    found, again = (symdyn.load(x, "inverse_dynamics").inverse_dynamics(q, u, du) for x in (one, named))
+    assert len(named.parameters) > 20
+    assert_allclose(again, found, rtol=1e-12)

@@ -284,10 +284,10 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
             s = strut_way(scene, placed, strut, graph)
             (rate,) = tangents([s], state.velocity)
             _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, s, rate), state)
-    works = [_work(load, placed[load.place.body], scene, graph) for load in scene.loads]
-    for work in (*works, carried_forces(scene, graph)):
+    for load in scene.loads:
+        work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
-    return forces
+    return [force + share for force, share in zip(forces, carried_forces(scene, graph), strict=True)]
 
 
 def carried_forces(scene: Scene, graph: Graph) -> list[Expr]:
