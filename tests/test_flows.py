@@ -16,7 +16,7 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 
 import symdyn
 import symdyn.scene as declared
-from symdyn.errors import SceneError, SimulateError
+from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import read_text, write_text as write_text_as
 from symdyn.scene.toml import write_text
 from symdyn.teach import walkthrough
@@ -588,3 +588,12 @@ def test_names_for_numbers_change_nothing() -> None:
     found, again = (symdyn.load(x, "inverse_dynamics").inverse_dynamics(q, u, du) for x in (one, named))
     assert len(named.parameters) > 20
     assert_allclose(again, found, rtol=1e-12)
+
+
+def test_there_is_no_regressor_of_what_is_not_linear() -> None:
+    with pytest.raises(DerivationError) as refused:
+        symdyn.load(read_text(TANK), ["regressor"])
+    assert str(refused.value) == (
+        "tank: there is no regressor, as flows jet, scoop are not linear in masses and centres of mass; take them out, "
+        "and what they change"
+    )
