@@ -277,8 +277,7 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
     state = State.of(scene, graph)
-    forces = joint_forces(scene, graph)
-    struts = resisting(scene)
+    struts, forces = resisting(scene), joint_forces(scene, graph)
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:
@@ -288,7 +287,30 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
+    return [force + share for force, share in zip(forces, carried_forces(scene, graph), strict=True)]
+
+
+def carried_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return the part of Q that loads have by the motion of their bodies, shape (nv,), N m or N."""
+    moved = [load for load in scene.loads if FORCES[load.kind].push.carried]
+    forces, placed = [graph.zero] * len(scene.velocities), body_placements(scene, graph) if moved else {}
+    for load in moved:
+        T = placed[load.place.body]
+        at = Transform(T.R, T.point(vector(scene.seated(load).place.at, graph)))
+        wrench, columns = carried(load, scene, T), placement_rates(at, scene, graph)
+        forces = [force + wrench.power(twist) for force, twist in zip(forces, columns, strict=True)]
     return forces
+
+
+def carried(load: Load, scene: Scene, T: Transform) -> Wrench:
+    """Return what a load has by the motion of its body, whose placement is T, at its place, ground axes."""
+    law, graph = FORCES[load.kind].push.carried, T.p[0].graph
+    if law is None:
+        return Wrench.none(graph)
+    p, rates = T.point(vector(scene.seated(load).place.at, graph)), State.of(scene, graph).velocity
+    x, y, z = tangents(p, rates)
+    turning = T.R.spin([tangents(row, rates) for row in T.R])
+    return law(load, scene, T.R.T @ (x, y, z), T.R.T @ turning).rotated(T.R)
 
 
 def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
@@ -320,16 +342,16 @@ def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
 
 def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     """Return F·∂ṗ/∂u_i + C·∂ω/∂u_i for every velocity; F and C do no work of their own on the way."""
-    wrench = load_vectors(load, graph)
+    wrench = load_vectors(load, scene, graph)
     if load.frame == "body":
         wrench = wrench.rotated(T.R)
-    columns = placement_rates(Transform(T.R, T.point(vector(load.place.at, graph))), scene, graph)
+    columns = placement_rates(Transform(T.R, T.point(vector(scene.seated(load).place.at, graph))), scene, graph)
     return [wrench.power(twist) for twist in columns]
 
 
-def load_vectors(load: Load, graph: Graph) -> Wrench:
+def load_vectors(load: Load, scene: Scene, graph: Graph) -> Wrench:
     """Return force and couple of a load along the axes of its frame, N and N m."""
-    return FORCES[load.kind].push.wrench(load, graph)
+    return FORCES[load.kind].push.wrench(load, scene, graph)
 
 
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:

@@ -69,8 +69,8 @@ class Names:
         return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)
 
 
-PARAMETERS, MOTION, TIMED, OWN = range(4)
-"""What a formula may name: parameters alone, coordinates and velocities too, and t too; the joint's own coordinates."""
+PARAMETERS, MOTION, TIMED, OWN, STATED = range(5)
+"""What a formula may name: parameters alone; coordinates, velocities too; and t too; own coordinates; states too."""
 
 
 @dataclass(frozen=True)

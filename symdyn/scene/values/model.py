@@ -190,6 +190,11 @@ class Scene(Shown):
         """The wrenches on bodies."""
         return tuple(one for one in self.elements if isinstance(one, Load))
 
+    def seated(self, load: Load) -> Load:
+        """Return a load with the place that it acts at, where that is the centre of mass of its body."""
+        at = next((one.centre for one in self.bodies if load.spread and one.name == load.place.body), load.place.at)
+        return replace(load, place=replace(load.place, at=at))
+
     @cached_property
     def constraints(self) -> tuple[Row, ...]:
         """The constraints on velocities."""
@@ -290,10 +295,10 @@ class Scene(Shown):
         """
         if not self.given:
             return replace(self, outputs=()) if self.outputs else self
-        more = tuple(
-            Parameter(x.name, None if x.value == Quantity.ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
-            for x in self.given
-        )
+        known = {one.name: one.value for one in self.parameters if one.value is not None}
+        values = {x: substituted(x.value, known) for x in self.given}
+        shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
+        more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     @cached_property
@@ -386,6 +391,12 @@ class Scene(Shown):
             for component in LETTERS.components
             for loose in ("", LETTERS.loose)
         }
+
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the states that masses and inertias are made of."""
+        used = {name for body in self.bodies for x in (body.mass, *body.inertia) for name in x.symbols}
+        return tuple(one.name for one in self.states if one.name in used)
 
     @property
     def leaves(self) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ Reference: Eich, Convergence results for a coordinate projection method applied 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -177,14 +177,11 @@ class StateEquations:
         for k in happened:
             if changes := list(self.kinds[k].changes):
                 found[changes] = self.evaluate(f"update{k}", t, x)[changes]
-        settled = [self.kinds[k].contact for k in happened]
-        return self.settled(t, found, [one for one in settled if one is not None])
-
-    def settled(self, t: float, x: Array, events: Sequence[tuple[int, str]]) -> Array:
-        """Return the state behind events of contacts, at least one; x where there is none."""
-        if self.contacts is None or not events:
-            return x
-        return settled(self, t, x, events)
+        if self.works and self.scene.changing:  # matter that goes at once takes its energy along
+            ahead, back = (sum(self.evaluate(name, t, y) for name in ("kinetic", "potential")) for y in (x, found))
+            found[-1] += np.sum(back - ahead)
+        contacts = [one for k in happened if (one := self.kinds[k].contact) is not None]
+        return settled(self, t, found, contacts) if contacts else found
 
     def residue(self, events: Iterable[int], t: float, x: Array) -> dict[int, float]:
         """Return what is zero of the guards of events that happen at a state, and of others with such a guard."""

@@ -38,7 +38,7 @@ from symdyn.dynamics.outputs import Moving, WrittenDecisions, contact_equations,
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
+from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
 from symdyn.simulation.equations.contact_modes import contact_parts
 from symdyn.simulation.equations.events import event_kinds
 from symdyn.simulation.equations.monitors import candidates, limits_of
@@ -166,10 +166,11 @@ def _written(
     if touching is not None and w.prescribed.place:
         whole = substitute([*w.forces(touching.accelerations), *touching.generalized], place)
         drives = [whole[k] - whole[w.state.n + k] if k in w.prescribed.place else tau[k] for k in range(w.state.n)]
-    others = w.Q if touching is None else [a + b for a, b in zip(w.Q, touching.generalized, strict=True)]
-    acts = (drives, substitute(others, place))
-    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
-    power = powers[0] + powers[1]
+    work = powers(w, drives, place)
+    if touching is not None:
+        forces_on = substitute(touching.generalized, place)
+        work = [work[0], work[1] + w.graph.total(f * u for f, u in zip(forces_on, w.state.qd, strict=True))]
+    power = work[0] + work[1]
     momenta = candidates(w, accelerations, bool(forces.outside) or touching is not None)
     kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
     following = linear.followers(w) if linear else {}
@@ -179,7 +180,7 @@ def _written(
     functions = [
         function_of(w, "rates", [*rates, *([power] if works else [])]),
         function_of(w, "drives", drives),
-        function_of(w, "power", powers),
+        function_of(w, "power", work),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
         function_of(w, "potential", derive_one(w, "potential_energy").entries),
         points(w),
