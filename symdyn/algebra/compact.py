@@ -19,7 +19,7 @@ Terms of a sum are written as one, as a book does:
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -40,7 +40,7 @@ from symdyn.algebra.sums_of_angles import (
     take_out,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr, Op, evaluate
 
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
 Key = tuple[tuple[Monomial, Fraction], ...]  # a trigonometric polynomial, scaled, terms in reading order
@@ -82,6 +82,21 @@ class Compactor:
         self._short: dict[tuple[tuple[Powers, int], ...], tuple[Fraction, Key]] = {}
         self._words = Monomials()
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
+
+    @classmethod
+    def of(
+        cls, nodes: Sequence[Expr], letters: Sequence[Expr], groups: Sequence[AngleGroup] = ()
+    ) -> Callable[[Expr], Form]:
+        """Return what writes nodes over a ring of their own; `letters` and `groups` as the ring takes them.
+
+        Raises:
+            DerivationError: a node is no polynomial in sines.
+        """
+        every = list(dict.fromkeys(nodes))
+        ring = TrigonometricRing(every, letters, groups)
+        values = dict(zip(every, evaluate(every, ring, ring.values(every)), strict=True))
+        compact = cls(ring, groups)
+        return lambda node: compact(values[node])
 
     def __call__(self, p: Polynomial) -> Form:
         """Return a short form of p.

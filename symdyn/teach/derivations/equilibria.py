@@ -29,6 +29,7 @@ from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Joint, Pose
 from symdyn.teach.derivations.reduced import zero
+from symdyn.teach.derivations.solved import in_decimals
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -360,7 +361,7 @@ def short_form(lesson: Lesson, node: Expr) -> Form:
     try:
         return lesson.short(node)
     except (DerivationError, KeyError):
-        return Ratios.form_of(node)
+        return in_decimals(Ratios.form_of(node))
 
 
 def _frequencies(
@@ -378,7 +379,7 @@ def _frequencies(
     shown: dict[int, list[Block]] = {}
     left = dict(enumerate((square for square, _ in modes), 1))
     for monic, times in found:
-        forms = [field.form(x) for x in monic[1:]]
+        forms = [in_decimals(field.form(x)) for x in monic[1:]]
         roots = np.roots([1.0, *chosen.of(*(x.express(lesson.graph) for x in forms))]).real
         count, *_ = sorted(_taken(left, float(root)) for root in np.repeat(roots, times))
         key, index = f"near:{tag}:omega:{count}", (tag, str(count)) if len(found) > 1 else (tag,)

@@ -14,7 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, TrigonometricRing
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
@@ -29,6 +29,9 @@ LONGEST = 40
 
 MOST = 8
 """Accelerations up to which the system is shown as a matrix."""
+
+LARGE = 20
+"""A number below the line that is no fraction of a textbook."""
 
 SMALL = 1e-9
 """Of a comparison in numbers, relative."""
@@ -53,7 +56,7 @@ class Quotients:
         form = self.field.form(ratio)
         above = self._joined([self.short(x) for x in form.factors if not _below(x)])
         under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
-        above, under = _powers_cancelled(above, under)
+        above, under = _decimal(*_powers_cancelled(above, under))
         sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
         if sums and above[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in above[sums[0]].terms):
             above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
@@ -100,8 +103,7 @@ def in_sines(lesson: Lesson, node: Expr) -> Form | None:
     """Return a node as short as a ring of sines can write it; None where it is no polynomial in them."""
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph)
     try:
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
-        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
+        return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
     except (DerivationError, KeyError):
         return None
 
@@ -109,6 +111,28 @@ def in_sines(lesson: Lesson, node: Expr) -> Form | None:
 def quotient(above: Sequence[Form], under: Sequence[Form]) -> Form:
     """Return a quotient in print."""
     return Form.product((*above, *([Form.product(under).power(-1)] if under else [])))
+
+
+def in_decimals(form: Form) -> Form:
+    """Return a quotient in factors with decimals where they have made a number below the line: 9.81 for 981/100."""
+    under = [y for x in form.factors if _below(x) for y in _base(x).factors]
+    return quotient(*_decimal([x for x in form.factors if not _below(x)], under))
+
+
+def _decimal(above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
+    """Return factors above and below a line without a large number below it: the one sum, or all, is divided by it."""
+    number = next((x.value for x in under if isinstance(x, Number)), Fraction(1))
+    if number < LARGE or 10**9 % number:
+        return above, under
+    under = [x for x in under if not isinstance(x, Number)]
+    head, rest = Fraction(1), [x for x in above if not isinstance(x, Number)]
+    for x in above:
+        head *= x.value if isinstance(x, Number) else 1
+    sums = [k for k, x in enumerate(rest) if isinstance(x, Sum)]
+    if len(sums) != 1 or abs(head) >= LARGE:
+        return [Number(head / number), *rest], under
+    rest[sums[0]] = Form.sum(Form.product((Number(1 / number), *x.factors)) for x in rest[sums[0]].terms)
+    return [Number(head), *rest], under
 
 
 def _below(form: Form) -> bool:
@@ -144,7 +168,7 @@ def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[lis
 def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
     """Return a sum, each term divided by a product of letters; None where no term loses a letter."""
     pairs = [_powers_cancelled(term.factors, under) for term in whole.terms]
-    return Form.sum(quotient(*pair) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
+    return Form.sum(quotient(*_decimal(*pair)) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
 
 
 def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:

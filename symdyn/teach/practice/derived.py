@@ -11,12 +11,12 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra import NAMES, Compactor, Form, TrigonometricRing
+from symdyn.algebra import NAMES, Compactor, Form
 from symdyn.dynamics import Energies, angle_groups
 from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError, TeachError, choice
-from symdyn.graph import Expr, Graph, Op, evaluate, substitute, tangents
+from symdyn.graph import Expr, Graph, Op, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Mat
 from symdyn.table import Table
@@ -147,9 +147,7 @@ class Derived:
 def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
     """Return a node as short as the ring of sines of a scene writes it; None where it is none of that ring."""
     try:
-        parallel = angle_groups(scene, node.graph)
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
-        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
+        return Compactor.of([node], (*state.q, *state.qd, *state.qdd), angle_groups(scene, node.graph))(node)
     except DerivationError:
         return None
 
