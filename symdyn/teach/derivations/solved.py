@@ -49,7 +49,7 @@ class Quotients:
         self.known = dict(zip(nodes, evaluate(nodes, self.field, self.field.values()), strict=True))
         state = lesson.state
         self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)}
-        self._fixed = {one.name for one in lesson.scene.parameters}
+        self._fixed = {one.name: k for k, one in enumerate(lesson.scene.parameters)}
 
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
@@ -68,13 +68,19 @@ class Quotients:
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
         return sorted(above, key=self._place), sorted(under, key=self._place)
 
-    def _place(self, form: Form) -> int:
-        """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves."""
+    def _place(self, form: Form) -> tuple[int, int]:
+        """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves.
+
+        Parameters stand in the order of the scene, sums of them behind.
+        """
+        letters = list(form.symbols)
         if self._moves(form):
-            return 4 if isinstance(form, Sum) else 5
+            return 4 if isinstance(form, Sum) else 5, 0
         if any(isinstance(x, Function) for x in form.walk()):
-            return 3
-        return 0 if isinstance(form, Number) else 1 if self._fixed.issuperset(form.symbols) else 2
+            return 3, 0
+        if not self._fixed.keys() >= set(letters):
+            return 2, 0
+        return int(bool(letters)), self._fixed[letters[0]] if len(letters) == 1 else len(self._fixed)
 
     def short(self, form: Form) -> Form:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
@@ -117,6 +123,14 @@ def in_decimals(form: Form) -> Form:
     """Return a quotient in factors with decimals where they have made a number below the line: 9.81 for 981/100."""
     under = [y for x in form.factors if _below(x) for y in _base(x).factors]
     return quotient(*_decimal([x for x in form.factors if not _below(x)], under))
+
+
+def short_form(lesson: Lesson, node: Expr) -> Form:
+    """Return a node in the ring of the lesson, or as a quotient where a spring is none of the ring's."""
+    try:
+        return lesson.short(node)
+    except (DerivationError, KeyError):
+        return in_decimals(Ratios.form_of(node))
 
 
 def _decimal(above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
@@ -167,8 +181,8 @@ def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[lis
 
 def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
     """Return a sum, each term divided by a product of letters; None where no term loses a letter."""
-    pairs = [_powers_cancelled(term.factors, under) for term in whole.terms]
-    return Form.sum(quotient(*_decimal(*pair)) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
+    pairs = [_decimal(*_powers_cancelled(term.factors, under)) for term in whole.terms]
+    return Form.sum(quotient(*pair) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
 
 
 def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
@@ -179,20 +193,12 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     told = vanishing(lesson, free, put)
     steps: list[Step] = []
     if free:
-        M = [gradient(node, [state.qdd[j] for j in free]) for node in told]
-        h = [-x for x in substitute(told, {state.qdd[j]: lesson.graph.zero for j in free})]
-        found = _solved(lesson, M, h, free) if len(free) <= SMALL_SCENE else None
+        found = accelerations(lesson, told, free, chosen)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
         where = together([named(state.q[k]) for k in led.place])
         claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
         if found is not None:
-            delta, forms = found
-            _compare(lesson, M, h, forms, chosen)
-            blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
-            blocks += [
-                folded(lesson, Formula("", named(state.qdd[k]), right=form))
-                for k, form in zip(free, forms, strict=True)
-            ]
+            blocks, forms = found
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
             steps.append(
                 Step(
@@ -200,10 +206,30 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
                 )
             )
         elif len(free) <= MOST and not led.place:
+            h = [-x for x in substitute(told, {state.qdd[j]: lesson.graph.zero for j in free})]
             steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
     return steps
+
+
+def accelerations(
+    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen
+) -> tuple[list[Block], list[Form]] | None:
+    """Return accelerations of `free` for which nodes vanish, with Δ in print; None where they have no short form."""
+    if len(free) > SMALL_SCENE:
+        return None
+    qdd = [lesson.state.qdd[k] for k in free]
+    M = [gradient(node, qdd) for node in told]
+    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
+    found = _solved(lesson, M, h, free)
+    if found is None:
+        return None
+    delta, forms = found
+    _compare(lesson, M, h, forms, chosen)
+    blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
+    blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
+    return blocks, forms
 
 
 def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
@@ -302,13 +328,13 @@ def _system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr]) -> list[Bloc
     entries, keys = [], []
     for k, i in enumerate(free):
         keys.append(lesson.name(f"h:{i + 1}", "h", str(i + 1), node=h[k]).name)
-        entries.append(lesson.page.right[i] if h[k].is_zero else _force(lesson, i))
+        entries.append(lesson.page.right[i] if h[k].is_zero else force_row(lesson, i))
     order = together([named(lesson.state.qdd[k]) for k in free])
     said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
     return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
 
 
-def _force(lesson: Lesson, i: int) -> Form:
+def force_row(lesson: Lesson, i: int) -> Form:
     """Return a row of h: the right-hand side less the terms without accelerations, coefficients by name."""
     terms = [*lesson.page.right[i].terms]
     for c in lesson.page.rows[i]:
