@@ -194,19 +194,24 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     steps: list[Step] = []
     if free:
         found = accelerations(lesson, told, free, chosen)
+        if found is None and not led.place:
+            found = _by_entries(lesson, told, free, chosen)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
         where = together([named(state.q[k]) for k in led.place])
         claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
         if found is not None:
             blocks, forms = found
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
+            if any(name.startswith("k_z:") for form in forms for name in form.symbols):
+                blocks = [lesson.say("explicit.entries"), *blocks]
             steps.append(
                 Step(
                     "explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
                 )
             )
         elif len(free) <= MOST and not led.place:
-            h = [-x for x in substitute(told, {state.qdd[j]: lesson.graph.zero for j in free})]
+            _, h = _linear(lesson, told, free)
+            claim = lesson.say("explicit.linear")
             steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
@@ -219,14 +224,44 @@ def accelerations(
     """Return accelerations of `free` for which nodes vanish, with Δ in print; None where they have no short form."""
     if len(free) > SMALL_SCENE:
         return None
-    qdd = [lesson.state.qdd[k] for k in free]
-    M = [gradient(node, qdd) for node in told]
-    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
+    M, h = _linear(lesson, told, free)
     found = _solved(lesson, M, h, free)
-    if found is None:
+    return None if found is None else _shown(lesson, M, h, found, free, chosen)
+
+
+def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> tuple[list[list[Expr]], list[Expr]]:
+    """Return M and h of M q̈ - h that vanishes."""
+    qdd = [lesson.state.qdd[k] for k in free]
+    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
+    return [gradient(node, qdd) for node in told], h
+
+
+def _by_entries(
+    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen
+) -> tuple[list[Block], list[Form]] | None:
+    """Return accelerations by the names of the entries of a mass matrix that is constant; None of another."""
+    entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
+    letters = {str(q.value) for q in lesson.state.q}
+    if len(free) > SMALL_SCENE or any(letters.intersection(form.symbols) for form in entries.values()):
         return None
+    zero, symbol = lesson.graph.zero, lesson.graph.symbol
+    M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
+    found = _solved(lesson, M, [force_row(lesson, i).express(lesson.graph) for i in free], free)
+    return None if found is None else _shown(lesson, *_linear(lesson, told, free), found, free, chosen)
+
+
+def _shown(
+    lesson: Lesson,
+    M: Sequence[Sequence[Expr]],
+    h: Sequence[Expr],
+    found: tuple[dict[Symbol, Form], list[Form]],
+    free: Sequence[int],
+    chosen: Chosen,
+) -> tuple[list[Block], list[Form]]:
+    """Return Δ and accelerations in print, and the forms of the latter, which solve M q̈ = h in numbers."""
     delta, forms = found
     _compare(lesson, M, h, forms, chosen)
+    qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
     return blocks, forms
@@ -276,8 +311,9 @@ def _compare(
 ) -> None:
     """Hold the forms against the solution in numbers."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
-    given = {x: node for x, node in known.items() if str(x.value) == "Delta:"}
-    nodes = substitute([form.express(lesson.graph) for form in forms], given)
+    nodes = [form.express(lesson.graph) for form in forms]
+    for key in ("Delta:", "k_"):  # which stand in Δ, too
+        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)
