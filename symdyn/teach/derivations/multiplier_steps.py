@@ -106,10 +106,11 @@ def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
     places = {"parent": lesson.body(first.parent), "child": lesson.body(first.child)}
     if first.words == ROPE:
         rope = next(one for one in lesson.scene.lasting_ropes if one.name == first.owner)
-        key, places = "ties.rope", {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
-    claim = lesson.say(key, owner=first.owner, **places)
+        key = "ties.rope.wound" if rope.ends[0].turn or rope.ends[-1].turn else "ties.rope"
+        places = {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
+    claim = lesson.say(key.removesuffix(".wound"), owner=first.owner, **places)
     told = first.words == ROPE or (first.loop and first.words == "tie.force")
-    reason = lesson.say(f"{key}.reason") if told else Words(())
+    reason = lesson.once(f"{key}.reason") if told else Words(())
     show = (f"joint:{first.owner}", "velocities") if first.loop else ("velocities",)
     return Step(f"tie:{first.owner}", claim, tuple(blocks), reason, show=show)
 
