@@ -13,14 +13,12 @@ from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
-from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, accelerations, in_sines, quotient
+from symdyn.teach.derivations.precession import NO_FORM, shortened
+from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, Quotients, accelerations, in_sines, quotient
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
 from symdyn.teach.lesson import named, together
 from symdyn.teach.shown_state import Chosen
-
-LONGEST = 40
-"""Terms and factors of an equation that is written out."""
 
 SMALL = 1e-9
 """N or N m: forces that are none."""
@@ -75,11 +73,9 @@ def _solved(lesson: Constrained, put: Mapping[Expr, Expr], chosen: Chosen) -> li
 def _written(lesson: Constrained, node: Expr) -> Form | None:
     """Return a quotient in print; None where it is not short."""
     try:
-        write = Quotients(lesson, [node])
-        form = quotient(*write.parts(write.known[node]))
-    except NO_SHORT_FORM:
+        return shortened(lesson, node)
+    except NO_FORM:
         return None
-    return form if length(form) <= LONGEST else None
 
 
 def _told(lesson: Constrained, put: Mapping[Expr, Expr]) -> list[Expr]:

@@ -29,7 +29,7 @@ from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Joint, Pose
 from symdyn.teach.derivations.reduced import zero
-from symdyn.teach.derivations.solved import in_decimals, short_form
+from symdyn.teach.derivations.solved import LONGEST, in_decimals, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -288,9 +288,6 @@ def _moving(one: Linearization) -> list[complex]:
 
 MOST_FREEDOMS = 3
 """Of formulas and pictures; numbers are told of more."""
-
-LONGEST = 40
-"""Terms and factors of a formula that is shown."""
 
 ANGLE, PART = 0.35, 0.15
 """The largest displacement in a picture: of an angle, rad, and of a length over the extent of the mechanism."""

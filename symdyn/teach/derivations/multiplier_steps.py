@@ -13,7 +13,7 @@ from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.derivations.constrained import Condition, Constrained
-from symdyn.teach.derivations.solved import force_row
+from symdyn.teach.derivations.solved import LONGEST, force_row
 from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
@@ -158,9 +158,6 @@ WIDEST = 10
 
 MOST_DEPENDENT = 3
 """Conditions up to which ratios of velocities are written out: a determinant of four rows is none to read."""
-
-LONGEST = 40
-"""Terms of a ratio of velocities that is still written out."""
 
 
 def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:

@@ -22,7 +22,7 @@ from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbo
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
 from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
 from symdyn.teach.derivations.velocities import length
@@ -137,8 +137,7 @@ def _divides(form: Form, base: type[Form] = Form) -> bool:
 
 def lowest(node: Expr) -> Expr:
     """Return a quotient in lowest terms."""
-    field = Ratios([node])
-    return field.form(evaluate([node], field, field.values())[0]).express(node.graph)
+    return Ratios.form_of(node).express(node.graph)
 
 
 def _inertia(left: Reduced) -> dict[tuple[int, int], Expr]:

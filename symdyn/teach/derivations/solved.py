@@ -16,16 +16,17 @@ import numpy as np
 
 from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
 from symdyn.dynamics import angle_groups
-from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
+from symdyn.scene import Scene
 from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
 LONGEST = 40
-"""Terms and factors of an acceleration that is written out."""
+"""Terms and factors of a formula that is written out."""
 
 MOST = 8
 """Accelerations up to which the system is shown as a matrix."""
@@ -107,7 +108,12 @@ class Quotients:
 
 def in_sines(lesson: Lesson, node: Expr) -> Form | None:
     """Return a node as short as a ring of sines can write it; None where it is no polynomial in them."""
-    state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph)
+    return shortest(node, lesson.scene, lesson.state)
+
+
+def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
+    """Return the same with angles and letters of a scene."""
+    parallel = angle_groups(scene, node.graph)
     try:
         return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
     except (DerivationError, KeyError):
@@ -133,20 +139,39 @@ def short_form(lesson: Lesson, node: Expr) -> Form:
         return in_decimals(Ratios.form_of(node))
 
 
-def _decimal(above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
-    """Return factors above and below a line without a large number below it: the one sum, or all, is divided by it."""
-    number = next((x.value for x in under if isinstance(x, Number)), Fraction(1))
-    if number < LARGE or 10**9 % number:
-        return above, under
-    under = [x for x in under if not isinstance(x, Number)]
-    head, rest = Fraction(1), [x for x in above if not isinstance(x, Number)]
-    for x in above:
-        head *= x.value if isinstance(x, Number) else 1
-    sums = [k for k, x in enumerate(rest) if isinstance(x, Sum)]
-    if len(sums) != 1 or abs(head) >= LARGE:
-        return [Number(head / number), *rest], under
-    rest[sums[0]] = Form.sum(Form.product((Number(1 / number), *x.factors)) for x in rest[sums[0]].terms)
-    return [Number(head), *rest], under
+def _decimal(above: Sequence[Form], under: Sequence[Form]) -> tuple[list[Form], list[Form]]:
+    """Return factors above and below a line with decimals in place of large integers that decimals have made.
+
+    A sum is divided by a large coefficient of its own, and what is left of a large number below the line divides the
+    one sum above, or the number there.
+    """
+    head, over, below = Fraction(1), list[Form](), list[Form]()
+    for sign, factors, side in ((1, above, over), (-1, under, below)):
+        for x in factors:
+            scale = x.value if isinstance(x, Number) else max(map(_scale, x.terms)) if isinstance(x, Sum) else 1
+            head *= Fraction(scale) ** sign
+            side.extend([] if isinstance(x, Number) else [_scaled(x, 1 / Fraction(scale))])
+    if head.denominator < LARGE or 10**9 % head.denominator:
+        return [Number(Fraction(head.numerator)), *over], _below_with(head.denominator, below)
+    sums = [k for k, x in enumerate(over) if isinstance(x, Sum)]
+    if len(sums) != 1 or abs(head.numerator) >= LARGE:
+        return [Number(head), *over], below
+    over[sums[0]] = _scaled(over[sums[0]], Fraction(1, head.denominator))
+    return [Number(Fraction(head.numerator)), *over], below
+
+
+def _scale(term: Form) -> Fraction:
+    """Return the coefficient of a term if it is a large one of decimals, else 1."""
+    number = next((abs(x.value) for x in term.factors if isinstance(x, Number)), Fraction(1))
+    return number if number >= LARGE and number.denominator == 1 and number % 5 == 0 == 10**9 % number else Fraction(1)
+
+
+def _scaled(form: Form, by: Fraction) -> Form:
+    return form if by == 1 else Form.sum(Form.product((Number(by), *x.factors)) for x in form.terms)
+
+
+def _below_with(number: int, below: list[Form]) -> list[Form]:
+    return below if number == 1 else [Number(Fraction(number)), *below]
 
 
 def _below(form: Form) -> bool:
@@ -176,7 +201,7 @@ def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[lis
             powers[base] = powers.get(base, 0) + sign * exponent
     over = [Number(Fraction(number.numerator)), *(x.power(k) for x, k in powers.items() if k > 0)]
     below: list[Form] = [x.power(-k) for x, k in powers.items() if k < 0]
-    return over, below if number.denominator == 1 else [Number(Fraction(number.denominator)), *below]
+    return over, _below_with(number.denominator, below)
 
 
 def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
@@ -193,9 +218,8 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     told = vanishing(lesson, free, put)
     steps: list[Step] = []
     if free:
-        found = accelerations(lesson, told, free, chosen)
-        if found is None and not led.place:
-            found = _by_entries(lesson, told, free, chosen)
+        small = len(free) <= SMALL_SCENE and not led.place
+        found = accelerations(lesson, told, free, chosen, _entries(lesson, free) if small else None)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
         where = together([named(state.q[k]) for k in led.place])
         claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
@@ -218,53 +242,47 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     return steps
 
 
+Linear = tuple[list[list[Expr]], list[Expr]]
+"""M and h of M q̈ = h."""
+
+
 def accelerations(
-    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen
+    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen, named_as: Linear | None = None
 ) -> tuple[list[Block], list[Form]] | None:
-    """Return accelerations of `free` for which nodes vanish, with Δ in print; None where they have no short form."""
+    """Return accelerations of `free` for which nodes vanish, with Δ in print; None where they have no short form.
+
+    Where they have none, `named_as` stands for M and h.
+    """
     if len(free) > SMALL_SCENE:
         return None
     M, h = _linear(lesson, told, free)
-    found = _solved(lesson, M, h, free)
-    return None if found is None else _shown(lesson, M, h, found, free, chosen)
-
-
-def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> tuple[list[list[Expr]], list[Expr]]:
-    """Return M and h of M q̈ - h that vanishes."""
-    qdd = [lesson.state.qdd[k] for k in free]
-    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
-    return [gradient(node, qdd) for node in told], h
-
-
-def _by_entries(
-    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen
-) -> tuple[list[Block], list[Form]] | None:
-    """Return accelerations by the names of the entries of a mass matrix that is constant; None of another."""
-    entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
-    letters = {str(q.value) for q in lesson.state.q}
-    if len(free) > SMALL_SCENE or any(letters.intersection(form.symbols) for form in entries.values()):
+    found = _solved(lesson, M, h, free) or (_solved(lesson, *named_as, free) if named_as else None)
+    if found is None:
         return None
-    zero, symbol = lesson.graph.zero, lesson.graph.symbol
-    M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
-    found = _solved(lesson, M, [force_row(lesson, i).express(lesson.graph) for i in free], free)
-    return None if found is None else _shown(lesson, *_linear(lesson, told, free), found, free, chosen)
-
-
-def _shown(
-    lesson: Lesson,
-    M: Sequence[Sequence[Expr]],
-    h: Sequence[Expr],
-    found: tuple[dict[Symbol, Form], list[Form]],
-    free: Sequence[int],
-    chosen: Chosen,
-) -> tuple[list[Block], list[Form]]:
-    """Return Δ and accelerations in print, and the forms of the latter, which solve M q̈ = h in numbers."""
     delta, forms = found
     _compare(lesson, M, h, forms, chosen)
     qdd = [lesson.state.qdd[k] for k in free]
     blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
     blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
     return blocks, forms
+
+
+def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear:
+    """Return M and h for which nodes vanish."""
+    qdd = [lesson.state.qdd[k] for k in free]
+    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
+    return [gradient(node, qdd) for node in told], h
+
+
+def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
+    """Return M and h by the names of coefficients, where the mass matrix is constant; None elsewhere."""
+    entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
+    letters = {str(q.value) for q in lesson.state.q}
+    if any(letters.intersection(form.symbols) for form in entries.values()):
+        return None
+    zero, symbol = lesson.graph.zero, lesson.graph.symbol
+    M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
+    return M, [force_row(lesson, i).express(lesson.graph) for i in free]
 
 
 def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
