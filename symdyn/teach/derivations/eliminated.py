@@ -14,7 +14,7 @@ from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangen
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, Quotients, accelerations, in_sines, quotient
+from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
 from symdyn.teach.lesson import named, together
@@ -168,10 +168,10 @@ def _sorted(lesson: Constrained, node: Expr) -> Form | None:
     try:
         for x in linear:
             (slope,) = gradient(node, [x])
-            if (shown := _short(lesson, slope)).terms:
+            if (shown := shortened(lesson, slope)).terms:
                 terms.append(shown.signed_product(named(x)))
         (rest,) = substitute([node], dict.fromkeys(linear, graph.zero))
-        return Form.sum((*terms, *_short(lesson, rest).terms))
+        return Form.sum((*terms, *shortened(lesson, rest).terms))
     except NO_SHORT_FORM:
         return None
 
@@ -179,14 +179,6 @@ def _sorted(lesson: Constrained, node: Expr) -> Form | None:
 def gradient_free(node: Expr, symbols: Sequence[Expr]) -> bool:
     """Tell whether a node depends on none of some symbols."""
     return all(x.is_zero for x in gradient(node, symbols))
-
-
-def _short(lesson: Constrained, node: Expr) -> Form:
-    if (form := in_sines(lesson, node)) is not None:
-        return form
-    write = Quotients(lesson, [node])
-    form = quotient(*write.parts(write.known[node]))
-    return in_sines(lesson, form.express(lesson.graph)) or form
 
 
 def _same(a: Expr, b: Expr) -> bool:
