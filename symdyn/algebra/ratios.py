@@ -212,7 +212,7 @@ class Ratios(Solving):
             others = [one for one in powers if any(one[j] for j in linear)]
             if k not in below and max((one[k] for one in powers), default=0) == 1 and not any(x[k] for x in others):
                 linear.append(k)
-        parts: dict[int, dict[Sequence[int], Any]] = {}
+        parts: dict[int, dict[tuple[int, ...], Any]] = {}
         for one, coefficient in over.terms():
             parts.setdefault(next((k for k in linear if one[k]), 0), {})[one] = coefficient
         return Form.sum(field.form(field._ratio(field._ctx.from_dict(part), under)) for part in parts.values())
