@@ -281,8 +281,11 @@ def unit_of(tie: Condition, scene: Scene) -> str:
 # All equations together
 
 
-def system_step(lesson: Constrained) -> Step:
-    """Return the equations of motion and the accelerations of the conditions as one linear system."""
+def system_step(lesson: Constrained, right: bool = False) -> Step:
+    """Return the equations of motion and the accelerations of the conditions as one linear system.
+
+    `right`: with its right-hand side, by coefficients in closed form.
+    """
     n, m = lesson.state.n, len(lesson.ties)
     unknowns = [
         *map(named, lesson.state.qdd),
@@ -308,7 +311,7 @@ def system_step(lesson: Constrained) -> Step:
             cells += [(Number.ZERO, "0:")] * m
         forms, names = zip(*cells, strict=True)
         blocks.append(Matrix("B:", tuple(forms), tuple(names), width=n + m))
-        blocks += _right_side(lesson)
+        blocks += _right_side(lesson) if right else []
     return Step("system", lesson.say("tied.system"), tuple(blocks), lesson.say("system.reason"))
 
 

@@ -252,7 +252,8 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 4:
         sections.append(
             lesson.section(
-                "system", [system_step(lesson), *reduced_steps(lesson, open_page), *eliminated_steps(lesson, chosen)]
+                "system",
+                [system_step(lesson, right=True), *reduced_steps(lesson, open_page), *eliminated_steps(lesson, chosen)],
             )
         )
     if last >= 5:
