@@ -6,13 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symdyn.cli.scene_options import (
-    again,
-    closing_of,
-    functions_of,
-    read_scene,
-    say_values_alone,
-)
+from symdyn.cli.scene_options import again, closing_of, functions_of, read_scene, say_values_alone
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, Requested, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write

@@ -7,14 +7,7 @@ from dataclasses import replace
 
 from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Waiting, fail, say
-from symdyn.cli.trajectory_options import (
-    check_outputs,
-    collected,
-    deliver,
-    flattened,
-    pairs,
-    reported_forces,
-)
+from symdyn.cli.trajectory_options import check_outputs, collected, deliver, flattened, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.simulation import Problem, inverse
 

@@ -193,12 +193,7 @@ def written(names: Sequence[str], table: Callable[[], str], picture: Callable[[s
     return [str(name) for name in names]
 
 
-ENDINGS = {
-    "bode": (".csv", *PICTURES),
-    "locus": (".csv", *PICTURES),
-    "gains": (".json",),
-    "animate": Reel.endings(),
-}
+ENDINGS = {"bode": (".csv", *PICTURES), "locus": (".csv", *PICTURES), "gains": (".json",), "animate": Reel.endings()}
 """What files may be, by the option that names them."""
 
 

@@ -6,13 +6,7 @@ import argparse
 
 from symdyn.cli.scene_options import read_scene_to_move
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import (
-    check_outputs,
-    collected,
-    deliver,
-    pairs,
-    reported_forces,
-)
+from symdyn.cli.trajectory_options import check_outputs, collected, deliver, pairs, reported_forces
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.simulation import Problem, Run, Trajectory, feedback_of, simulate

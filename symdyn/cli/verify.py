@@ -25,13 +25,7 @@ from symdyn.algebra import BigFloats
 from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, generate
 from symdyn.cli.options import add_options
-from symdyn.cli.scene_options import (
-    closing_of,
-    functions_of,
-    read_bindings,
-    read_scene,
-    split,
-)
+from symdyn.cli.scene_options import closing_of, functions_of, read_bindings, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table
 from symdyn.dynamics import Requested, Workspace
 from symdyn.emit import emit

@@ -62,13 +62,7 @@ def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[La
         arrows = _turning(look, view, at, axis) if facing else _straight(look, view, at, axis, 2)
         drawn.append(("couple", f"{id}-couple", one.couple_name or one.name, arrows))
     items = tuple(
-        Item(
-            key,
-            Title("{type} {name}", type=what, name=Text.of_name(name).spoken),
-            2,
-            view.depth(at),
-            shapes,
-        )
+        Item(key, Title("{type} {name}", type=what, name=Text.of_name(name).spoken), 2, view.depth(at), shapes)
         for what, key, name, (shapes, _, _) in drawn
     )
     labels = (

@@ -285,12 +285,7 @@ class Fitted:
 
 
 def fitted(
-    model: LinearModel,
-    evidence: Evidence,
-    carried: Carried,
-    shown: Mapping[int, str],
-    band: float,
-    leave_out: bool,
+    model: LinearModel, evidence: Evidence, carried: Carried, shown: Mapping[int, str], band: float, leave_out: bool
 ) -> Fitted:
     """Return the regression of motions, outliers left out.
 

@@ -2,11 +2,7 @@
 
 from .equilibrium import Equilibria as Equilibria, Equilibrium as Equilibrium
 from .formulas import Formulas as Formulas
-from .linearization import (
-    Linearization as Linearization,
-    Point as Point,
-    Stability as Stability,
-)
+from .linearization import Linearization as Linearization, Point as Point, Stability as Stability
 from .linearized import (
     linearize as linearize,
     linearize_along as linearize_along,

@@ -306,12 +306,7 @@ def _count(one: StateSpace) -> int:
 
 
 def _crossings(
-    system: Callable[[float], StateSpace],
-    low: float,
-    high: float,
-    below: int,
-    above: int,
-    left_over: int = CROSSINGS,
+    system: Callable[[float], StateSpace], low: float, high: float, below: int, above: int, left_over: int = CROSSINGS
 ) -> list[Critical]:
     """Return where counts change between two values, one crossing after the other."""
     if below == above or not left_over:

@@ -279,11 +279,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def step(
-        self,
-        output: str | None = None,
-        input: str | None = None,
-        until: float | None = None,
-        points: int | None = None,
+        self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
         """Return how an output follows an input, or all follow each, which goes from 0 to 1 at t = 0, from x = 0.
 
@@ -300,11 +296,7 @@ class StateSpace(Plotted):
 
     @checked(LinearizeError)
     def impulse(
-        self,
-        output: str | None = None,
-        input: str | None = None,
-        until: float | None = None,
-        points: int | None = None,
+        self, output: str | None = None, input: str | None = None, until: float | None = None, points: int | None = None
     ) -> TimeResponse:
         """Return the same of an impulse of area 1, which a sampled system is given as 1/T for one period."""
         return time_response(self._chosen(output, input), "impulse", until, points)

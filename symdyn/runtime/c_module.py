@@ -176,10 +176,7 @@ def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tu
             dtype=real.dtype,
             text=routine.function.text,
             _call=bind(
-                library,
-                f"{opening}_{name}",
-                [a.scalar and not pair for a in routine.function.arguments],
-                real.dtype,
+                library, f"{opening}_{name}", [a.scalar and not pair for a in routine.function.arguments], real.dtype
             ),
             _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
             _threads=threads,

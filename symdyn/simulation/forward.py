@@ -31,15 +31,7 @@ from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, beyond_doubles, singular
 from symdyn.simulation.integrate import METHODS, InitialValueProblem
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
-from symdyn.simulation.integrate.integration import (
-    DOUBLES,
-    END,
-    INTERRUPTED,
-    STOPPED,
-    Integration,
-    Method,
-    integrated,
-)
+from symdyn.simulation.integrate.integration import DOUBLES, END, INTERRUPTED, STOPPED, Integration, Method, integrated
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.forces import Forces, held
 from symdyn.simulation.problem import Problem, Run

@@ -98,17 +98,7 @@ def write_whole(path: Path, contents: Contents) -> None:
         raise SimulateError(str(fault)) from None
 
 
-USUAL = (
-    "coordinates",
-    "velocities",
-    "inputs",
-    "states",
-    FORCES,
-    "reactions",
-    "multipliers",
-    "outputs",
-    ENERGIES,
-)
+USUAL = ("coordinates", "velocities", "inputs", "states", FORCES, "reactions", "multipliers", "outputs", ENERGIES)
 """Kinds of columns that are drawn where nobody chooses."""
 
 PUSHING = (FORCES, "reactions", "multipliers")

@@ -211,12 +211,7 @@ def _case_by_lot(
 
 
 def _compare(
-    function: Function,
-    module: str,
-    call: Callable[..., Any],
-    cases: Sequence[_Case],
-    real: str,
-    bounded: bool,
+    function: Function, module: str, call: Callable[..., Any], cases: Sequence[_Case], real: str, bounded: bool
 ) -> Accuracy:
     if not cases:
         return Accuracy(function.name, module, real, 0, nan, nan, nan, Verdict.of(0), bounded)

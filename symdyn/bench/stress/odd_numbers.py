@@ -53,10 +53,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     made = calls(one, names)
     given = _states(one, made, names)
     yield Case(
-        f"NaN in one entry, {kind}",
-        "results that hide a NaN they depend on",
-        0.0,
-        *_hidden(made, given, np.nan),
+        f"NaN in one entry, {kind}", "results that hide a NaN they depend on", 0.0, *_hidden(made, given, np.nan)
     )
     infinite = worst([_hidden(made, given, np.inf), _hidden(made, given, -np.inf)])
     if infinite[0] is not None:  # some entry has a sine

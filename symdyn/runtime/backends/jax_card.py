@@ -130,7 +130,5 @@ def _architecture() -> str:
 
 KIND = LibraryKind(SUFFIX, Needs(headers=HEADERS), ("cuda", *ABI), ctypes.CDLL)
 
-CARDS: dict[str, Card] = {
-    "cuda": Card(_architecture, partial(compiled, kind=KIND), partial(hand_over, "CUDA")),
-}
+CARDS: dict[str, Card] = {"cuda": Card(_architecture, partial(compiled, kind=KIND), partial(hand_over, "CUDA"))}
 """By JAX's name of a platform; one that has no row has no kernels."""

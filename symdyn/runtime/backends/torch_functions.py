@@ -123,7 +123,7 @@ CARDS: dict[str, Card] = {
         compiled,
         torch.cuda.device,
         lambda device: torch.cuda.current_stream(device).cuda_stream,
-    ),
+    )
 }
 """By type of device; one that has no row has no kernels."""
 

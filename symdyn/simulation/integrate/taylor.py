@@ -25,14 +25,7 @@ from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import heyoka_expressions
-from symdyn.simulation.integrate.heyoka_expressions import (
-    guarded,
-    library,
-    parameters,
-    refuses,
-    size,
-    translate,
-)
+from symdyn.simulation.integrate.heyoka_expressions import guarded, library, parameters, refuses, size, translate
 from symdyn.simulation.integrate.integration import Hit, InitialValueProblem, IntegrationError, Method, Piece
 from symdyn.simulation.integrate.watch import IntegrationStep, Watch
 
