@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.bench.implementations import Implementation, Timed, implementations, nanoseconds
 from symdyn.bench.measurements import Bench, Errors, Measured, motion, unbeaten
@@ -36,7 +36,6 @@ from symdyn.program import formulate, lower
 from symdyn.runtime import CACHE_VARIABLE, RUNNERS, find_compiler, here
 from symdyn.scene import Scene, SceneLike, scene_of
 
-Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 STATES, STATES_QUICK = 200, 20

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import Taut, body_placements, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
@@ -26,8 +26,6 @@ from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import OUTLINES, Body, Contact, Element, Joint, Load
 from symdyn.spatial import Mat, Transform, Vec, cross, dot, scale, zero_vector
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 BEYOND = 1e150  # what is drawn, m or N, whose squares still are doubles
 

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.arguments import argument
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
@@ -46,8 +46,6 @@ RANK = 1e-9
 
 SINGLE = 8
 """Angles that are set to zero one by one."""
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import warnings
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra import Array
 from symdyn.bench.measurements import Case, worst
 from symdyn.bench.reference import positions_of
 from symdyn.bench.stress.scenes import Calls, arm, calls, looked_at, one_body, rubbing
@@ -26,8 +26,6 @@ from symdyn.errors import SceneError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, read_text
 from symdyn.verdict import Unclaimed
-
-Array = npt.NDArray[np.float64]
 
 STATES = 4
 

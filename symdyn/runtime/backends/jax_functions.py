@@ -10,7 +10,7 @@ directions, as jacfwd does, all of J is computed once and multiplied.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import prod
 from typing import Any
@@ -20,7 +20,6 @@ import jax.numpy as jnp
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
-from symdyn.dynamics import LoopChoices
 from symdyn.errors import ArgumentError, BuildError
 from symdyn.runtime.backends.jax_card import CARDS, over_columns, register
 from symdyn.runtime.backends.rules import Array, Arrays, Named, all_columns, all_rows, cotangent, tangent, whole
@@ -32,11 +31,8 @@ from symdyn.runtime.backends.words import (
     Library,
     Word,
     is_weak,
-    loaded_for,
     weights_of,
 )
-from symdyn.runtime.loaded import Loaded
-from symdyn.scene import Scene
 
 REALS = {"float64": "double", "float32": "float"}
 
@@ -338,18 +334,4 @@ def stacked(values: Sequence[Any]) -> Any:
     return jnp.stack(jnp.broadcast_arrays(*map(_array, values)), axis=-1)
 
 
-def loaded(
-    again: Callable[..., Loaded],
-    scene: Scene,
-    requests: tuple[str, ...] | None,
-    compiler: str | None,
-    machine: str,
-    prepare: bool,
-    closing: LoopChoices,
-    free: Mapping[str, float],
-) -> Loaded:
-    """Return the functions of a scene for JAX; see `symdyn.load`."""
-    real = REALS[jnp.result_type(float).name]
-    make = partial(register, compiler=compiler, machine=machine)
-    library = Library("JAX", real, make, placed, stacked)
-    return loaded_for("jax", library, scene, requests, compiler, machine, prepare, closing, free, again)
+LIBRARY = Library("JAX", lambda: REALS[jnp.result_type(float).name], register, placed, stacked)
