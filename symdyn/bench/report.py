@@ -211,7 +211,6 @@ def _time_against_error(bench: Bench, function: str) -> str:
 
 
 def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
-    """Return lines whose colours are the same in both pictures."""
     methods = [curve.method for curve in motion.precision]
     found = []
     for curve in curves:

@@ -170,7 +170,6 @@ def comparable(scene: Scene, request: str) -> tuple[str, ...]:
 def _function(
     scene: Scene, name: str, positions: Positions, machines: Sequence[str], quick: bool, seed: int
 ) -> list[Measured]:
-    """Return every implementation of one function, measured."""
     start = time.perf_counter()
     workspace = Workspace(scene)
     chosen = derive_one(workspace, name)
@@ -274,7 +273,6 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
 
 
 def _spread(values: Sequence[float] | Array) -> tuple[float, float, float]:
-    """Return median, 99th percentile and maximum."""
     ordered = np.sort(np.asarray(values, float))
     last = len(ordered) - 1
     return float(ordered[last // 2]), float(ordered[round(0.99 * last)]), float(ordered[-1])

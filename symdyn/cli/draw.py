@@ -71,7 +71,6 @@ def _watched(options: argparse.Namespace, view: tuple[float, float] | None) -> i
 
 
 def _view(text: str) -> tuple[float, float]:
-    """Return azimuth and elevation."""
     parts = split_commas(text)
     try:
         azimuth, elevation = (float(part) for part in parts)

@@ -62,7 +62,6 @@ def _scene(outcome: Outcome, format: str) -> str:
 
 
 def _table(outcome: Outcome) -> str:
-    """Return the base parameters as CSV."""
     found = outcome.identification
     numbers = np.column_stack([found.before, found.after, found.errors, found.interval()])
     heads = ("parameter", "before", "after", "standard error", "from", "to")

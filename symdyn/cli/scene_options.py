@@ -49,7 +49,6 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
 
 
 def _rates(text: str) -> tuple[Fraction, Fraction]:
-    """Return alpha and beta."""
     try:
         alpha, beta = (Fraction(part.strip()) for part in split_commas(text))
     except (ValueError, ZeroDivisionError) as fault:

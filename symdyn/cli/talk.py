@@ -47,7 +47,6 @@ class Answer:
     """
 
     def __init__(self, quiet: bool = False, json: bool = False) -> None:
-        """Begin with nothing."""
         self.quiet, self.json = quiet, json
         self.result: Any = None
         self.files, self.notes, self.errors = list[str](), list[str](), list[str]()
@@ -201,16 +200,13 @@ class _Late:
     """What a terminal is shown on stderr once something has taken longer than `PATIENCE`."""
 
     def __init__(self, stage: str) -> None:
-        """Start quiet."""
         self._stage = stage
         self._shown: Any = None
 
     def __enter__(self) -> Self:
-        """Start the clock."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take it away again."""
         if self._shown is not None:
             self._shown.stop()
 
@@ -219,7 +215,6 @@ class Waiting(_Late):
     """Tells what is being done."""
 
     def __init__(self) -> None:
-        """Start quiet."""
         import threading
 
         super().__init__("working")
@@ -227,13 +222,11 @@ class Waiting(_Late):
         self._timer.daemon = True
 
     def __enter__(self) -> Self:
-        """Start the clock, if there is a terminal to talk to."""
         if _shows_progress():
             self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take the line away again."""
         self._timer.cancel()
         super().__exit__()
 
@@ -254,7 +247,6 @@ class Bar(_Late):
     """A progress bar."""
 
     def __enter__(self) -> Self:
-        """Start the clock."""
         self._begin = time.monotonic()
         return self
 

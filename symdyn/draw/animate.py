@@ -196,7 +196,6 @@ def _kept(t: Array, fps: float, most: int) -> Indices:
 
 
 def _traces(result: Places, view: View) -> tuple[Item, ...]:
-    """Return the paths of the named points."""
     items = []
     for name, (_, frame) in result.points.items():
         way = view.flat(frame.p)

@@ -179,7 +179,6 @@ def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
 
 
 def _between(one: Strut, a: Array, b: Array, size: float) -> tuple[Shape, ...]:
-    """Return the mark of a strut between points of shape (N, 2)."""
     side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
     drawn = []
     for width, lines in FORCES[one.kind].lines.strokes:

@@ -141,7 +141,6 @@ def _stage(
 
 
 def _alone(scene: Scene, places: Places, body: str) -> Places:
-    """Return only the joints of a body."""
     hinges = tuple(h for h in places.hinges if body in (h.joint.parent, h.joint.child))
     return replace(places, hinges=hinges)
 

@@ -209,7 +209,6 @@ def _principal(tensor: Array, centre: Array) -> tuple[Array, Array]:
 
 
 def _around(axes: Array, axis: Array, place: int) -> Array:
-    """Return three ways, one of which, by number, is the axis."""
     others = [axes[:, k] for k in range(3)]
     first = max((other - (other @ axis) * axis for other in others), key=lambda x: round(float(np.linalg.norm(x)), 9))
     first = first / np.linalg.norm(first)
@@ -229,7 +228,6 @@ def _about_centre(body: Body, graph: Graph, mass: Expr, centre: Vec) -> Mat:
 
 
 def _numbers(entries: Sequence[Expr], parameters: Mapping[str, float]) -> Array | None:
-    """Return values; None where there is none that a double holds."""
     if not entries:
         return np.zeros(0)
     graph = entries[0].graph

@@ -158,7 +158,6 @@ def _letter(command: str) -> str:
 
 
 def _capital(letter: str) -> bool:
-    """Return whether it is a Greek capital, which is upright."""
     return letter.isupper() and "GREEK" in unicodedata.name(letter, "")
 
 
@@ -269,7 +268,6 @@ def style(scheme: str) -> str:
 
 
 def _coloured(colours: dict[str, str]) -> str:
-    """Return the rules in one scheme."""
     rules = f"{RULES.strip()}\n.symdyn text{{font-size:{FONT:g}px}}\n"
     rules += "".join(
         f".symdyn .link.body{k}{{stroke:[body{k}]}}\n.symdyn .particle.body{k}{{fill:[body{k}]}}\n" for k in range(6)

@@ -372,7 +372,6 @@ def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band:
 
 
 def _far(residuals: list[Array], used: list[Flags], taus: list[Array], rows: tuple[int, ...]) -> list[Flags]:
-    """Return which samples are far off, of each motion."""
     lengths = np.cumsum([len(one) for one in residuals])[:-1]
     every = far(np.concatenate(residuals), np.concatenate(used), np.concatenate(taus))
     passive = [j for j in range(every.shape[1]) if j not in rows]

@@ -132,7 +132,6 @@ class Critical:
     grows: bool
 
     def __str__(self) -> str:
-        """Return it in words."""
         what = (
             f"a mode that oscillates at {in_digits(self.frequency, 6)} Hz"
             if self.frequency

@@ -193,7 +193,6 @@ class Compensator(StateSpace):
     observer: Observer
 
     def __init__(self, regulator: Regulator, observer: Observer) -> None:
-        """Put both together; they are of one system and one period."""
         one, K, L = regulator.system, regulator.K, observer.L
         step, places = _opened(one, regulator.inputs, regulator.period)
         names = tuple(f"{name}_estimate" for name in one.states.names)
@@ -333,7 +332,6 @@ PLACED = 1e-6
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:
-    """Return poles as they are asked for."""
     try:
         found = np.asarray(poles, dtype=np.complex128)
     except (TypeError, ValueError, OverflowError):

@@ -328,7 +328,6 @@ def _final(one: StateSpace, kind: str) -> Array | None:
 
 
 def _usual_end(one: StateSpace) -> float:
-    """Return when the slowest mode has settled, or the fastest has grown, s."""
     values = [mode.value for mode in one.modes if math.isfinite(mode.value.real)]
     size = max(map(abs, values), default=0.0)
     growing = [value.real for value in values if value.real > SIDEWAYS * size]
@@ -343,7 +342,6 @@ def _usual_end(one: StateSpace) -> float:
 
 
 def _usual_count(one: StateSpace, end: float) -> int:
-    """Return how many times show what oscillates."""
     fastest = max((mode.frequency for mode in one.modes if mode.oscillates), default=0.0)
     return min(MOST, max(USUAL, math.ceil(ROUND * fastest * end) + 1))
 

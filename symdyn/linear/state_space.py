@@ -318,7 +318,6 @@ class StateSpace(Plotted):
         return locus_over_gain(self[output, input], gains)
 
     def _chosen(self, output: str | None, input: str | None) -> StateSpace:
-        """Return the system of a channel; the whole without names."""
         return self if output is None and input is None else self[output, input]
 
     @checked(LinearizeError)

@@ -237,7 +237,6 @@ def _told(lasting: Lasting, time: float, full: Linearization) -> Linearization:
 
 
 def _rates_of_positions(requested: Prepared, system: Linearization) -> Array:
-    """Return how fast each independent position moves, shape (p,)."""
     labels = COLUMNS["q"](requested.functions.w)
     return np.array([system.point.u[labels.index(name)] for name in system.states.names[: system.positions]])
 
@@ -277,7 +276,6 @@ def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
 
 
 def _closed(numbers: Numbers, q: Array) -> Array:
-    """Return the closed position next to one."""
     q = numbers.normalised(q)
     for _ in range(CLOSING if numbers.scene.is_constrained else 0):
         back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
@@ -324,7 +322,6 @@ def _precession(system: Linearization, off: Sequence[int]) -> str:
 
 
 def _rounded(x: float) -> str:
-    """Return a coordinate as a user would type it."""
     return f"{0.0 if abs(x) < CLOSE else x:.9g}"
 
 

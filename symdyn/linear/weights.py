@@ -27,7 +27,6 @@ class Axis:
     units: tuple[str, ...]
 
     def __len__(self) -> int:
-        """Return how many there are."""
         return len(self.names)
 
     def of(self, places: Sequence[int]) -> Axis:
@@ -188,7 +187,6 @@ def weight(name: str, given: Weights | None, axis: Axis, faults: Faults, definit
 
 
 def _number(given: Any) -> float:
-    """Return a weight as a number; nan where it is none."""
     try:
         return float(given)
     except (TypeError, ValueError, OverflowError):

@@ -85,7 +85,6 @@ class Loaded(Shown):
         return self._found(request) is not None
 
     def __iter__(self) -> Iterator[str]:
-        """Go through the names of the functions."""
         return iter(self.calls)
 
     def _found(self, request: object) -> NumericFunction | None:
@@ -181,7 +180,6 @@ def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...
 
 
 def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
-    """Return the program of one function."""
     return lower(formulate(scene, (request,), closing=closing, lines=not C.loops))
 
 

@@ -118,8 +118,6 @@ def run_heyoka(sources: Sources) -> SimpleNamespace:
 
 
 def _call(written: Callable[..., Any], function: Function) -> Callable[..., Any]:
-    """Return one function as a callable of arrays."""
-
     @cache
     def compiled() -> Any:
         heyoka = importlib.import_module("heyoka")
@@ -295,7 +293,6 @@ def compiled_kernels(sources: Sources) -> tuple[Any, Any]:
 
 
 def _opencl(sources: Sources) -> str:
-    """Return the file for OpenCL."""
     return next(text for name, text in sources.texts.items() if name.endswith(".cl"))
 
 

@@ -290,7 +290,6 @@ class Uncertainty(Shown):
 
 
 def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
-    """Return the columns that are chosen, or the usual ones."""
     if requested:
         names = chosen(run.names, requested, run.scene.name)
         lacking = [name for name in names if name in UNTOLD or name == "t"]
@@ -302,7 +301,6 @@ def _columns(run: Trajectory, requested: Sequence[str]) -> tuple[str, ...]:
 
 
 def _figure(uncertainty: Uncertainty, names: Sequence[str]) -> Figure:
-    """Return the figure. Errors as of `Uncertainty.plot`."""
     filled = _filled(uncertainty, names)
     check_plot()
     return filled.figure(3 * len(uncertainty.t) * len(uncertainty.names))

@@ -73,7 +73,6 @@ class Following:
     """The equations of the module's legend at a time and a position."""
 
     def __init__(self, tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known]) -> None:
-        """Prepare the laws of the coordinates `given`."""
         self.tied = tied
         self.numbers, self.functions, self.holding = tied.numbers, tied.functions, tied.holding
         self.given, self.laws, self.quasi = list(given), laws, quasi

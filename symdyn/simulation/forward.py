@@ -113,7 +113,6 @@ def choose(
 
 
 def _finer() -> str:
-    """Return the method with the most digits."""
     return min(METHODS, key=lambda name: METHODS[name].finest)
 
 
@@ -298,7 +297,6 @@ def check_start(system: StateEquations, x: Array) -> None:
 
 
 def _method(choice: Choice, rtol: float, atol: float) -> str:
-    """Return what is said about the method."""
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"

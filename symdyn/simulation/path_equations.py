@@ -126,7 +126,6 @@ class PathEquations:
         return np.concatenate(found)
 
     def _rate(self, t: float, q: Array, u: Array) -> Array:
-        """Return Ȧ."""
         rates = self.rates(q, u)
         following = self.following
         found = [rates["kinematics"][[following.places[k] for k in following.moving]]]

@@ -367,7 +367,6 @@ def _toleranced(scene: Scene, name: str, specified: str, faults: Faults) -> Dist
 
 
 def _listed(name: str, specified: Any, faults: Faults) -> Distribution | None:
-    """Return numbers of Python as a list."""
     try:
         numbers = np.asarray(specified, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

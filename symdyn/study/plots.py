@@ -59,7 +59,6 @@ class Plot:
 
 
 def _known(runs: Runs, measure: str) -> tuple[Array, Array]:
-    """Return values and a measure of the runs that have one."""
     column = runs[measure]
     there = np.isfinite(column)
     return runs.values[there], column[there]

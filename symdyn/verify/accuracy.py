@@ -31,7 +31,6 @@ class Shaken(Arithmetic):
     """An arithmetic whose results are off by the roundoff u of an operation, or v of a function, up or down."""
 
     def __init__(self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any, rng: random.Random):
-        """Shake exact enough numbers."""
         self.numbers = numbers
         self.factors = [1 + sign * numbers.context.mpf(roundoff) for sign in (-1, 1)]
         self.function_factors = [1 + sign * numbers.context.mpf(function_roundoff) for sign in (-1, 1)]

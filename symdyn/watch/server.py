@@ -208,7 +208,6 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _json(body: bytes) -> Any:
-    """Return what JSON says, None where it is none."""
     try:
         return json.loads(body)
     except (ValueError, RecursionError):
@@ -359,7 +358,6 @@ class Show:
     """
 
     def __init__(self, title: str, load: Callable[[], Loaded], draw: Drawn, at: dict[str, float]) -> None:
-        """Take how the file is read, how a scene is drawn, and where coordinates begin."""
         self._load, self._draw, self._at = load, draw, at
         self._pulled: dict[str, float] = {}
         self._standing: Standing | None = None

@@ -264,7 +264,6 @@ class Interpreted:
     """A program's functions by name, run operation by operation in doubles: for those too long to be compiled."""
 
     def __init__(self, program: Program) -> None:
-        """Take the functions of a program."""
         self.functions = {routine.function.name: routine.function for routine in program.routines}
 
     def __getattr__(self, name: str) -> Callable[..., Array]:

@@ -209,7 +209,6 @@ def _inverse(name: str, n: int, absolute: bool) -> Case:
 
 
 def _doubles(made: Calls, name: str, q: Array) -> Array:
-    """Return a function of q in plain doubles, shape (N, size)."""
     function = made.function(name)
     return np.array([evaluate(function.entries, Floats(), function.values([row])) for row in q], float)
 

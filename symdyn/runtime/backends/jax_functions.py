@@ -67,7 +67,6 @@ def times_lowered(
 
 
 def _handler(platform: str, word: Word, result: Any, kind: str = "") -> str:
-    """Return what XLA calls a word."""
     name, card = word.routine.function.name, CARDS.get(platform)
     made = word.code.ready(REALS[result.dtype.name], None if card is None else card.kernels)
     found: str | None = made.get((name, kind))
@@ -77,12 +76,10 @@ def _handler(platform: str, word: Word, result: Any, kind: str = "") -> str:
 
 
 def _as_written(function: Callable[..., Any], context: Any, *operands: Any) -> Any:
-    """Return the program of a function of JAX's arrays."""
     return mlir.lower_fun(function, multiple_results=False)(context, *operands)
 
 
 def _nowhere_else(context: Any, *operands: Any, word: Word, **_: Any) -> Any:
-    """Refuse another platform."""
     others = ", ".join(context.module_context.platforms)
     raise BuildError(
         f"{word.routine.function.name} runs on the CPU and on CUDA, there is no kernel for {others}; "
@@ -112,7 +109,6 @@ ARRAYS = Arrays(Names, lambda word, given: call(word, *given))
 
 
 def _leading(word: Word, shapes: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
-    """Return the dimensions that arguments broadcast to."""
     own = [shape[: len(shape) - len(core)] for shape, (_, core) in zip(shapes, word.arguments, strict=True)]
     return tuple(next((n for n in column if n != 1), 1) for column in zip(*own, strict=True))
 
@@ -169,7 +165,6 @@ batching.primitive_batchers.__setitem__(call_p, _batched)
 
 
 def _moved(given: Sequence[Array], rates: Sequence[Any], *, word: Word) -> tuple[Array, Any]:
-    """Return the result, and how it moves."""
     result = call(word, *given)
     named = dict(zip(word.names, given, strict=True))
     moving = {name: d for name, d in zip(word.names, rates, strict=True) if type(d) is not ad.Zero}
@@ -183,7 +178,6 @@ ad.primitive_jvps.__setitem__(call_p, _moved)
 
 
 def _transposed(y: Any, *given: Any, word: Word) -> list[Any]:
-    """Return the derivatives of the arguments in which the word is linear."""
     wanted = [name for name, one in zip(word.names, given, strict=True) if ad.is_undefined_primal(one)]
     if type(y) is ad.Zero:
         return [ad.Zero(one.aval) if ad.is_undefined_primal(one) else None for one in given]

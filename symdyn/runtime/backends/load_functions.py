@@ -142,5 +142,4 @@ def find_backend(name: str) -> Backend:
 
 
 def _again(backend: str, *settings: Any) -> Loaded:
-    """Return the functions of a backend, in another process."""
     return find_backend(backend).load(*settings)

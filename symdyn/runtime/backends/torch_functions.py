@@ -247,7 +247,6 @@ def _ready(word: Word, given: Sequence[Any]) -> bool:
 
 
 def _computes(device: Any) -> bool:
-    """Tell whether there is code for a device."""
     return device.type == "cpu" or device.type in CARDS
 
 
@@ -308,7 +307,6 @@ def stacked(values: Sequence[Any]) -> Any:
 
 
 def _made(program: Program, *_: Any, compiler: str | None, machine: str) -> list[Callable[..., Any]]:
-    """Return the ufuncs of a program, which take both real types."""
     sources = emit(program, UFUNC.name)
     calls = run_or_python(sources, lambda one: build_extension(one, compiler, machine=machine)[1], compiler)[0]
     return list(calls.values())

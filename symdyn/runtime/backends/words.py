@@ -304,7 +304,6 @@ def _derived(of: Word, kind: str) -> Program:
 
 
 def _along(of: Word, argument: Argument) -> Argument:
-    """Return the direction of an argument, as an argument."""
     name = of.directions[argument.name]
     graph = of.code.program.graph
     symbols = tuple(graph.symbol(f"{name}[{k}]") for k in range(len(argument.symbols)))

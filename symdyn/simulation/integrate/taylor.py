@@ -122,7 +122,6 @@ class Stretch:
     """Some steps of heyoka's, the samples in them, and the events that are `found`."""
 
     def __init__(self, ta: Any, problem: InitialValueProblem) -> None:
-        """Take an integrator that stands at the start."""
         self.ta, self.problem = ta, problem
         self.watch, self.found = Watch(problem), list[Hit]()
         self.begin = problem.begin
@@ -207,7 +206,6 @@ class Guard:
     """Looks whether the series of a step has the rates that the equations have."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        """Take the tolerance of a problem."""
         self.system, self.limit = problem.system, SLACK * problem.rtol
 
     def holds(self, series: Array, t: float, h: float) -> bool:
