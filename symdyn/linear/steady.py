@@ -29,8 +29,8 @@ from symdyn.simulation import Problem, opened
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
 
-TRIES, CLOSE, FARTHEST, CLOSING = 40, 1e-9, 0.3, 6
-"""Newton steps to a steady motion, the step that is none, the longest, rad or m, and steps that close loops again."""
+TRIES, CLOSE, FARTHEST = 40, 1e-9, 0.3
+"""Newton steps to a steady motion, the step that is none, and the longest, rad or m."""
 
 LATER = (0.37, 1.1, 2.9)
 """Times, s, at which it is looked whether a point lasts where time itself acts."""
@@ -277,10 +277,7 @@ def _later(requested: Prepared, system: Linearization) -> tuple[Array, float]:
 
 def _closed(numbers: Numbers, q: Array) -> Array:
     q = numbers.normalised(q)
-    for _ in range(CLOSING if numbers.scene.is_constrained else 0):
-        back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
-        q = numbers.retract(q, np.asarray(back, dtype=np.float64))
-    return q
+    return numbers.newton(q, ()) if numbers.scene.is_constrained else q
 
 
 def _out_of_balance(requested: Prepared, system: Linearization, off: Sequence[int], still: bool) -> str:
