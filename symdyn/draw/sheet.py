@@ -102,9 +102,6 @@ class Sheet:
         self.rows.append((x, y, z))
         return len(self.rows) - 1
 
-    def _axes(self, frame: Sequence[Expr]) -> tuple[int, ...]:
-        return tuple(self._direction((frame[k], frame[3 + k], frame[6 + k])) for k in range(3))
-
     def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "", joint: str = "") -> Mark:
         return Mark(kind, rows, self._number[body], text, joint)
 
@@ -130,7 +127,7 @@ class Sheet:
             if sign.shape:
                 yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
             if not closes:
-                yield self._made("frame", (place, *self._axes(moved)), joint.child)
+                yield self._made("frame", (place, *(self._direction(moved[k:9:3]) for k in range(3))), joint.child)
 
     def _coordinates(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Measured]:
         """Yield turns and slides that are a coordinate each."""

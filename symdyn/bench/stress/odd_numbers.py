@@ -126,7 +126,8 @@ def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float | None, str
     for routine in made.program.routines:
         function = routine.function
         zeros = {name: np.zeros_like(value) if name != "params" else value for name, value in given.items()}
-        zeros["q"] = given["q"] * 0 if "1" not in _units(function) else given["q"]
+        units = next((a.units for a in function.arguments if a.name == "q"), ())
+        zeros["q"] = given["q"] * ("1" in units)
         minus = {name: np.where(value == 0, -0.0, value) for name, value in zeros.items()}
         plain = made.results(function.name, zeros)
         for way, computed in made.results(function.name, minus).items():
@@ -137,10 +138,6 @@ def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float | None, str
             gap = np.abs(np.where(np.isfinite(computed), computed, np.inf) - np.where(known, plain[way], 0.0))[known]
             found.append((float(np.max(gap, initial=0.0)) / (2.0**-52 * size), f"{function.name}, {way}"))
     return worst(found)
-
-
-def _units(function: Function) -> tuple[str, ...]:
-    return next((a.units for a in function.arguments if a.name == "q"), ())
 
 
 def _nothing() -> Case:

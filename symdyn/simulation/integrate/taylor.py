@@ -158,7 +158,8 @@ class Stretch:
                 self.longest = (ta.time - begin) / 2 if finite else 0.0
                 ta.time, ta.state[:] = begin, start
                 if self.longest <= SMALLEST * max(1.0, begin):
-                    return _states(rows, start), steps, _stuck(begin)
+                    why = "the motion leaves what doubles hold, or a formula has no real value"
+                    return _states(rows, start), steps, f"{why}, after t = {begin:g} s"
                 continue
             self.longest *= 2
             steps += 1
@@ -196,10 +197,6 @@ def _series(coefficients: Array, begin: float) -> Callable[[Array], Array]:
 
 def _states(rows: list[Array], like: Array) -> Array:
     return np.array(rows, dtype=np.float64).reshape(-1, len(like))
-
-
-def _stuck(t: float) -> str:
-    return f"the motion leaves what doubles hold, or a formula has no real value, after t = {t:g} s"
 
 
 class Guard:
