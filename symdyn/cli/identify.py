@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.cli.scene_options import again, read_scene, say_values_alone
-from symdyn.cli.talk import Bar, Waiting, give, print_table, print_text, say, wrote
+from symdyn.cli.talk import Bar, Waiting, answer, give, print_table, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs, write_table
 from symdyn.emit import write
 from symdyn.errors import IdentifyError, SimulateError, choice
@@ -322,10 +322,7 @@ def run(options: argparse.Namespace) -> int:
     for note in found.notes:
         say(note)
     write_files(found, options.output, options.total_mass, again(options))
-    if options.json:
-        give(finite(found.as_dict()))
-    else:
-        show(found)
+    answer(finite(found.as_dict()), lambda: show(found))
     return 0
 
 

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.cli.scene_options import read_scene_to_move, split
-from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
+from symdyn.cli.talk import Waiting, answer, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs, reel
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write_file
@@ -275,10 +275,7 @@ def run(options: argparse.Namespace) -> int:
         with Waiting() as progress:
             progress("linearising")
             lines, data = locus_over_range(scene, options)
-        if options.json:
-            give(data)
-        else:
-            print_text("\n".join(lines))
+        answer(data, lambda: print_text("\n".join(lines)))
         return 0
     if options.along is not None and (options.start or options.start_rates):
         raise LinearizeError("--along takes its points from a run; leave --start and --start-rates out")

@@ -15,7 +15,7 @@ import re
 import sys
 import time
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Self
 
@@ -121,6 +121,14 @@ def print_text(text: str, end: str = "\n") -> None:
 def give(value: Any) -> None:
     """Keep a result for machines: a JSON value, which `--json` prints in the end."""
     _answer().result = value
+
+
+def answer(value: Any, show: Callable[[], None]) -> None:
+    """Keep a result for machines, or show it where nobody asked for JSON."""
+    if _answer().json:
+        give(value)
+    else:
+        show()
 
 
 def print_json(value: Any) -> None:

@@ -25,7 +25,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, generate
 from symdyn.cli.options import add_options
 from symdyn.cli.scene_options import closing_of, functions_of, read_numbers, read_scene, split
-from symdyn.cli.talk import Waiting, give, print_table
+from symdyn.cli.talk import Waiting, answer, print_table
 from symdyn.dynamics import Requested, Workspace
 from symdyn.emit import emit
 from symdyn.errors import VerifyError, printable
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     if options.files is not None:
         with Waiting() as progress:
             found = _of_files(options, progress)
-        give(found.as_dict()) if options.json else show(found)
+        answer(found.as_dict(), lambda: show(found))
         return 0 if found.passed else 1
     scene = read_scene(options)
     closing = closing_of(options, scene)
@@ -60,10 +60,7 @@ def run(options: argparse.Namespace) -> int:
         code = {"seed": options.seed, "real": options.real, "formulation": options.formulation}
         with Waiting() as progress:
             bounds = rigorous(scene, outputs, at, progress=progress, closing=closing, **sampled, **code)
-        if options.json:
-            give(bounds.as_dict())
-        else:
-            show_bounds(bounds)
+        answer(bounds.as_dict(), lambda: show_bounds(bounds))
         return 0 if bounds.passed else 1
     with Waiting() as progress:
         certificate = certify(
@@ -78,10 +75,7 @@ def run(options: argparse.Namespace) -> int:
             split(options.targets),
             options.accuracy,
         )
-    if options.json:
-        give(certificate.as_dict())
-    else:
-        show(certificate)
+    answer(certificate.as_dict(), lambda: show(certificate))
     return 0 if certificate.passed else 1
 
 
