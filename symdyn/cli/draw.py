@@ -27,8 +27,7 @@ def run(options: argparse.Namespace) -> int:
         return _watched(options, view)
     file = Path(options.output) if options.output else None
     scene = read_scene(options)
-    with Waiting() as progress:
-        progress("drawing")
+    with Waiting("drawing"):
         q, values = pose(scene, read_numbers(options.at, scene) if options.at else {})
         if options.body is not None:
             text = free_body(scene, options.body, q, None, values, view, "", options.scheme, file)

@@ -31,8 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     scene = read_scene(options)
     closing = closing_of(options, scene)
-    with Waiting() as progress:
-        progress("deriving")
+    with Waiting("deriving") as progress:
         target = TARGETS[options.target]
         asked = functions_of(options, scene)
         if asked is None and target.functions:

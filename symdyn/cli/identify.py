@@ -130,8 +130,7 @@ def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
     from symdyn.identification import output_error
 
     names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
-    with Waiting() as progress:
-        progress("fitting runs")
+    with Waiting("fitting runs"):
         found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
     for note in found.notes:
         say(note)
@@ -307,8 +306,7 @@ def run(options: argparse.Namespace) -> int:
     check_files(options)
     carried = payloads(options.payload)
     terms = [one.strip() for one in split_commas(options.friction or "")]
-    with Waiting() as progress:
-        progress("identifying")
+    with Waiting("identifying"):
         found = identify(
             scene,
             options.data,

@@ -43,13 +43,11 @@ def run(options: argparse.Namespace) -> int:
         answer(units, lambda: show_units(units))
         return 0
     if options.frames or options.base_parameters:
-        with Waiting() as progress:
-            progress("regrouping" if options.base_parameters else "choosing frames")
+        with Waiting("regrouping" if options.base_parameters else "choosing frames"):
             chosen = parts(scene, options.frames, options.base_parameters)
         answer(chosen, lambda: show_parts(chosen))
         return 0
-    with Waiting() as progress:
-        progress("deriving and counting")
+    with Waiting("deriving and counting"):
         facts, left_out = gather(scene, options.formulation, closing)
     for reason in left_out:
         say(f"symdyn: {reason}")

@@ -22,8 +22,7 @@ def run(options: argparse.Namespace) -> int:
     start, _ = collected(lambda: pairs(options.start, "--start"), lambda: check_outputs(scene, options))
     problem = replace(problem, start=start)  # type: ignore[arg-type]
     span = {"until": options.until, "every": options.every}
-    with Waiting() as progress:
-        progress(f"computing forces of {scene.name}")
+    with Waiting(f"computing forces of {scene.name}"):
         told = lambda line: say(f"symdyn: {line}")  # noqa: E731
         trajectory = inverse(problem, laws, (), options.reactions, told, path=paths, **span)
     deliver(trajectory, options)

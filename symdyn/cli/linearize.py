@@ -272,8 +272,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     check_flags(options)
     if options.over:
-        with Waiting() as progress:
-            progress("linearising")
+        with Waiting("linearising"):
             lines, data = locus_over_range(scene, options)
         answer(data, lambda: print_text("\n".join(lines)))
         return 0
@@ -282,8 +281,7 @@ def run(options: argparse.Namespace) -> int:
     if options.start == REST and options.start_rates:
         raise LinearizeError("--start rest has no velocities; leave --start-rates out, or say where with --start")
     file = SystemsFile(Path(options.output)) if options.output else None
-    with Waiting() as progress:
-        progress("linearising")
+    with Waiting("linearising"):
         systems, notes = _systems(scene, options)
         check_one(systems, options)
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]

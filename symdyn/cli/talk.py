@@ -222,10 +222,10 @@ class _Late:
 class Waiting(_Late):
     """Tells what is being done."""
 
-    def __init__(self) -> None:
+    def __init__(self, stage: str = "working") -> None:
         import threading
 
-        super().__init__("working")
+        super().__init__(stage)
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
 
