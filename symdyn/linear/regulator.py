@@ -28,6 +28,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
+from symdyn.linear.locus import array_of
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.plots import Plotted, pole_map
 from symdyn.linear.state_space import StateSpace
@@ -332,10 +333,7 @@ PLACED = 1e-6
 
 
 def _wanted(poles: Sequence[complex] | Array, names: tuple[str, ...]) -> Complexes:
-    try:
-        found = np.asarray(poles, dtype=np.complex128)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0, dtype=np.complex128)
+    found: Complexes = array_of(poles, complex)
     if found.shape != (len(names),) or not np.isfinite(found).all():
         raise LinearizeError(f"poles: give {len(names)} finite numbers, one for each of {', '.join(names)}")
     for value in found:

@@ -18,7 +18,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import argument, checked, native
 from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
-from symdyn.linear.locus import RootLocus, numbers, root_locus
+from symdyn.linear.locus import RootLocus, array_of, numbers, root_locus
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.linear.plots import Plotted, bode, courses, nyquist
 from symdyn.table import Table
@@ -146,10 +146,7 @@ def _check_driven(one: StateSpace, what: str) -> None:
 
 
 def _frequencies(given: object, what: str, unit: str, period: float | None) -> Array:
-    try:
-        found = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
+    found: Array = array_of(given)
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or np.any(found <= 0):
         raise LinearizeError(f"{what}: frequencies must be finite and above zero, in {unit}")
     most = math.inf if period is None else (math.pi if what == "omega" else 0.5) / period
