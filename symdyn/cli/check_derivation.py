@@ -26,8 +26,7 @@ def run(options: argparse.Namespace) -> int:
             raise TeachError("FILE and SCENE are both -, and standard input is read once; give one of them as a file")
         scene = read_scene(options)
         text, name = _text(options.file)
-        with Waiting() as progress:
-            progress("comparing")
+        with Waiting("comparing"):
             answers = check_derivation(text, scene, name, options.what or None, options.book)
     except SymdynError as fault:
         fail(fault)
