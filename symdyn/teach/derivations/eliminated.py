@@ -1,18 +1,21 @@
 """Steps: the equations of motion of a tied mechanism without multipliers and without dependent rates; what stays.
 
 With u_d = Y u, the equation of an independent velocity k is E_k + Σ Y_jk E_j = 0, in which u_d and its derivative are
-put in. Where it is the derivative of p_k + Σ Y_jk p_j, that momentum is conserved.
+put in; and the dependent coordinates, where their closed forms hold no root. Where it is the derivative of
+p_k + Σ Y_jk p_j, that momentum is conserved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
 from symdyn.teach.lesson import named, together
@@ -25,11 +28,11 @@ def eliminated_steps(lesson: Constrained) -> list[Step]:
     """Return the equations with dependent rates put in; none where the ratios of velocities are not written out."""
     if not _ratios(lesson):
         return []
-    put, blocks, long = _put_in(lesson), list[Block](), list[Form]()
+    put, blocks, long = PutIn.of(lesson), list[Block](), list[Form]()
     for k in lesson.partition.independent:
         own = lesson.scene.drives[k]
         right: Form = Symbol(own) if own else Number.ZERO
-        form = _sorted(lesson, _equation(lesson, k, put))
+        form = _sorted(lesson, put.equation(k))
         if form is None or length(form) > LONGEST:
             long.append(right if own else named(lesson.state.qdd[k]))
         else:
@@ -38,8 +41,12 @@ def eliminated_steps(lesson: Constrained) -> list[Step]:
         return [Step("eliminated", lesson.say("eliminated.long", names=together(long)), ())]
     if long:
         blocks.append(lesson.say("eliminated.long", names=together(long)))
-    dependent = together([named(lesson.state.qd[k]) for k in lesson.partition.dependent])
-    claim = lesson.say("eliminated", dependent=dependent)
+    symbols = lesson.state.q if put.positions else lesson.state.qd
+    dependent, free = (
+        together([named(symbols[k]) for k in some]) for some in (lesson.partition.dependent, lesson.partition.independent)
+    )
+    key = "eliminated.closed" if put.positions else "eliminated"
+    claim = lesson.say(key, dependent=dependent, independent=free)
     return [Step("eliminated", claim, tuple(blocks), lesson.say("eliminated.reason"))]
 
 
@@ -47,15 +54,17 @@ def conserved_sections(lesson: Constrained) -> list[Section]:
     """Return what is conserved: momenta along independent velocities, and the energy."""
     steps = list[Step]()
     if _ratios(lesson):
-        put = _put_in(lesson)
+        put = PutIn.of(lesson)
         for k in lesson.partition.independent:
-            p = _together(lesson, k, gradient(lesson.energy.K, lesson.state.qd), put)
-            (rate,) = substitute(tangents([p], lesson.state.acceleration), put)
+            p = put.together(k, gradient(lesson.energy.K, lesson.state.qd))
+            (rate,) = put.into(tangents([p], lesson.state.acceleration))
             form = _sorted(lesson, p)
-            if form is None or not form.terms or lesson.scene.drives[k] or length(form) > LONGEST:
+            if form is None or not form.terms or length(form) > LONGEST:
                 continue
-            if _same(rate, _equation(lesson, k, put)):
-                claim = lesson.say("eliminated.momentum", q=named(lesson.state.qd[k]), momentum=form)
+            if _same(rate, put.equation(k)):
+                own, q = lesson.scene.drives[k], named(lesson.state.qd[k])
+                key = "eliminated.momentum.driven" if own else "eliminated.momentum"
+                claim = lesson.say(key, q=q, momentum=form, **({"drive": Symbol(own)} if own else {}))
                 steps.append(Step(f"conserved:{k + 1}", claim, (), lesson.say("eliminated.momentum.reason")))
     acting = generalized_forces(lesson.scene, lesson.graph)
     moved = reachable([lesson.L, *(x for tie in lesson.ties for x in tie.nodes)])
@@ -76,28 +85,53 @@ def _ratio(lesson: Constrained, j: int, k: int) -> Expr:
     return lesson.graph.zero if name is None or name.node is None else name.node
 
 
-def _put_in(lesson: Constrained) -> Mapping[Expr, Expr]:
-    """Return dependent rates and their derivatives by those of the independent ones."""
-    state, graph, parts = lesson.state, lesson.graph, lesson.partition
-    rates = [graph.total(_ratio(lesson, j, k) * state.qd[k] for k in parts.independent) for j in parts.dependent]
-    put = dict(zip((state.qd[j] for j in parts.dependent), rates, strict=True))
-    faster = substitute(tangents(rates, state.acceleration), put)
-    return put | dict(zip((state.qdd[j] for j in parts.dependent), faster, strict=True))
+@dataclass(frozen=True)
+class PutIn:
+    """What is put into equations.
 
+    Attributes:
+        ratios: Y_jk of dependent velocities j and independent ones k.
+        positions: dependent coordinates, and waves of them, by the others; none where they have no such form.
+        rates: dependent rates and their derivatives by those of the independent ones.
+    """
 
-def _together(lesson: Constrained, k: int, nodes: Sequence[Expr], put: Mapping[Expr, Expr]) -> Expr:
-    """Return what belongs to velocity k, and to the dependent ones times their ratios, with those put in."""
-    whole = nodes[k] + lesson.graph.total(_ratio(lesson, j, k) * nodes[j] for j in lesson.partition.dependent)
-    return substitute([whole], put)[0]
+    lesson: Constrained
+    ratios: Mapping[tuple[int, int], Expr]
+    positions: Mapping[Expr, Expr]
+    rates: Mapping[Expr, Expr]
 
+    @classmethod
+    def of(cls, lesson: Constrained) -> PutIn:
+        """Return what is put into the equations of a lesson."""
+        state, graph, parts = lesson.state, lesson.graph, lesson.partition
+        places = [(j, k) for j in parts.dependent for k in parts.independent]
+        positions = closed_positions(lesson, parts.dependent) if len(state.q) == state.n else {}
+        ratios = {
+            (j, k): gradient(positions[state.q[j]], [state.q[k]])[0] if positions else _ratio(lesson, j, k)
+            for j, k in places
+        }
+        rates = [graph.total(ratios[j, k] * state.qd[k] for k in parts.independent) for j in parts.dependent]
+        put = dict(zip((state.qd[j] for j in parts.dependent), rates, strict=True))
+        faster = substitute(tangents(rates, state.acceleration), put)
+        put |= dict(zip((state.qdd[j] for j in parts.dependent), faster, strict=True))
+        return cls(lesson, ratios, positions, put)
 
-def _equation(lesson: Constrained, k: int, put: Mapping[Expr, Expr]) -> Expr:
-    """Return what is equal to the drive of velocity k, or zero without one."""
-    given = list(lesson.drives)
-    for j in lesson.partition.dependent:
-        if own := lesson.scene.drives[j]:
-            given[j] = given[j] - lesson.graph.symbol(own)
-    return _together(lesson, k, given, put)
+    def into(self, nodes: Sequence[Expr]) -> list[Expr]:
+        """Return nodes with rates put in, and coordinates."""
+        return list(substitute(substitute(nodes, self.rates), self.positions))
+
+    def together(self, k: int, nodes: Sequence[Expr]) -> Expr:
+        """Return what belongs to velocity k, and to the dependent ones times their ratios, with those put in."""
+        others = (self.ratios[j, k] * nodes[j] for j in self.lesson.partition.dependent)
+        return self.into([nodes[k] + self.lesson.graph.total(others)])[0]
+
+    def equation(self, k: int) -> Expr:
+        """Return what is equal to the drive of velocity k, or zero without one."""
+        given = list(self.lesson.drives)
+        for j in self.lesson.partition.dependent:
+            if own := self.lesson.scene.drives[j]:
+                given[j] = given[j] - self.lesson.graph.symbol(own)
+        return self.together(k, given)
 
 
 def _sorted(lesson: Constrained, node: Expr) -> Form | None:

@@ -24,7 +24,7 @@ from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.reduced import zero
 from symdyn.teach.derivations.solved import in_sines, quotient
-from symdyn.teach.derivations.solved_ties import solutions
+from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.steady import level_places
 from symdyn.teach.document import Block, Formula, Picture, Step, Words
 from symdyn.teach.lesson import named
@@ -76,14 +76,8 @@ def one_left(lesson: Constrained) -> OneLeft | None:
     if not all(x.is_zero for x in acting) or graph.symbol(TIME) in reachable([whole]):
         return None
     for r in others:
-        unknown = [state.q[k] for k in others if k != r]
-        found = solutions(lesson, [named(q) for q in unknown])
-        put = {x.express(graph): value.express(graph) for x, value in found.items()}
-        (W,) = substitute([whole], put)
-        used = reachable([W, *put.values()])
-        known = all(q in put for q in unknown) and not set(unknown).intersection(used)
-        if known and not any(x.op is Op.SQRT for x in used):
-            return OneLeft(lesson, r, c, put, W)
+        if put := closed_positions(lesson, [k for k in others if k != r]):
+            return OneLeft(lesson, r, c, put, substitute([whole], put)[0])
     return None
 
 
