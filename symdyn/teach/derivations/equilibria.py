@@ -179,7 +179,7 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
     if found.idle:
         blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
     blocks += families(lesson, found.places, found.more)
-    reason = lesson.say(f"{of}.reason")
+    reason = lesson.say(f"{of}.reason") if systems else Words(())
     step = Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
     return step, found.idle
 
@@ -253,7 +253,8 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    told = lesson.say("closed.next", kind=verdict, values=eigenvalues(lesson, _moving(one)))
+    key = "closed.next.driven" if any(scene.drives) else "closed.next"
+    told = lesson.say(key, kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     return Step(
         "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)

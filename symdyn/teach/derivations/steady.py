@@ -117,6 +117,8 @@ def _reached(left: Reduced, wave: Form, value: Form) -> Iterator[Words]:
     least = Form.product((*above, *([] if others == Number.ONE else [others.power(-1)])))
     if len(squares) == 1 and len(Form.product(above).terms) == 1 and positive.issuperset(least.symbols):
         yield lesson.say("steady.from", wave=wave, value=value, square=squares[0], least=least)
+        critical = math.sqrt(left.chosen.of(least.express(lesson.graph))[0])
+        yield lesson.say("steady.critical", value=f"{lesson.written(critical)} rad/s")
     else:
         yield lesson.say("steady.wave", wave=wave, value=value)
     if left.led and isinstance(wave, Function) and wave.op is Op.COS and (square := _swing(left, value)):

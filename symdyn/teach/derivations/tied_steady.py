@@ -36,6 +36,12 @@ FASTEST = 2.0
 PLACES = 241
 """Points of the curve."""
 
+ROWS = 6
+"""Round rates of the table, at most."""
+
+STILL = 1e-6
+"""rad/s: a frequency that is none."""
+
 
 @dataclass(frozen=True)
 class OneLeft:
@@ -58,6 +64,21 @@ class OneLeft:
     def slope(self) -> Form:
         """Return dW/dr in factors."""
         return Ratios.form_of(gradient(self.W, [self.lesson.state.q[self.r]])[0])
+
+    def squares(self) -> tuple[Expr, Expr]:
+        """Return ω² of small swings about a steady motion: the rate of c held, and its momentum kept.
+
+        With m of r, N of c, and M of both in K: W''/m, and (W'' + u² N'²/N)/(m - M²/N).
+        """
+        lesson, state, graph = self.lesson, self.lesson.state, self.lesson.graph
+        q, v, u = state.q[self.r], state.qd[self.r], state.qd[self.c[0]]
+        rates = {state.qd[k]: gradient(self.put[x], [q])[0] * v for k, x in enumerate(state.q) if x in self.put}
+        still = {state.q[k]: graph.zero for k in self.c}
+        (K,) = substitute(substitute(substitute([lesson.energy.K], rates), self.put), still)
+        m, M, N = (gradient(gradient(K, [x])[0], [y])[0] for x, y in ((v, v), (v, u), (u, u)))
+        (bent,) = gradient(gradient(self.W, [q])[0], [q])
+        (steeper,) = gradient(N, [q])
+        return bent / m, (bent + u**2 * steeper**2 / N) / (m - M**2 / N)
 
 
 def one_left(lesson: Constrained) -> OneLeft | None:
@@ -169,7 +190,9 @@ def _turning(left: OneLeft, chosen: Chosen) -> list[Step]:
         blocks.append(lesson.say("steady.from", **shown, square=named(u).power(2), least=told))
         critical, wave = chosen.of(least)[0], places["wave"]
         if critical > 0 and isinstance(wave, Function) and wave.op is Op.COS:
-            blocks.append(_curve(left, chosen, places["value"].express(lesson.graph), math.sqrt(critical)))
+            value, rate = places["value"].express(lesson.graph), math.sqrt(critical)
+            blocks.append(lesson.say("steady.critical", value=f"{lesson.written(rate)} rad/s"))
+            blocks += [_curve(left, chosen, value, rate), *_numbers(left, chosen, value, rate)]
     claim = lesson.say("tied.turning", q=r, c=named(state.q[left.c[0]]))
     reason = lesson.say("steady.led.reason", W=W)
     return [Step("steady.curve", claim, tuple(blocks), reason, show=("centrifugal", "weights"))]
@@ -217,7 +240,7 @@ def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> Pictu
     """Return r over the rate: both branches, that of r = 0 dashed from the critical rate on."""
     lesson, state = left.lesson, left.lesson.state
     u, fixed = state.qd[left.c[0]], {x: one for x, one in chosen.values.items() if x is not state.qd[left.c[0]]}
-    last = FASTEST * max(abs(chosen.values[u]), critical)
+    last = _last(left, chosen, critical)
     x = np.linspace(0.0, last, PLACES)
     cosine = np.array([float(evaluate([value], Floats(), {**fixed, u: one})[0]) for one in x])
     with np.errstate(invalid="ignore"):
@@ -234,3 +257,32 @@ def _curve(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> Pictu
     panel = Panel(across, up, (0.0, 0.0), (last, math.pi / 2), curves, (), (False, True))
     title = lesson.text("tied.curve.alt", scene=lesson.scene.name)
     return Picture(chart(title, [panel], lesson.written, "steady-"), lesson.say("tied.curve"), title, "steady")
+
+
+def _last(left: OneLeft, chosen: Chosen, critical: float) -> float:
+    """Return the rate at which the curve ends."""
+    return FASTEST * max(abs(chosen.values[left.lesson.state.qd[left.c[0]]]), critical)
+
+
+def _numbers(left: OneLeft, chosen: Chosen, value: Expr, critical: float) -> list[Block]:
+    """Return the table of the branch over the rate, with both frequencies, and what tells them apart."""
+    lesson, state, scene = left.lesson, left.lesson.state, left.lesson.scene
+    q, u, last = state.q[left.r], state.qd[left.c[0]], _last(left, chosen, critical)
+    step = min(x for k in range(-9, 9) for x in (10.0**k, 2 * 10.0**k, 5 * 10.0**k) if x * ROWS >= last)
+    whole = [k * step for k in range(1, ROWS + 1) if critical < k * step <= last]
+    units, squares = SceneUnits(scene).coordinates, left.squares()
+    shown = [k for k in range(state.n) if k not in left.c]
+    rows = []
+    for rate in sorted({critical, *whole, max(abs(chosen.values[u]), critical)}):
+        at = chosen.with_values({u: rate})
+        at = at.with_values({q: math.acos(cosine) if (cosine := at.of(value)[0]) < 1 - STILL**2 else 0.0})
+        at = at.with_values({x: at.of(node)[0] for x, node in left.put.items() if x.op is Op.SYMBOL})
+        found = [math.sqrt(max(x, 0.0)) for x in at.of(*squares)]
+        places = [scene.in_shown_unit(lesson.written(at.values[state.q[k]]), units[k]) for k in shown]
+        told = [f"{lesson.written(x if x > STILL else 0.0)} rad/s" for x in found]
+        rows.append([f"{lesson.written(rate)} rad/s", *places, *told])
+    c, own = named(state.q[left.c[0]]), scene.drives[left.c[0]]
+    heads = [named(u), *(named(state.q[k]) for k in shown), "tied.held", "tied.free"]
+    said = lesson.say("tied.apart", c=c, rate=named(u), q=named(q))
+    drive = [lesson.say("tied.drive", drive=Symbol(own))] if own else []
+    return [lesson.say("steady.numbers.led"), lesson.table(heads, rows), said, *drive]
