@@ -86,7 +86,9 @@ def said(step: Step) -> str:
 
 def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
     l, m, M, k, s0, w = (*(GOVERNOR[x] for x in ("l", "m", "M", "k", "s0")), 12.0)
-    *_, form = [block.form.to_sympy() for block in step_of("governor", "eliminated").blocks if isinstance(block, Formula)]
+    *_, form = [
+        block.form.to_sympy() for block in step_of("governor", "eliminated").blocks if isinstance(block, Formula)
+    ]
     names = set(map(str, form.free_symbols))
     assert names.isdisjoint({"beta", "s", "beta_dot", "s_dot"})
     a, u, f = 0.6, 0.7, 1.1

@@ -43,7 +43,8 @@ def eliminated_steps(lesson: Constrained) -> list[Step]:
         blocks.append(lesson.say("eliminated.long", names=together(long)))
     symbols = lesson.state.q if put.positions else lesson.state.qd
     dependent, free = (
-        together([named(symbols[k]) for k in some]) for some in (lesson.partition.dependent, lesson.partition.independent)
+        together([named(symbols[k]) for k in some])
+        for some in (lesson.partition.dependent, lesson.partition.independent)
     )
     key = "eliminated.closed" if put.positions else "eliminated"
     claim = lesson.say(key, dependent=dependent, independent=free)

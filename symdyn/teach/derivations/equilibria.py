@@ -201,8 +201,11 @@ def _places(
         for n, place in enumerate(places)
     ]
     for row, one in zip(rows, systems, strict=False):  # there may be none
+        own = zip(one.point.u[len(scene.velocities) :], scene.states, strict=False)
+        row += [_with_unit(lesson, float(x), state.unit or "1") for x, state in own]
         row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
-    heads = ("equilibria.kind", "closed.values") if systems else ()
+    own = [Symbol(state.name) for state in scene.states]
+    heads = (*own, "equilibria.kind", "closed.values") if systems else ()
     attitudes = ["closed.attitude"] * len(told)
     return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *attitudes, *heads], rows)
 

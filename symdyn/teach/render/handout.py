@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from symdyn.algebra import Ratios, Symbol
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
@@ -17,10 +16,10 @@ from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
-from symdyn.teach.derivations.velocities import folded
-from symdyn.teach.document import Document, Formula, Step
+from symdyn.teach.derivations.own_states import with_states
+from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied, together
+from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.questions import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
@@ -54,20 +53,6 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     place = next((k for k, one in enumerate(document.sections) if one.key == "errata"), len(document.sections))
     both = prose.section("formulations", [table])
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
-
-
-def _with_rates(document: Document, declared: Scene) -> Document:
-    """Return a lesson with the rates of states, and without what holds for states that stay as they are."""
-    prose, states = Prose(document.scene, document.language, dict(document.names)), declared.states
-    names = together([Symbol(one.name) for one in states])
-    blocks = [
-        folded(prose, Formula(prose.rate(one.name, None).name, Ratios.form_of(one.rate.express(document.graph))))
-        for one in states
-    ]
-    step = Step("states", prose.say("states", names=names), tuple(blocks), prose.say("states.reason", names=names))
-    first, *others = [one for one in document.sections if not one.key.startswith("after.")]
-    sections = (first, prose.section("states", [step]), *others)
-    return replace(document, sections=sections, names=prose.names)
 
 
 def _turns_by_quaternion(scene: Scene) -> bool:
@@ -137,7 +122,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
-    document = _with_rates(document, declared) if declared.states else document
+    document = with_states(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())
     return document
