@@ -28,8 +28,9 @@ def said(step: Step) -> str:
 def test_states_are_not_known_and_their_forces_are_told() -> None:
     _, steps = lesson("dc_motor")
     known = str(steps["task"].blocks[0])
-    assert "'wanted'" in known and "'i'" not in known and "'n'" not in known
-    assert "Forces that depend on" in said(steps["task"]) and "Nothing drives" not in said(steps["task"])
+    assert "'wanted'" in known
+    assert not [name for name in ("'i'", "'n'") if name in known]
+    assert "Forces that depend on" in said(steps["task"])
     (table,) = (block for block in steps["acting"].blocks if isinstance(block, Table))
     assert "theta_dot" in str(table.rows[0][1])
 
@@ -37,7 +38,8 @@ def test_states_are_not_known_and_their_forces_are_told() -> None:
 def test_a_motor_rests_where_its_current_holds_the_weight() -> None:
     document, steps = lesson("dc_motor")
     current, angle = steps["states.rest"].blocks
-    assert isinstance(current, Formula) and str(current.right) == str(Symbol("wanted"))
+    assert isinstance(current, Formula)
+    assert current.right == Symbol("wanted")
     value = next(x for x in getattr(angle, "parts", ()) if isinstance(x, Form) and "wanted" in x.symbols)
     at = {"k": 0.08, "wanted": 5.0, "m": 0.5, "l": 0.3}
     (found,) = evaluate([value.express(document.graph)], Floats(), {document.graph.symbol(x): y for x, y in at.items()})

@@ -85,7 +85,7 @@ def said(step: Step) -> str:
 
 
 def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
-    l, m, M, k, s0, w = (*(GOVERNOR[x] for x in ("l", "m", "M", "k", "s0")), 12.0)
+    length, m, M, k, s0, w = (*(GOVERNOR[x] for x in ("l", "m", "M", "k", "s0")), 12.0)
     *_, form = [
         block.form.to_sympy() for block in step_of("governor", "eliminated").blocks if isinstance(block, Formula)
     ]
@@ -93,9 +93,11 @@ def test_a_governor_ends_in_one_equation_of_its_arm() -> None:
     assert names.isdisjoint({"beta", "s", "beta_dot", "s_dot"})
     a, u, f = 0.6, 0.7, 1.1
     found = number(form, **GOVERNOR, alpha=a, alpha_dot=u, alpha_ddot=f, phi_dot=w)
-    turning = 2 * (4 * m * l**2 + 0.1 * l**2 + 8e-4)  # both arms with balls
-    height = -(9.81 * M - 2 * k * l * cos(a) + k * s0) * -2 * l * sin(a) + 2 * 9.81 * (0.1 + 2 * m) * l * sin(a)
-    sleeve = 4 * M * l**2 * (sin(a) ** 2 * f + sin(a) * cos(a) * u**2)
+    turning = 2 * (4 * m * length**2 + 0.1 * length**2 + 8e-4)  # both arms with balls
+    height = -(9.81 * M - 2 * k * length * cos(a) + k * s0) * -2 * length * sin(a) + 2 * 9.81 * (
+        0.1 + 2 * m
+    ) * length * sin(a)
+    sleeve = 4 * M * length**2 * (sin(a) ** 2 * f + sin(a) * cos(a) * u**2)
     assert found == pytest.approx(turning * (f - w**2 * sin(a) * cos(a)) + sleeve + height)
 
 

@@ -24,7 +24,7 @@ from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
 from symdyn.teach.derivations.solved import quotient
 from symdyn.teach.derivations.steady import level_places
 from symdyn.teach.derivations.velocities import folded
-from symdyn.teach.document import Block, Document, Formula, Letter, Section, Step, Words
+from symdyn.teach.document import Block, Document, Formula, Letter, Section, Step
 from symdyn.teach.lesson import Lesson, Prose, named, together
 from symdyn.teach.shown_state import Chosen, choose_state
 
@@ -70,9 +70,9 @@ class Stateful:
     chosen: Chosen
 
     @property
-    def forces(self) -> list[Expr]:
-        """Return what acts beside drives and potential energy, along every velocity."""
-        return list(generalized_forces(self.lesson.scene, self.lesson.graph))
+    def forces(self) -> Sequence[Expr]:
+        """What acts beside drives and potential energy, along every velocity."""
+        return generalized_forces(self.lesson.scene, self.lesson.graph)
 
     def task(self) -> Step:
         """Return what is known and wanted: states are neither; they drive coordinates."""
@@ -125,19 +125,18 @@ class Stateful:
 
     def numbers(self, section: Section) -> Section:
         """Return the section with rates of states in the table of the state, and the energy that states store."""
-        lesson, units = self.lesson, {one.name: f"{one.unit}/s" for one in self.declared.states}
-        values = zip(self.x, self.chosen.of(*self.rates), strict=True)
-        rows = [(Symbol(f"d/dt {x.value}"), lesson.written(value), units[str(x.value)]) for x, value in values]
-        more = lesson.table(("symbol", "value", "unit"), rows)
-        names, steps = together(list(map(named, self.x))), []
-        for step in section.steps:
-            if step.key == "state":
-                table, *rest = step.blocks
-                assert isinstance(table, Table), "a state is a table"
-                blocks = (replace(table, rows=(*table.rows, *more.rows)), *rest)
-                step = replace(step, blocks=blocks, reason=lesson.say("states.chosen", names=names))
-            steps.append(step)
-        return replace(section, steps=(*steps, *self._energy()))
+        return replace(section, steps=(*map(self._with_rates, section.steps), *self._energy()))
+
+    def _with_rates(self, step: Step) -> Step:
+        if step.key != "state":
+            return step
+        lesson, units = self.lesson, [f"{one.unit}/s" for one in self.declared.states]
+        values = zip(self.x, map(lesson.written, self.chosen.of(*self.rates)), units, strict=True)
+        more = lesson.table(("symbol", "value", "unit"), [(Symbol(f"d/dt {x.value}"), *row) for x, *row in values])
+        table, *rest = step.blocks
+        assert isinstance(table, Table), "a state is a table"
+        reason = lesson.say("states.chosen", names=together(list(map(named, self.x))))
+        return replace(step, blocks=(replace(table, rows=(*table.rows, *more.rows)), *rest), reason=reason)
 
     def _energy(self) -> Iterator[Step]:
         """Yield the energy of every state whose force and rate exchange power."""
