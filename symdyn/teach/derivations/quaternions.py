@@ -17,6 +17,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat
+from symdyn.teach.derivations.eliminated import conserved_sections
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multiplier_steps import (
@@ -248,7 +249,8 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 2:
         sections += _equations(lesson, right)
     if last >= 3:
-        sections += [*closed_sections(lesson), *turning_sections(lesson, chosen)]
+        kept = conserved_sections(lesson) if lesson.ties else turning_sections(lesson, chosen)
+        sections += [*closed_sections(lesson), *kept]
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), *tied_power_steps(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]

@@ -34,9 +34,7 @@ EULER = ("psi", "theta", "phi")
 
 
 def turning_sections(lesson: Turning, chosen: Chosen) -> list[Section]:
-    """Return what is conserved, and steady motions; none of a mechanism that conditions tie."""
-    if lesson.ties:
-        return []
+    """Return what is conserved, and steady motions, of a mechanism that no conditions tie."""
     found = {
         "after.conserved": _conserved(lesson),
         "after.steady": [*_spins(lesson, chosen), *_top(lesson, chosen)],
