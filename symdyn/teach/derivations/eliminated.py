@@ -14,7 +14,7 @@ from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.precession import NO_FORM, shortened
 from symdyn.teach.derivations.solved_ties import closed_positions
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
@@ -143,11 +143,11 @@ def _sorted(lesson: Constrained, node: Expr) -> Form | None:
     try:
         for x in linear:
             (slope,) = gradient(node, [x])
-            if (shown := _short(lesson, slope)).terms:
+            if (shown := shortened(lesson, slope)).terms:
                 terms.append(shown.signed_product(named(x)))
         (rest,) = substitute([node], dict.fromkeys(linear, graph.zero))
-        return Form.sum((*terms, *_short(lesson, rest).terms))
-    except NO_SHORT_FORM:
+        return Form.sum((*terms, *shortened(lesson, rest).terms))
+    except NO_FORM:
         return None
 
 
@@ -156,18 +156,10 @@ def gradient_free(node: Expr, symbols: Sequence[Expr]) -> bool:
     return all(x.is_zero for x in gradient(node, symbols))
 
 
-def _short(lesson: Constrained, node: Expr) -> Form:
-    if (form := in_sines(lesson, node)) is not None:
-        return form
-    write = Quotients(lesson, [node])
-    form = quotient(*write.parts(write.known[node]))
-    return in_sines(lesson, form.express(lesson.graph)) or form
-
-
 def _same(a: Expr, b: Expr) -> bool:
     """Tell whether two nodes are the same function; False where that cannot be decided."""
     try:
         field = Ratios([difference := a - b])
         return evaluate([difference], field, field.values())[0].is_zero
-    except NO_SHORT_FORM:
+    except NO_FORM:
         return False

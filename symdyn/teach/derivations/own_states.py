@@ -9,11 +9,10 @@ that of a coil or of a spring. Then d/dt (E + ½ Λ x²) is what sources give an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 
-from symdyn.algebra import Form, Number, Power, Ratios, Symbol
+from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import Scene
@@ -21,8 +20,7 @@ from symdyn.table import Table
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import task_step
 from symdyn.teach.derivations.precession import NO_FORM, lowest, shortened
-from symdyn.teach.derivations.solved import quotient
-from symdyn.teach.derivations.steady import level_places
+from symdyn.teach.derivations.steady import level_places, plain
 from symdyn.teach.derivations.velocities import folded
 from symdyn.teach.document import Block, Document, Formula, Letter, Section, Step
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -76,8 +74,8 @@ class Stateful:
 
     def task(self) -> Step:
         """Return what is known and wanted: states are neither; they drive coordinates."""
-        lesson, names = self.lesson, {one.name for one in self.declared.states}
-        known = tuple(one for one in lesson.scene.parameters if one.name not in names)
+        lesson = self.lesson
+        known = tuple(one for one in lesson.scene.parameters if lesson.graph.symbol(one.name) not in self.x)
         shown = Lesson(replace(lesson.scene, parameters=known), lesson.language, lesson.names, graph=lesson.graph)
         step = task_step(shown)
         used = reachable(self.forces)
@@ -115,10 +113,11 @@ class Stateful:
         if len(slopes) != 1 or self._holds_states(slopes[0]):
             return
         try:
-            for key, places in level_places(Ratios.form_of(slopes[0]), named(state.q[0]), frozenset()):
+            level = Ratios.form_of(slopes[0])
+            for key, places in level_places(level, named(state.q[0]), frozenset()):
                 if key == "steady.wave":
                     (number,) = self.chosen.of(places["value"].express(lesson.graph))
-                    shown = {"wave": places["wave"], "value": _over_decimal(places["value"])}
+                    shown = {"wave": places["wave"], "value": plain(lesson, places["value"], level)}
                     yield lesson.say("states.wave", **shown, number=lesson.equals(number))
         except NO_FORM:
             return
@@ -174,22 +173,6 @@ class Stateful:
         yield Step("states.energy", claim, blocks, lesson.say("states.energy.reason", names=names), show=("energies",))
 
 
-def _over_decimal(form: Form) -> Form:
-    """Return a quotient whose number is a decimal below the line: k i/(9.81 m l) for 100 k i/(981 m l)."""
-    below = [
-        y for x in form.factors if isinstance(x, Power) and x.exponent < 0 for y in x.base.power(-x.exponent).factors
-    ]
-    above = [x for x in form.factors if not (isinstance(x, Power) and x.exponent < 0)]
-    number = Fraction(1)
-    for sign, side in ((1, above), (-1, below)):
-        for x in [x for x in side if isinstance(x, Number)]:
-            number *= x.value**sign
-            side.remove(x)
-    if number.denominator == 1 or 10**9 % number.numerator:
-        return form
-    return quotient([Form.product(above)], [Number(1 / number), *below])
-
-
 def _lowest(node: Expr) -> Expr:
     """Return a quotient in lowest terms, as it is where it has none."""
     try:
@@ -198,7 +181,7 @@ def _lowest(node: Expr) -> Expr:
         return node
 
 
-def _linear(node: Expr, unknown: Sequence[Expr], moving: Set[Expr]) -> tuple[Expr, Expr] | None:
+def _linear(node: Expr, unknown: Sequence[Expr], moving: set[Expr]) -> tuple[Expr, Expr] | None:
     """Return a state and its value where a rate is linear in it, and holds nothing else that moves; None elsewhere."""
     for x in unknown:
         (slope,) = gradient(node, [x])

@@ -282,7 +282,7 @@ def _in_numbers(one: Precession, spins: Mapping[int, float]) -> list[Block]:
         return []
     ((s, spin),) = one.spins.items()
     value = spins.get(s) or left.chosen.of(lesson.momenta[s] / one.M[s, s])[0]
-    rows = []
+    rows = list[list[str | Form]]()
     for part in PARTS:
         at = left.chosen.with_values({left.q: float(part) * math.pi, spin: value})
         a, b, d = (0.0 if part == HALF else at.of(one.a)[0], *at.of(one.b, one.d))
