@@ -12,7 +12,7 @@ from typing import ClassVar
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of, with_symbols
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
@@ -113,7 +113,7 @@ def walkthrough(
     ):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; {choice(value, known)}")
-    scene = apart(with_letters(scene.in_language(language), language), language)
+    scene = masses_first(apart(with_letters(scene.in_language(language), language), language))
     chosen = FORMULATIONS[formulation]
     until = until or chosen.until[-1]
     if until not in chosen.until:
@@ -139,6 +139,14 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
         return scene
     named, said = _axes_alike(with_symbols(scene, "all")), language_of(language).letter
     return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))
+
+
+def masses_first(scene: Scene) -> Scene:
+    """Return a scene whose masses, then moments of inertia, stand before other parameters: m l² is printed, not l² m."""
+    units = SceneUnits(scene).inferred
+    order = {"kg": 0, "kg m^2": 1}
+    parameters = sorted(scene.parameters, key=lambda one: order.get(units[one.name], len(order)))
+    return replace(scene, parameters=tuple(parameters))
 
 
 def _axes_alike(scene: Scene) -> Scene:
