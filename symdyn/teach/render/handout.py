@@ -142,7 +142,7 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
 
 
 def masses_first(scene: Scene) -> Scene:
-    """Return a scene whose masses, then moments of inertia, stand before other parameters: m l² is printed, not l² m."""
+    """Return a scene with masses, then moments of inertia, before other parameters: m l² is printed, not l² m."""
     units = SceneUnits(scene).inferred
     order = {"kg": 0, "kg m^2": 1}
     parameters = sorted(scene.parameters, key=lambda one: order.get(units[one.name], len(order)))
