@@ -9,6 +9,7 @@ import pytest
 import symdyn
 from symdyn.algebra import Form, Symbol
 from symdyn.algebra.numeric import Floats
+from symdyn.emit.print import text_of
 from symdyn.graph import Op, evaluate, gradient, reachable
 from symdyn.scene import parse
 from symdyn.table import Table
@@ -78,3 +79,10 @@ def test_what_a_state_stores_is_found_by_the_power_that_it_exchanges(name: str, 
 
 def test_nothing_is_stored_where_force_and_rate_exchange_no_power() -> None:
     assert "states.energy" not in lesson("actuator")[1]
+
+
+def test_decimals_of_the_scene_stay_decimals_where_an_equation_is_solved() -> None:
+    _, steps = lesson("dc_motor")
+    (form,) = (block.right for block in steps["explicit"].blocks if isinstance(block, Formula))
+    assert form is not None
+    assert text_of(form) == "(k*i - b*theta_dot - 9.81*m*l*sin(theta))/(m*l**2)"

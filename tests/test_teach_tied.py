@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from symdyn.emit.print import text_of
 from symdyn.scene import read
 from symdyn.table import Table
 from symdyn.teach.document import Document, Formula, Picture, Step, Words
@@ -124,3 +125,9 @@ def test_the_multiplier_of_a_rod_is_its_force() -> None:
 def test_what_a_closed_form_decides_is_not_said_to_be_missed() -> None:
     assert "does not find" not in said(step_of("governor", "equilibria.one"))
     assert "λ" not in said(step_of("governor", "equilibria"))  # there are no eigenvalues in its table
+
+
+def test_masses_stand_first_in_products_and_in_tables() -> None:
+    *_, ball = (block for block in step_of("governor", "kinetic:2b").blocks if isinstance(block, Formula))
+    assert [one.name for one in lesson("governor").scene.parameters] == ["m", "M", "J", "l", "k", "s0"]
+    assert text_of(ball.form).startswith("2*m*l**2")

@@ -144,8 +144,9 @@ def with_letters(scene: Scene, language: str = "en") -> Scene:
 def masses_first(scene: Scene) -> Scene:
     """Return a scene with masses, then moments of inertia, before other parameters: m l² is printed, not l² m."""
     units = SceneUnits(scene).inferred
-    order = {"kg": 0, "kg m^2": 1}
-    parameters = sorted(scene.parameters, key=lambda one: order.get(units[one.name], len(order)))
+    order = ("kg", "kg m", "kg m^2")
+    place = {one.name: order.index(units[one.name]) if units[one.name] in order else 3 for one in scene.parameters}
+    parameters = sorted(scene.parameters, key=lambda one: place[one.name])
     return replace(scene, parameters=tuple(parameters))
 
 
