@@ -38,7 +38,7 @@ def test_states_are_not_known_and_their_forces_are_told() -> None:
 
 def test_a_motor_rests_where_its_current_holds_the_weight() -> None:
     document, steps = lesson("dc_motor")
-    current, angle = steps["states.rest"].blocks
+    current, angle = steps["states:rest"].blocks
     assert isinstance(current, Formula)
     assert current.right == Symbol("wanted")
     value = next(x for x in getattr(angle, "parts", ()) if isinstance(x, Form) and "wanted" in x.symbols)
@@ -62,7 +62,7 @@ def test_the_state_of_a_lesson_has_the_rates_of_states() -> None:
 @pytest.mark.parametrize(("name", "energy"), [("dc_motor", "L*i**2/2"), ("caster", "C*s*alpha**2/2")])
 def test_what_a_state_stores_is_found_by_the_power_that_it_exchanges(name: str, energy: str) -> None:
     document, steps = lesson(name)
-    _, change = steps["states.energy"].blocks
+    _, change = steps["states:energy"].blocks
     assert isinstance(change, Formula)
     scene, graph = symdyn.example(name), document.graph
     stored = parse(energy).express(graph)
@@ -78,7 +78,7 @@ def test_what_a_state_stores_is_found_by_the_power_that_it_exchanges(name: str, 
 
 
 def test_nothing_is_stored_where_force_and_rate_exchange_no_power() -> None:
-    assert "states.energy" not in lesson("actuator")[1]
+    assert "states:energy" not in lesson("actuator")[1]
 
 
 def test_decimals_of_the_scene_stay_decimals_where_an_equation_is_solved() -> None:

@@ -94,7 +94,7 @@ class Stateful:
         blocks = list(self._letters())
         if not blocks:
             return found
-        step = Step("states.rest", lesson.say("states.rest"), tuple(blocks), lesson.say("states.rest.reason"))
+        step = Step("states:rest", lesson.say("states.rest"), tuple(blocks), lesson.say("states.rest.reason"))
         return [lesson.section("after.rests", [step, *(one for section in found for one in section.steps)])]
 
     def _letters(self) -> Iterator[Block]:
@@ -170,7 +170,7 @@ class Stateful:
         blocks = (Formula(whole.name, Form.sum((Symbol("E:"), *shown.terms))), Formula(change.name, form))
         names = together(list(map(named, told)))
         claim = lesson.say("states.energy", energy=shown, names=names)
-        yield Step("states.energy", claim, blocks, lesson.say("states.energy.reason", names=names), show=("energies",))
+        yield Step("states:energy", claim, blocks, lesson.say("states.energy.reason", names=names), show=("energies",))
 
 
 def _lowest(node: Expr) -> Expr:
