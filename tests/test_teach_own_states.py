@@ -77,6 +77,10 @@ def test_what_a_state_stores_is_found_by_the_power_that_it_exchanges(name: str, 
     assert left == pytest.approx(right)
 
 
+def test_nothing_is_told_of_rest_where_a_force_keeps_it_from_resting() -> None:
+    assert "states:rest" not in lesson("drive")[1]
+
+
 def test_nothing_is_stored_where_force_and_rate_exchange_no_power() -> None:
     assert "states:energy" not in lesson("actuator")[1]
 

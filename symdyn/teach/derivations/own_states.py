@@ -91,7 +91,7 @@ class Stateful:
         """Return where mechanism and states rest together: what follows in letters, and places in numbers."""
         lesson = self.lesson
         found = closed_sections(Prose(self.declared.in_language(lesson.language), lesson.language, lesson.names))
-        blocks = list(self._letters())
+        blocks = list(self._letters()) if found else []
         if not blocks:
             return found
         step = Step("states:rest", lesson.say("states.rest"), tuple(blocks), lesson.say("states.rest.reason"))
