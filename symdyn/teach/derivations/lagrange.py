@@ -143,8 +143,8 @@ def power_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     acting = [lesson.drives[i] + others[i].express(lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
-    parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
+    left, *parts = (0.0 if abs(x) <= NONE * size else x for x in (left, *parts))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
     blocks = (Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power)))
     right = " + ".join(map(lesson.written, parts)).replace("+ −", "− ")
