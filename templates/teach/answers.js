@@ -34,17 +34,21 @@ const Answers = (() => {
         }
       });
       if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean));
-      const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
-      const drawnValues = formulas.map(one => points.map(one.of));
-      const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
-      if (moving && moving.another) return forgot(["other", "", ""]);
-      if (moving && !moving.right && !told.right) return apart(key, formulas, told);
-      if (!moving || moving.right === told.right) return told;
-      return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
+      const cut = [...new Set(parts.filter((_, k) => !named[k]).flatMap(Formulas.starred))].join(", ");
+      return {...settledBy(key, formulas, named), stars: cut && words["answer.stars"].replace("{text}", () => cut)};
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
       return said(false, fault.key, fault.text);
     }
+  }
+  function settledBy(key, formulas, named) {
+    const moving = settled(key, formulas, named.some(name => name.startsWith("tau")));
+    const drawnValues = formulas.map(one => points.map(one.of));
+    const told = drawnValues.every(mine => mine.every(Number.isFinite)) ? compared(key, drawnValues) : said(false, "answer.undefined");
+    if (moving && moving.another) return forgot(["other", "", ""]);
+    if (moving && !moving.right && !told.right) return apart(key, formulas, told);
+    if (!moving || moving.right === told.right) return told;
+    return moving.right ? said(true, moving.word) : forgot(["other", "", ""]);
   }
 
   // A wrong answer's words, led by the terms that differ where these can be told apart

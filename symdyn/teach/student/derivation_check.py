@@ -31,6 +31,7 @@ from symdyn.teach.student.answer import (
     judged,
     less,
     minus,
+    short,
     untitled,
     without_slope,
 )
@@ -150,6 +151,8 @@ def check_derivation(
             equation = target.index[0] - 1 if target is not None and target.kind == "tau" else None
             told = _of_motion(untitled(filled, page), filled, equation, diagnosis)
             answers.append(_balanced(told, filled, equation, diagnosis))
+        told_as = " = ".join([*map(str, statement.targets), *map(short, statement.forms)])
+        answers[begun:] = [replace(one, read=told_as, stars=statement.stars) for one in answers[begun:]]
         known_answers[key_of] = answers[begun:]
     return answers
 

@@ -30,7 +30,7 @@ from typing import Any
 
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics.mechanism import body_placements
-from symdyn.emit.print import latex_symbols
+from symdyn.emit.print import latex_symbols, text_of
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import LONGEST, acceleration_name, velocity_name
@@ -332,6 +332,13 @@ class Names:
             return [[Function(CIRCULAR[word], ())]]
         ways = sorted(self._split(word), key=len)
         return [way for way in ways if len(way) == len(ways[0])]
+
+    def starred(self, word: str) -> str:
+        """Return a run of names with the stars that are read into it, m*g*l for mgl; "" for a name or none."""
+        ways = self.read(word)
+        pieces = ways[0] if len(ways) == 1 else []
+        shown = [x if isinstance(x, str) else text_of(x) if x.symbols else x.op.name.lower() for x in pieces]  # type: ignore[attr-defined]
+        return "*".join(shown) if len(pieces) > 1 else ""
 
     def _piece(self, word: str) -> str | Form | None:
         return self.symbols.get(word) or self.shorthands.get(word)

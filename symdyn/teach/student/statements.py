@@ -33,12 +33,14 @@ class Statement:
         targets: what is claimed to be known; none for an equation.
         forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
         near: of each formula those with one of its decimals off by half a unit of its last digit.
+        stars: runs of names that are read as products, as these: m*g*l for mgl.
     """
 
     line: int
     targets: tuple[Target, ...]
     forms: tuple[Form, ...]
     near: tuple[tuple[Form, ...], ...] = ()
+    stars: tuple[str, ...] = ()
 
     def written(self, by: Callable[[Form], Form]) -> Statement:
         """Return the statement with its formulas written in another way."""
@@ -199,6 +201,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
         targets, given[0] = [target], target
     forms = []
     near = []
+    stars: list[str] = []
     for part, known, end in zip(parts, given, ends, strict=True):
         if known is not None:
             continue
@@ -208,9 +211,10 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             continue
         forms.append(parse(from_text, part, names, end))
         near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
+        stars += [names.starred(token.text) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
-    return Statement(line, tuple(targets), tuple(forms), tuple(near))
+    return Statement(line, tuple(targets), tuple(forms), tuple(near), tuple(dict.fromkeys(filter(None, stars))))
 
 
 def _names(word: str, target: Target, names: Names) -> bool:
