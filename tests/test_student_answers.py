@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from test_student_letters import WHEEL
 
 from symdyn.algebra.form import Form
 from symdyn.cli import main
-from symdyn.scene import read
+from symdyn.scene import read, read_text
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.questions import questions_of
 from symdyn.teach.student.answer import in_words
@@ -20,6 +21,7 @@ from symdyn.teach.student.course import Course
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.grammar import Names
 from symdyn.teach.student.mistakes import RULES, mistakes
+from symdyn.teach.student.statements import starred
 
 ROOT = Path(__file__).parent.parent
 COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
@@ -151,9 +153,11 @@ def test_a_line_tells_how_it_was_read_and_where_stars_were_put_in(tmp_path: Path
     assert '"stars": [ "m2*h1*h2" ]' in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize(("word", "stars"), [("m2gh2", "m2*g*h2"), ("m2gcos", "m2*g*cos"), ("h2", ""), ("m2xh2", "")])
+@pytest.mark.parametrize(
+    ("word", "stars"), [("m2gh2", "m2*g*h2"), ("m2gcos", "m2*g*cos(...)"), ("h2", ""), ("m2xh2", "")]
+)
 def test_stars_are_put_in_where_all_pieces_are_names(word: str, stars: str) -> None:
-    assert Names(read(ROOT / "examples" / "two_link.toml")).starred(word) == stars
+    assert starred(word, Names(read(ROOT / "examples" / "two_link.toml"))) == stars
 
 
 @pytest.mark.runs("node")
@@ -170,6 +174,43 @@ def test_a_page_tells_which_stars_were_put_in(monkeypatch: pytest.MonkeyPatch) -
 
     assert [one["right"] for one in told] == [True, True, False]
     assert [one.get("stars", "") for one in told] == ["Read as m2*h2 (stars put in).", "", ""]
+
+
+def test_a_length_called_l_is_no_lagrangian() -> None:
+    scene = read_text(
+        (ROOT / "examples" / "pendulum.toml")
+        .read_text(encoding="utf-8")
+        .replace('"-l"', '"-L"')
+        .replace("l = {", "L = {"),
+        "p.toml",
+    )
+
+    (answer,) = check_derivation("1/2 m L^2 q1'^2 + m g L cos(q1)", scene, target="L")
+
+    assert answer.right
+
+
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+def test_a_page_takes_multipliers_times_conditions_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    benchmark, scene = _benchmark(monkeypatch), read_text(WHEEL, "wheel.toml")
+    course, energy = Course(scene), "1/2*m*x_dot**2 + 1/2*J*phi_dot**2"
+    right = course.value("L:", course.right)
+    assert right is not None
+
+    added = ("", " + lambda1*(x - r*phi)", " + lambda1*(x + r*phi)", " + lambda1*(x_dot - r*phi_dot)")
+    told = benchmark.told_by_page(scene, {"L:": ("L:", Form.of(right))}, [("L:", energy + one) for one in added])
+
+    assert [one["right"] for one in told] == [True, True, False, False]
+    assert "lambda1" in told[1]["text"]
+    assert all(language_of("en").mistakes["multiplier"] in one["text"] for one in told[2:])
+
+
+def test_a_condition_that_is_differentiated_is_told_as_one() -> None:
+    (answer,) = check_derivation("x'' = r phi''", read_text(WHEEL, "wheel.toml"), target="tau1")
+
+    assert answer.mistake is not None
+    assert answer.mistake.rule == "row"
 
 
 def test_no_rule_is_told_with_a_place_left_open() -> None:

@@ -42,7 +42,7 @@ const Answers = (() => {
     }
   }
   function settledBy(key, formulas, named) {
-    const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => one.of({...points[0], [name]: NaN}) !== one.of(points[0]))) : [];
+    const energy = motions && free.includes(key), names = energy ? motions.multipliers.filter(name => formulas.some(one => Terms.used(one.of, points[0]).has(name))) : [];
     if (!names.length) return judgedAs(key, formulas, named);
     if (!formulas.every(one => conditions(one.of))) return forgot(["multiplier", "", ""]);
     const none = Object.fromEntries(names.map(name => [name, 0])), alone = formulas.map(one => ({of: p => one.of({...p, ...none}), near: []}));
@@ -88,8 +88,7 @@ const Answers = (() => {
   // Whether terms of an equation differ in units, see symdyn.teach.student.diagnosis
   function mixed(key, of) {
     if (!has(QUESTIONS.named, key)) return false;
-    const used = new Set(), near = [-4, -3, -2, -1, 0, 1, 2, 3, 4];
-    of(new Proxy(points[0], {get: (point, name) => { used.add(name); return point[name]; }}));
+    const used = Terms.used(of, points[0]), near = [-4, -3, -2, -1, 0, 1, 2, 3, 4];
     const ratio = of(points[scaled]) / of(points[0]), [kg, m, s] = QUESTIONS.scales;
     if (!QUESTIONS.named[key].every(name => used.has(name)) || !Number.isFinite(ratio) || ratio === 0) return false;
     return !near.some(a => near.some(b => near.some(c => Math.abs(kg ** a * m ** b * s ** c / ratio - 1) < 1e-9)));

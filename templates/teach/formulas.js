@@ -166,7 +166,7 @@ const Formulas = (() => {
 
   // Runs of names among tokens with the stars that are read into them: m*g*l for mgl
   function starred(list) {
-    const shown = part => part.name || part.function || `${part.short[0]}(${part.short[1].join(" + ")})`;
+    const shown = part => part.name || (part.function && `${part.function}(...)`) || `${part.short[0]}(${part.short[1].join(" + ")})`;
     return list.filter(token => token.kind === "word").flatMap(token => {
       try {
         const pieces = read(token.text);

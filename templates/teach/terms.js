@@ -14,8 +14,7 @@ const Terms = (() => {
 
   // What differs in a wrong answer: rules, kinds and terms, the cheapest first; null where that cannot be told
   function told(key, of, rule) {
-    const every = QUESTIONS.terms[key], multipliers = QUESTIONS.motions.multipliers, used = new Set();
-    of(new Proxy(apart.points[0], {get: (point, name) => { used.add(name); return point[name]; }}));
+    const every = QUESTIONS.terms[key], multipliers = QUESTIONS.motions.multipliers, used = symbols(of, apart.points[0]);
     const tied = multipliers.some(name => used.has(name));
     const ways = every.filter(one => one.multipliers || !tied).map(one => [one, explained(one, of)]).filter(([one, found]) => found && (tied || !one.multipliers || found.rules.join() === "untied"));
     if (!ways.length) return null;
@@ -136,5 +135,11 @@ const Terms = (() => {
     if (f || g) return [(f && g) || !units ? "trig" : "dimension"];
     return [unit === below ? "index" : "dimension"];
   }
-  return {told};
+  // The symbols that a formula asks for
+  function symbols(of, point) {
+    const names = new Set();
+    of(new Proxy(point, {get: (values, name) => { names.add(name); return values[name]; }}));
+    return names;
+  }
+  return {told, used: symbols};
 })();

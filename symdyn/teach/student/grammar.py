@@ -30,7 +30,7 @@ from typing import Any
 
 from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics.mechanism import body_placements
-from symdyn.emit.print import latex_symbols, text_of
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import LONGEST, acceleration_name, velocity_name
@@ -220,6 +220,9 @@ PAGE: Mapping[str, Any] = {
 """What the program of a page reads."""
 
 
+ENERGIES = tuple(
+    (letter, "K" if letter in ("K", "T", "Ek") else "P") for letter in ("K", "T", "Ek", "P", "V", "U", "Ep")
+)
 FEW = 9  # joints, while digits side by side are read as joint numbers
 FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes
 CIRCULAR = {letter: Op[name.upper()] for letter, name in SHORT.items()}
@@ -333,13 +336,6 @@ class Names:
         ways = sorted(self._split(word), key=len)
         return [way for way in ways if len(way) == len(ways[0])]
 
-    def starred(self, word: str) -> str:
-        """Return a run of names with the stars that are read into it, m*g*l for mgl; "" for a name or none."""
-        ways = self.read(word)
-        pieces = ways[0] if len(ways) == 1 else []
-        shown = [x if isinstance(x, str) else text_of(x) if x.symbols else x.op.name.lower() for x in pieces]  # type: ignore[attr-defined]
-        return "*".join(shown) if len(pieces) > 1 else ""
-
     def _piece(self, word: str) -> str | Form | None:
         return self.symbols.get(word) or self.shorthands.get(word)
 
@@ -381,8 +377,7 @@ class Names:
 
     def nearest(self, word: str) -> str:
         """Return a hint for an unknown word."""
-        near = len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
-        if near:
+        if near := len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5):
             return f"did you mean {self.symbols[near[0]]}?"
         known = list(dict.fromkeys(self.symbols.values()))
         return f"known are {', '.join(known[:14])}{', ...' if len(known) > 14 else ''}"
@@ -400,7 +395,7 @@ class Names:
     def stages(self) -> Iterator[tuple[str, Target]]:
         """Yield words for what stands on the way to the equations: K_2, P_2, v_2^2, dL/dq_1, d/dt dL/dq_1'."""
         for tag in self.tags:
-            for letter, kind in (("K", "K"), ("T", "K"), ("Ek", "K"), ("P", "P"), ("V", "P"), ("U", "P"), ("Ep", "P")):
+            for letter, kind in ENERGIES:
                 yield f"{letter}{tag}", Target(f"{kind}_{tag}", (), f"{kind}:{tag}")
             yield f"v{tag}squared", Target(f"v_{tag}^2", (), f"v2:{tag}")
         if len(self.tags) == 1:
@@ -431,8 +426,7 @@ class Names:
             for j in n:
                 found[f"kz{i}{j}"] = found[f"M{i}{j}"] = Target("k_z", (i, j))
                 found[f"kD{i}{j}"] = Target("k_D", (i, j))
-                for k in range(j + 1, len(n) + 1):
-                    found[f"kC{i}{j}{k}"] = Target("k_C", (i, j, k))
+                found |= {f"kC{i}{j}{k}": Target("k_C", (i, j, k)) for k in range(j + 1, len(n) + 1)}
             if len(n) == 2:
                 found[f"kC{i}"] = Target("k_C", (i, 1, 2))  # the only one, as (5.40) calls it
         for i, drive in enumerate(self.scene.drives, 1):
@@ -441,13 +435,10 @@ class Names:
         for name in [name for name in self.symbols if name in found and found[name].kind in ("k_z", "k_D", "k_C")]:
             if self.symbols[name] in {p.name for p in self.scene.parameters}:
                 del found[name]
-        for name in self.places:
-            if name not in self.symbols:
-                found[name] = Target(name)
+        found |= {name: Target(name) for name in self.places if name not in self.symbols}
         for word, target in self.stages:
             if word not in self.symbols:
                 found.setdefault(word, target)
-        energies = {"K": "K", "T": "K", "Ek": "K", "P": "P", "V": "P", "U": "P", "Ep": "P", "L": "L"}
-        for name, kind in energies.items():
+        for name, kind in (*ENERGIES, ("L", "L")):
             found.setdefault(name, Target(kind))
         return found

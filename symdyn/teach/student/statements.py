@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.algebra import Form
 from symdyn.arguments import argument
+from symdyn.emit.print import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.differences import half_unit
@@ -211,10 +212,18 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             continue
         forms.append(parse(from_text, part, names, end))
         near.append(tuple(parse(from_text, changed, names, end) for changed in _rounded(part)))
-        stars += [names.starred(token.text) for token in part if token.kind == "word"]
+        stars += [starred(token.text, names) for token in part if token.kind == "word"]
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
     return Statement(line, tuple(targets), tuple(forms), tuple(near), tuple(dict.fromkeys(filter(None, stars))))
+
+
+def starred(word: str, names: Names) -> str:
+    """Return a run of names with the stars that are read into it, m*g*l for mgl; "" for a name or none."""
+    ways = names.read(word)
+    pieces = ways[0] if len(ways) == 1 else []
+    shown = [x if isinstance(x, str) else text_of(x) if x.symbols else f"{x.op.name.lower()}(...)" for x in pieces]  # type: ignore[attr-defined]
+    return "*".join(shown) if len(pieces) > 1 else ""
 
 
 def _names(word: str, target: Target, names: Names) -> bool:
