@@ -109,7 +109,7 @@ def questions_of(scene: Scene, requested: Mapping[str, tuple[str, Form]], langua
         "marks": {"plain": points.marks(), "free": points.marks(True)},
         "pairs": points.pairs,
         "motions": _motions(diagnosis, requested),
-        "terms": {key: found for key, (left, _) in requested.items() if (found := _terms(diagnosis, left))},
+        "terms": {key: told for key, (left, _) in requested.items() if (told := _terms(diagnosis, left))},
         "apart": _apart(diagnosis),
         "grammar": PAGE,
         "speeds": SPEEDS.pattern,

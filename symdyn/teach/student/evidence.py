@@ -331,8 +331,8 @@ def _equations(course: Course, weights: Sequence[Expr], joints: Sequence[int]) -
         turned = len(joints) == 1 and units[j] == "rad" and children[course.scene.coordinates[j]] == mass.body.name
         yield ("steiner" if turned and part.rigid else "body", None, own)
     for angles in from_ground(course):
-        turned = gravity - substitute([gravity], angles)[0]
-        yield ("absolute", None, [(course.slope(turned, state.q[j]), j) for j in joints])
+        off = gravity - substitute([gravity], angles)[0]
+        yield ("absolute", None, [(course.slope(off, state.q[j]), j) for j in joints])
     still = [zero] * state.n
     yield from _bodies(course, lambda K: [(course.steps(j, K, zero)[0], j) for j in joints])
     yield from _bodies(course, lambda K: [(course.balance(j, K, zero, still), j) for j in joints], turning=True)
