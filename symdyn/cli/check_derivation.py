@@ -35,7 +35,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         give([answer.as_dict() | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
     else:
-        print_text("\n".join(line for lines in words for line in lines))
+        read = [[printable(line) for line in answer.as_read(options.language)] for answer in answers]
+        print_text("\n".join(line for pair in zip(words, read, strict=True) for lines in pair for line in lines))
     return 0 if all(answer.right for answer in answers) else 1
 
 
