@@ -128,7 +128,6 @@ def _called(
 
 
 def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    """Return functions of a scene, its parameters free."""
     w = Workspace(scene.scene, scene.closing)
     names = ["inverse_dynamics"]
     if w.scene.is_constrained:
@@ -149,7 +148,6 @@ def _kinematics(w: Workspace) -> Function:
 
 
 def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
-    """Return the rates of kinematics, rows and Jacobians."""
     w = Workspace(scene.scene, scene.closing)
     names = ["constraint_jacobian"] if w.scene.is_constrained else []
     names += [f"jacobian:{name}" for name in points_on_paths]
@@ -373,14 +371,12 @@ def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Ar
 
 
 def _own(scene: Scene) -> dict[str, Law]:
-    """Return the laws that the scene itself prescribes."""
     values = parameter_values(scene)
     moved = [joint for joint in scene.joints if joint.motion is not None]
     return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
 
 
 def _laws(scene: Scene, motion: SceneMotion, start: Array) -> dict[str, Law]:
-    """Return a law for every coordinate, in order."""
     own = _own(scene)
     return {
         name: motion.laws.get(name) or own.get(name) or constant(float(x))

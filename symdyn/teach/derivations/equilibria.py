@@ -14,7 +14,7 @@ those of `symdyn linearize`, of the motion that loops and rolling leave free.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -29,6 +29,7 @@ from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Joint, Pose
 from symdyn.teach.derivations.reduced import zero
+from symdyn.teach.derivations.solved import LONGEST, in_decimals, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -154,17 +155,24 @@ MOVES = 1e-9
 """Rates, rad/s or m/s, that are none."""
 
 
-def closed_sections(lesson: Prose) -> list[Section]:
-    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
-    rest, idle = _rests(lesson)
+def closed_sections(
+    lesson: Prose, known: Step | None = None, told: Callable[[Array], bool] = lambda q: True
+) -> list[Section]:
+    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is.
+
+    `known` says where it rests without a search; of what a search finds, places that are `told` are listed.
+    """
+    rest, idle = (known, ()) if known else _rests(lesson, told)
     steps = [step for step in (rest, _steady(lesson, idle)) if step is not None]
     return [lesson.section("after.rests", steps)] if steps else []
 
 
-def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
+def _rests(lesson: Prose, told: Callable[[Array], bool]) -> tuple[Step | None, Sequence[str]]:
     """Return where it rests, None where that is everywhere, and coordinates that do not matter."""
     try:
         found = rests(lesson.scene)
+        places, crossings = (tuple(x for x in some if told(x.q)) for some in (found.places, found.crossings))
+        found = replace(found, places=places, crossings=crossings)
         systems = found.systems
     except FAULTS:
         return None, ()
@@ -177,9 +185,9 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
         blocks += [lesson.say("closed.crossings"), _places(lesson, found.crossings, found.idle)]
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
     if found.idle:
-        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
+        blocks.append(lesson.say("equilibria.idle", names=together([Symbol(name) for name in found.idle])))
     blocks += families(lesson, found.places, found.more)
-    reason = lesson.say(f"{of}.reason")
+    reason = lesson.say(f"{of}.reason") if systems else Words(())
     step = Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
     return step, found.idle
 
@@ -191,24 +199,24 @@ def _places(
     scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
     told = {one.name: [_attitude(lesson, one, place) for place in places] for one in scene.moving if one.velocities}
     told = {name: words for name, words in told.items() if all(words)}
+    bodies = {one.name: one.child for one in scene.moving}
     turned = {q for one in scene.moving if one.name in told for q in one.coordinates[-4:]}
     shown = [k for k, q in enumerate(scene.coordinates) if q not in idle and q not in turned]
     rows: list[list[str | Words]] = [
         [
             *(_with_unit(lesson, float(place.q[k]) + 0.0, units[k]) for k in shown),
-            *(lesson.say(words[n], body=_child(scene, name)) for name, words in told.items()),
+            *(lesson.say(words[n], body=bodies[name]) for name, words in told.items()),
         ]
         for n, place in enumerate(places)
     ]
     for row, one in zip(rows, systems, strict=False):  # there may be none
+        states = zip(scene.states, one.point.u[len(scene.velocities) :], strict=True)
+        row += [_with_unit(lesson, float(x), state.unit or "1") for state, x in states]
         row += [lesson.say(f"closed.{one.stability.verdict}"), eigenvalues(lesson, _moving(one))]
-    heads = ("equilibria.kind", "closed.values") if systems else ()
-    attitudes = ["closed.attitude"] * len(told)
-    return lesson.table([*(Symbol(scene.coordinates[k]) for k in shown), *attitudes, *heads], rows)
-
-
-def _child(scene: Scene, joint: str) -> str:
-    return next(one.child for one in scene.joints if one.name == joint)
+    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), *["closed.attitude"] * len(told)]
+    if systems:
+        heads += [*(Symbol(one.name) for one in scene.states), "equilibria.kind", "closed.values"]
+    return lesson.table(heads, rows)
 
 
 def _attitude(lesson: Prose, joint: Joint, place: Equilibrium) -> str:
@@ -253,11 +261,11 @@ def _steady(lesson: Prose, idle: Sequence[str]) -> Step | None:
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
     verdict = lesson.say(f"closed.{one.stability.verdict}")
-    told = lesson.say("closed.next", kind=verdict, values=eigenvalues(lesson, _moving(one)))
+    key = "closed.next.driven" if any(scene.drives) else "closed.next"
+    told = lesson.say(key, kind=verdict, values=eigenvalues(lesson, _moving(one)))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
-    return Step(
-        "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
-    )
+    claim, reason = lesson.say("closed.steady"), lesson.say("closed.steady.reason")
+    return Step("steady", claim, blocks, reason, show=("centrifugal",))
 
 
 def _with_unit(lesson: Prose, x: float, unit: str) -> str:
@@ -280,9 +288,6 @@ def _moving(one: Linearization) -> list[complex]:
 
 MOST_FREEDOMS = 3
 """Of formulas and pictures; numbers are told of more."""
-
-LONGEST = 40
-"""Terms and factors of a formula that is shown."""
 
 ANGLE, PART = 0.35, 0.15
 """The largest displacement in a picture: of an angle, rad, and of a length over the extent of the mechanism."""
@@ -355,14 +360,6 @@ def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, ch
     return [*blocks, *_frequencies(lesson, matrices, modes, tag, chosen)]
 
 
-def short_form(lesson: Lesson, node: Expr) -> Form:
-    """Return a node in the ring of the lesson, or as a quotient where a spring is none of the ring's."""
-    try:
-        return lesson.short(node)
-    except (DerivationError, KeyError):
-        return Ratios.form_of(node)
-
-
 def _frequencies(
     lesson: Lesson, matrices: Sequence[Sequence[Sequence[Expr]]], modes: Modes, tag: str, chosen: Chosen
 ) -> list[Block]:
@@ -378,7 +375,7 @@ def _frequencies(
     shown: dict[int, list[Block]] = {}
     left = dict(enumerate((square for square, _ in modes), 1))
     for monic, times in found:
-        forms = [field.form(x) for x in monic[1:]]
+        forms = [in_decimals(field.form(x)) for x in monic[1:]]
         roots = np.roots([1.0, *chosen.of(*(x.express(lesson.graph) for x in forms))]).real
         count, *_ = sorted(_taken(left, float(root)) for root in np.repeat(roots, times))
         key, index = f"near:{tag}:omega:{count}", (tag, str(count)) if len(found) > 1 else (tag,)

@@ -13,13 +13,10 @@ from symdyn.algebra import Floats, Form, Function, Number, Power, Ratios, Symbol
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import in_sines
+from symdyn.teach.derivations.solved import LONGEST, in_sines
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Formula, Step
 from symdyn.teach.lesson import named
-
-LONGEST = 40
-"""Terms and factors of a solution that is shown."""
 
 CLOSED = 1e-6
 """rad or m: what a condition is at an assembled position, at most."""
@@ -61,6 +58,15 @@ def solutions(lesson: Constrained, unknown: Sequence[Symbol]) -> dict[Form, Form
         found[atom] = value
         if isinstance(atom, Function):
             found |= _others(lesson, atom, value, at, forms)
+
+
+def closed_positions(lesson: Constrained, unknown: Sequence[int]) -> dict[Expr, Expr]:
+    """Return coordinates and waves of them by the others; none where one has a root, or does not follow alone."""
+    graph, q = lesson.graph, [lesson.state.q[k] for k in unknown]
+    found = {x.express(graph): value.express(graph) for x, value in solutions(lesson, list(map(named, q))).items()}
+    used = reachable(list(found.values()))
+    known = found.keys() >= set(q) and not set(q).intersection(used) and not any(x.op is Op.SQRT for x in used)
+    return found if known else {}
 
 
 def _told(wave: Form, found: Solutions) -> bool:
