@@ -63,6 +63,8 @@ coordinates = ["psi", "theta", "phi"]
 drive = false
 """
 
+ROTOR = SPHERICAL.replace('coordinate = "theta"', 'coordinate = "theta"\narmature = 0.3')
+
 
 def values_of(scene: Scene, q: list[float], u: list[float], more: dict[str, float]) -> dict[str, float]:
     known = {one.name: float(one.value.at({})) for one in scene.parameters if one.value is not None}
@@ -84,7 +86,7 @@ def group(groups: list[Group], title: str) -> Group:
     return next(one for one in groups if one.title == title)
 
 
-@pytest.fixture(params=["two_link", "cart_pole", "gallery/furuta", "TOP", "SPHERICAL"])
+@pytest.fixture(params=["two_link", "cart_pole", "gallery/furuta", "TOP", "SPHERICAL", "ROTOR"])
 def scene(request: pytest.FixtureRequest) -> Scene:
     if request.param.isupper():
         return read_text(globals()[request.param])

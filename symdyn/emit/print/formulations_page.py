@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
 from symdyn.rounding import digits_or, requested_digits
 from symdyn.scene import Scene
-from symdyn.spatial import Vec, add, cross, dot
+from symdyn.spatial import Vec
 
 LONGEST = 30
 """Terms and factors of a solved velocity up to which it is put in; longer ones stay a linear system."""
@@ -175,12 +175,7 @@ def routh(scene: Scene) -> Iterator[Group]:
     """
     closed = _open(scene, "Routh's equations")
     page, graph = Printable.of(closed, lengths=None), closed.state.q[0].graph
-    L = closed.K - closed.P
-    cyclic = [
-        i
-        for i, q in enumerate(closed.state.q)
-        if not closed.ring.derivative(L, q) and not page.right[i].terms and not page.gravity(i).terms
-    ]
+    cyclic = Workspace(scene).cyclic
     if not cyclic or len(cyclic) == closed.n:
         which = "every coordinate is" if cyclic else "no coordinate is"
         why = (
@@ -251,10 +246,10 @@ def kane(scene: Scene) -> Iterator[Group]:
     w = _workspace(scene, "Kane's equations")
     system, n = w.kane, range(w.state.n)
     shares = [part.along(part.inertia_force) for part in system.bodies]
-    active, inertia = system.active_forces(), system.inertia_forces()
+    active, inertia, rotors = system.active_forces(), system.inertia_forces(), system.rotor_forces()
     nodes = [x for part in system.bodies for twist in part.partial for v in twist for x in v]
     nodes += [x for part in system.bodies for x in (*part.v, *part.w)]
-    write = _written(w, [*nodes, *(x for share in shares for x in share), *active, *inertia])
+    write = _written(w, [*nodes, *(x for share in shares for x in share), *active, *inertia, *rotors])
     named, forces = _drives(scene), _fresh(scene, ("F", "Q", "Fr"), n)
     for part, share in zip(system.bodies, shares, strict=True):
         rows = [*_vector("v", part.v, write), *_vector("w", part.w, write)]
@@ -263,6 +258,9 @@ def kane(scene: Scene) -> Iterator[Group]:
         rows += [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, share, strict=True)]
         text = "velocities, partial velocities (ground axes), and its share of F*; what is not listed is 0"
         yield Group(f"{part.body}", text, tuple(row for row in rows if row.form != Number.ZERO))
+    turned = [Row(f"{forces[r]}*", rf"F^*_{{{r + 1}}}", write(x)) for r, x in zip(n, rotors, strict=True)]
+    if rows := [row for row in turned if row.form != Number.ZERO]:
+        yield Group("Rotors", "the share of the armatures of joints in F*", tuple(rows))
     rows = [Row(forces[r], f"F_{{{r + 1}}}", Form.sum((named[r], write(x)))) for r, x in zip(n, active, strict=True)]
     yield Group("Active forces", "weights, drives, and what else does work", tuple(rows))
     sums = [Form.sum((named[r], write(active[r]), write(inertia[r]))) for r in n]
@@ -272,16 +270,8 @@ def kane(scene: Scene) -> Iterator[Group]:
 def appell(scene: Scene) -> Iterator[Group]:
     """Yield S, without what holds no acceleration, and ∂S/∂u̇ = Q for every velocity."""
     w = _workspace(scene, "Appell's equations")
-    system, graph = w.kane, w.graph
-    S = [graph.zero]
-    for part in system.bodies:
-        a, dw, omega = part.a, part.dw, part.w
-        S.append(part.m * dot(a, a) / 2 + dot(part.dw, part.I @ dw) / 2 + dot(dw, cross(omega, part.I @ omega)))
-        S.append(dot(a, _carried(part.h, omega, dw)))
-    whole = graph.total(S)
-    total = whole - substitute([whole], dict.fromkeys(w.state.qdd, graph.zero))[0]
+    total, active = w.kane.gibbs_function(), w.kane.active_forces()
     slopes = gradient(total, w.state.qdd)
-    active = system.active_forces()
     write = _written(w, [total, *slopes, *active])
     named = _drives(scene)
     text = "S = sum of m a^2/2 and of what turns, without what holds no acceleration"
@@ -290,10 +280,6 @@ def appell(scene: Scene) -> Iterator[Group]:
     sums = [Form.sum((row.form, named[r].negative, write(active[r]).negative)) for r, row in enumerate(rows)]
     yield Group("Appell's equations", "0 = dS/dudot - Q", tuple(Row("0", "0", x) for x in sums),
                 r"$\partial S/\partial \dot u_r - Q_r = 0$:")  # fmt: skip
-
-
-def _carried(h: Vec, w: Vec, dw: Vec) -> Vec:
-    return add(cross(dw, h), cross(w, cross(w, h)))
 
 
 def _vector(name: str, v: Vec, write: Forms) -> list[Row]:

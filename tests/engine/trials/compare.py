@@ -134,6 +134,11 @@ class Truth:
         """Mass matrix of the spanning tree."""
         return self.still.columns.T @ self.still.inertias()[0] @ self.still.columns + self.armature
 
+    def massless(self, u: list[int]) -> bool:
+        """Whether some motion of the spanning tree moves no mass."""
+        sizes = np.linalg.eigvalsh(self.M[np.ix_(u, u)]) if u else np.ones(1)
+        return bool(sizes[0] < 1e-12 * sizes[-1])
+
     @cached_property
     def c(self) -> Array:
         """Velocity forces of the spanning tree."""
@@ -246,6 +251,7 @@ class Trial:
         return held or {
             "positions": True,  # few loops have a closed form
             "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost,
+            "hamiltonian": self.truths[0].massless(self.code.u),
             "reactions": loose, "forward_reactions": loose or lost,
             **dict.fromkeys(CENTROIDAL, not centre(self.truths[0])[0]),
         }.get(name, False)  # fmt: skip
@@ -255,6 +261,7 @@ class Trial:
         known = {
             "q": [x.q for x in truths], "u": [x.u for x in truths], "t": [x.t for x in truths],
             "du": [getattr(x, solution).du for x in truths], "tau": [x.tau for x in truths],
+            "p": [x.M @ x.u for x in truths],
         }  # fmt: skip
         return self.code(request, **known | more)
 
@@ -493,6 +500,8 @@ COMPARED: Mapping[str, Comparison] = {
     "momentum": forces_of(lambda x: x.M @ x.u),
     "kinetic_energy": equal(lambda x: x.u @ x.M @ x.u / 2),
     "potential_energy": equal(potential),
+    "hamiltonian": equal(lambda x: x.u @ x.M @ x.u / 2 + potential(x)),
+    "gibbs_function": equal(lambda x: x.given.du @ (x.M @ x.given.du / 2 + x.c)),
     "prescribed_motion": equal(closed_form_rows),
     "coriolis_matrix": products,
     "k_C": products,
