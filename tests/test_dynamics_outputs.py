@@ -275,7 +275,7 @@ def exists(name: str) -> None:
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
 
 
-UNWRITTEN = {**CENTROIDAL, **REGRESSORS, **PASSIVITY, **CANONICAL}
+UNWRITTEN = {*CENTROIDAL, *REGRESSORS, *PASSIVITY, *CANONICAL, "constraint_forces"}
 
 
 def default_in(name: str) -> None:

@@ -143,7 +143,12 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
         found = [name for name in found if not OUTPUTS[name].cubic]
     body = scene.bodies[-1]
     if asked == "kinematics":
-        found += [*of_place(body.name), *CENTROIDAL, *CANONICAL]
+        found += [
+            *of_place(body.name),
+            *CENTROIDAL,
+            *CANONICAL,
+            *(["constraint_forces"] if scene.is_constrained else []),
+        ]
         if body.com is not None and not body.particles:  # what is about a body is taken by verify alone
             found += [f"{name}:{body.name}" for name, row in OUTPUTS.items() if row.place == "body"]
     suffix = "" if axes == "body" else f":{axes}"

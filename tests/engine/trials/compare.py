@@ -250,7 +250,7 @@ class Trial:
         loose = all(len(truth.given.loose[2]) for truth in self.truths)
         return held or {
             "positions": True,  # few loops have a closed form
-            "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost,
+            "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost, "constraint_forces": lost,
             "hamiltonian": self.truths[0].massless(self.code.u),
             "reactions": loose, "forward_reactions": loose or lost,
             **dict.fromkeys(CENTROIDAL, not centre(self.truths[0])[0]),
@@ -258,7 +258,7 @@ class Trial:
 
     def called(self, request: str, truths: list[Truth], solution: str = "given", **more: Any) -> Array:
         """Return a function at states, with the motion that is given or found."""
-        known = {
+        known: dict[str, Any] = {
             "q": [x.q for x in truths], "u": [x.u for x in truths], "t": [x.t for x in truths],
             "du": [getattr(x, solution).du for x in truths], "tau": [x.tau for x in truths],
             "p": [x.M @ x.u for x in truths],
@@ -318,6 +318,14 @@ def found(want: Callable[[Solution], Array]) -> Comparison:
                 yield truth, got, want(truth.found)[trial.code.u], 0.0
 
     return compared
+
+
+def constraint_forces(trial: Trial, request: str) -> Iterator[Compared]:
+    """Compare the force that rows exert."""
+    some, u = [truth for truth in trial.truths if truth.moves and trial.partition_holds(truth)], trial.code.u
+    for truth, got in zip(some, trial.called(request, some, "found") if some else (), strict=True):
+        want = truth.tree_forces(truth.found.du) - truth.found.tau
+        yield truth, got, want[u], np.abs(truth.found.wrenches).max()
 
 
 def multipliers(trial: Trial, request: str) -> Iterator[Compared]:
@@ -520,6 +528,7 @@ COMPARED: Mapping[str, Comparison] = {
     ),
     "constraint_jacobian": forbidden,
     "constraint_bias": bias,
+    "constraint_forces": constraint_forces,
     "multipliers": multipliers,
     "velocities": velocities,
     "positions": positions,

@@ -1,0 +1,126 @@
+"""What pages of other formulations are made of: groups of equations, letters that a scene has not, short quotients."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra import Form, Number, Ratios, Sum, Symbol
+from symdyn.dynamics import ClosedForm, Workspace, angle_groups, closed_form
+from symdyn.emit.print.formula_text import Forms, in_sines
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
+from symdyn.scene import Scene
+
+LONGEST = 30
+"""Terms and factors of a solved velocity up to which it is put in; longer ones stay a linear system."""
+
+
+TOO_LONG = (DerivationError, OverflowError, ValueError, ZeroDivisionError)
+"""What says that there is no quotient that is short enough; a list of other length is one that was not solved for."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One equation: its left side as text and in LaTeX, and the formula on the right."""
+
+    name: str
+    latex: str
+    form: Form
+
+
+@dataclass(frozen=True)
+class Group:
+    """Equations under a title.
+
+    Attributes:
+        text: what is said of them, in plain words.
+        latex: the same with formulas in LaTeX; "" where it is the same.
+        letters: names of its own that have rates, as coordinates do.
+    """
+
+    title: str
+    text: str
+    rows: tuple[Row, ...]
+    latex: str = ""
+    letters: Sequence[str] = ()
+
+
+def quotient(closed: ClosedForm, node: Expr) -> Form:
+    """Return a node as a quotient in factors, each sum as short as sines can write it."""
+    form = Ratios.form_of(node)
+    return Form.product(_short(closed, one) if isinstance(one, Sum) else one for one in form.factors)
+
+
+def _short(closed: ClosedForm, form: Form) -> Form:
+    node = form.express(closed.state.q[0].graph)
+    return in_sines([node], closed.state, closed.parallel)(node)
+
+
+def refuse_rows(scene: Scene, what: str) -> None:
+    """Raise DerivationError where rows tie the coordinates, or a motion is prescribed."""
+    if scene.is_constrained:
+        raise DerivationError(
+            f"{scene.name}: {what} are written in independent coordinates, and loops or rows tie these; "
+            "print Lagrange's equations with multipliers, or D'Alembert's system"
+        )
+    refuse_led(scene, what)
+
+
+def refuse_led(scene: Scene, what: str) -> None:
+    """Raise DerivationError where a motion is prescribed."""
+    if scene.prescribed_velocities:
+        raise DerivationError(f"{scene.name}: prescribed motions have no place in {what}; print Lagrange's equations")
+
+
+def open_form(scene: Scene, what: str) -> ClosedForm:
+    """Return the closed form of a scene that no row ties."""
+    refuse_rows(scene, what)
+    return closed_form(scene)
+
+
+def fresh(scene: Scene, letters: Sequence[str], index: Sequence[int] = ()) -> list[str]:
+    """Return a letter, or one for each index where there are several velocities: the first that the scene has not."""
+    taken = {one.name for one in (*scene.parameters, *scene.given)} | {*filter(None, scene.drives)}
+    taken |= {*scene.coordinates, *scene.velocities}
+    names = [[f"{x}{i + 1}" for i in index] if index and len(scene.velocities) > 1 else [x] for x in letters]
+    return next((one for one in names if not taken.intersection(one)), [f"{name}_" for name in names[-1]])
+
+
+def named_row(scene: Scene, letter: str, form: Form) -> Row:
+    """Return the row of a function by its letter, which is calligraphic where the scene has that letter."""
+    (name,) = fresh(scene, (letter, f"{letter}_cal"))
+    return Row(name, letter if name == letter else rf"\mathcal{{{letter}}}", form)
+
+
+def entry_row(scene: Scene, letter: str, form: Form, *place: int) -> Row:
+    """Return the row of an entry of a vector or matrix, places from 0, by its letter, as `named_row` has it."""
+    of = named_row(scene, letter, form)
+    head, _, below = of.latex.partition("_")
+    numbers = [str(k + 1) for k in place]
+    index = ("_" if any(k > 8 for k in place) else "").join(numbers)
+    return Row(f"{of.name}{index}", f"{head}_{{{','.join(filter(None, (below, *numbers)))}}}", form)
+
+
+def nonzero_rows(rows: Iterable[Row]) -> tuple[Row, ...]:
+    """Return the rows that say something."""
+    return tuple(row for row in rows if row.form != Number.ZERO)
+
+
+def ordered_workspace(scene: Scene, what: str) -> Workspace:
+    """Return a workspace whose symbols are born in the order in which formulas name them."""
+    refuse_rows(scene, what)
+    w = Workspace(scene)
+    for name in (*(one.name for one in scene.parameters), *scene.coordinates):
+        w.graph.symbol(name)
+    return w
+
+
+def written_forms(w: Workspace, nodes: Sequence[Expr]) -> Forms:
+    """Return what writes nodes as short as sines can."""
+    return in_sines(nodes, w.state, angle_groups(w.scene, w.graph))
+
+
+def drive_symbols(scene: Scene) -> list[Form]:
+    """Return the drive of every velocity, zero where there is none."""
+    return [Symbol(drive) if drive else Number.ZERO for drive in scene.drives]
