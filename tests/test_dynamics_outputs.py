@@ -35,7 +35,7 @@ from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.forces.ropes import ElasticRope
 from symdyn.scene.scene_files import Starter
 from symdyn.scene.values import Place, acceleration_name
-from symdyn.scene.values.letters import Signal
+from symdyn.scene.values.letters import Signal, StateVariable
 from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
 
@@ -66,6 +66,8 @@ def looked(name: str, one: Scene) -> Scene:
     ends = (Place(Scene.GROUND, (Quantity.ONE, Quantity.ONE, Quantity.ONE)), Place(one.bodies[-1].name))
     cord = ElasticRope("cord", ends=ends, stiffness=(Quantity.ONE,))
     one = replace(one, elements=(*one.elements, cord)) if OUTPUTS[name].place == "rope" else one
+    if name == "state_rates":
+        one = replace(one, states=(StateVariable("kept", Quantity.symbol(one.velocities[0])),))
     if name == "routhian":
         first, *rest = one.joints
         still = (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
@@ -260,13 +262,11 @@ def exists(name: str) -> None:
     """A scene is not given what is nothing of it: zeros, or an argument as it came."""
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
-    if name in SIGNALS or name == "routhian":
-        none = (
-            "no coordinate is cyclic"
-            if name == "routhian"
-            else r"two_link has no outputs; declare one, such as \[outputs.y\]"
-        )
-        none = r"there is no rope 'y' in \[ropes\]" if OUTPUTS[name].place == "rope" else none
+    missing = {"routhian": "no coordinate is cyclic", "tension": r"there is no rope 'y' in \[ropes\]"}
+    if name == "state_rates":  # of a scene without states it is what forward dynamics gives, behind velocities
+        return
+    if name in {*SIGNALS, "routhian"}:
+        none = missing.get(name, r"two_link has no outputs; declare one, such as \[outputs.y\]")
         with pytest.raises(DerivationError, match=none):
             derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
         return

@@ -1,7 +1,9 @@
 """Hamilton's, Routh's, Kane's and Appell's equations: against Lagrange's in numbers, and against books."""
 
+import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,10 @@ from symdyn.emit.print.formulations_page import PAGES
 from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.toml import read_text
+
+sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
+
+import formulations
 
 SPHERICAL = """
 name = "spherical"
@@ -200,9 +206,17 @@ def test_the_spherical_pendulum_is_that_of_goldstein() -> None:
     assert sympy.simplify(R - (m * length**2 * rate**2 / 2 - amended)) == 0
 
 
-@pytest.mark.parametrize("text", [SPHERICAL, TOP])
+def test_a_top_has_squares_of_sines_below_its_lines() -> None:
+    """(cos θ - 1)(cos θ + 1), which factors of polynomials are, is -sin² θ."""
+    text = symdyn.emit.print.printed_text(symdyn.example("gyroscope"), "text", formulation="hamilton")
+
+    assert "phi_dot = -4*(-p1 + p3*cos(theta))/((R**2 + 4*s**2)*m*sin(theta)**2)\n" in text
+    assert "cos(theta) - 1" not in text
+
+
+@pytest.mark.parametrize("text", [SPHERICAL, TOP, "gyroscope"])
 def test_what_is_left_after_routh_holds_along_a_motion(text: str) -> None:
-    scene = read_text(text)
+    scene = symdyn.example(text) if text == "gyroscope" else read_text(text)
     groups, (values, _) = list(PAGES["routh"](scene)), all_values(scene)
     momenta = {row.name: number(row.form, values) for row in group(groups, "Constant momenta").rows}
 
@@ -341,3 +355,18 @@ def test_pages_are_text_latex_and_a_document(formulation: str) -> None:
     assert r"\begin{document}" in printed(scene, document=True, formulation=formulation)
     with pytest.raises(EmitError, match="it is written in LaTeX and, without document, as text, not as sympy"):
         printed(scene, "sympy", formulation=formulation)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["two_link", "gyroscope", "four_bar"])
+def test_the_page_of_counts_says_what_pages_take(name: str) -> None:
+    """Operations and characters; milliseconds are those of one machine."""
+    heads, row = (
+        [cell.strip() for cell in line.strip("| \n").split("|")]
+        for line in (formulations.ROOT / "docs" / "formulations.md").read_text("utf8").splitlines()
+        if line.startswith(("| example", f"| {name} ".replace("_", r"\_")))
+    )
+    for formulation, cell in zip(heads[1:], row[1:], strict=True):
+        found = formulations.measured(symdyn.example(name), formulation)
+        told = cell.split(" / ")[:2]
+        assert [str(found.operations), str(found.characters)] == told or (found.fault and len(told) == 1), formulation

@@ -178,17 +178,25 @@ def routh(scene: Scene) -> Iterator[Group]:
     rates = [Row(scene.velocities[i], scene.velocities[i], rate) for i, rate in zip(cyclic, found.rates, strict=True)]
     yield Group("Cyclic velocities", "from these", tuple(rates))
     known = {closed.state.qd[i]: rate.express(graph) for i, rate in zip(cyclic, found.rates, strict=True)}
-    (kinetic,) = substitute([closed.form("K").express(graph)], known)
-    given = graph.total(p * known[closed.state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
-    R = quotient(closed, kinetic - given)
+    K, state, others = closed.form("K").express(graph), closed.state, [i for i in range(closed.n) if i not in cyclic]
+    given = graph.total(p * known[state.qd[i]] for p, i in zip(found.nodes, cyclic, strict=True))
+    held = substitute([*gradient(K, state.q), *gradient(K, state.qd)], known)
+    try:
+        momenta = [quotient(closed, held[closed.n + i]).express(graph) for i in others]
+        twice = graph.total(p * state.qd[i] for p, i in zip(momenta, others, strict=True)) - given
+        R = quotient(closed, twice / 2)
+        inertial = [quotient(closed, rate) for rate in tangents(momenta, state.acceleration)]
+        slopes = [quotient(closed, held[i]).negative for i in others]  # dR/dq at p held is dL/dq
+    except TOO_LONG:
+        raise DerivationError(
+            f"{scene.name}: Routh's function is too long to be read; generate the output routhian"
+        ) from None
     yield Group("Routh's function", "R = L - sum of p qd", (named_row(scene, "R", Form.sum((R, page.P.negative))),),
                 r"$R = L - \sum p_i \dot q_i$:")  # fmt: skip
-    node, left, order = R.express(graph), [], closed.state
-    for i in (i for i in range(closed.n) if i not in cyclic):
-        (momentum,) = gradient(node, [order.qd[i]])
-        (inertial,) = tangents([momentum], order.acceleration)
-        (slope,) = gradient(node, [order.q[i]])
-        form = Form.sum((quotient(closed, inertial), quotient(closed, slope).negative, page.gravity(i)))
-        left.append(Row("0", "0", Form.sum((form, page.right[i].negative))))
+    sums = (
+        Form.sum((rate, slope, page.gravity(i), page.right[i].negative))
+        for i, rate, slope in zip(others, inertial, slopes, strict=True)
+    )
+    left = [Row("0", "0", form) for form in sums]
     latex = r"$\frac{d}{dt} \partial R/\partial \dot q_i - \partial R/\partial q_i - Q_i = 0$:"
     yield Group("Equations that are left", "0 = d/dt dR/dqd - dR/dq - Q", tuple(left), latex)

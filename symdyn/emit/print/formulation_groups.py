@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
-from symdyn.algebra import Form, Number, Ratios, Sum, Symbol
+from symdyn.algebra import Form, Function, Number, Power, Ratios, Sum, Symbol
 from symdyn.dynamics import ClosedForm, Workspace, angle_groups, closed_form
 from symdyn.emit.print.formula_text import Forms, in_sines
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Op
 from symdyn.scene import Scene
 
 LONGEST = 30
@@ -48,8 +49,39 @@ class Group:
 
 def quotient(closed: ClosedForm, node: Expr) -> Form:
     """Return a node as a quotient in factors, each sum as short as sines can write it."""
-    form = Ratios.form_of(node)
-    return Form.product(_short(closed, one) if isinstance(one, Sum) else one for one in form.factors)
+    form, powers = Ratios.form_of(node), dict[Form, int]()
+    _collect(form, 1, powers)
+    sign = _squared_sines(powers)
+    over = (one.power(e) for one, e in powers.items() if e > 0)
+    under = [one.power(-e) for one, e in powers.items() if e < 0]
+    whole = [Form.product(under).power(-1)] if under else []
+    shortened = (_short(closed, one) if isinstance(one, Sum) else one for one in over)
+    return Form.product((sign, *shortened, *whole))
+
+
+def _collect(form: Form, exponent: int, powers: dict[Form, int]) -> None:
+    """Add the factors of a product to a table of exponents, those below a line too."""
+    for one in form.factors:
+        if isinstance(one, Power):
+            _collect(one.base, exponent * one.exponent, powers)
+        else:
+            powers[one] = powers.get(one, 0) + exponent
+
+
+def _squared_sines(powers: dict[Form, int]) -> Number:
+    """Put sin² x in place of (cos x - 1)(cos x + 1) in a table of exponents, and return the sign that this takes."""
+    sign = 1
+    for below in [one for one in powers if isinstance(one, Sum)]:
+        cosine = below.terms[0]
+        above = Form.sum((cosine, Number.ONE))
+        if not isinstance(cosine, Function) or cosine.op is not Op.COS or above not in powers:
+            continue
+        if below == Form.sum((cosine, Number.MINUS_ONE)) and powers[below] == powers[above]:
+            both = powers.pop(below)
+            sine = Function(Op.SIN, cosine.args)
+            powers[sine] = powers.get(sine, 0) + 2 * powers.pop(above)
+            sign *= (-1) ** abs(both)
+    return Number(Fraction(sign))
 
 
 def _short(closed: ClosedForm, form: Form) -> Form:
