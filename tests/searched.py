@@ -25,6 +25,7 @@ MEANT = {
     "identification": "identify", "Monte Carlo": "sweeps", "sensitivity": "simulate", "animation": "pictures",
     "friction": "scenes", "spring": "scenes", "quaternion": "scenes", "LQR": "control", "Kalman": "control",
     "controllability": "control", "root locus": "control", "Lagrange": "equations", "Jacobian": "derivatives",
+    "Hamiltonian": "equations",
     "optimal control": "collocation", "inverse kinematics": "simulate", "python-control": "from-control",
     "Pinocchio": "from-pinocchio", "PyDy": "from-sympy", "Simscape": "from-simulink", "CUDA": "targets",
     "simulate": "api/symdyn.simulate", "linearize": "linearize", "lambdify": "api/symdyn.lambdify",

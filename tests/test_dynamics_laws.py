@@ -80,7 +80,7 @@ def kinematics(one):
 def test_every_law_is_proved(one):
     findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, "request"))))[1]
 
-    assert len(findings) == 21
+    assert len(findings) == 25
     assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
 
 

@@ -41,9 +41,10 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
 
 FORMULAS = {"output", "outputs", "tension"}
 """What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""
-ELSEWHERE = {*REGRESSORS, *PASSIVITY, "state_rates"}
-"""What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`, and rates of states,
-which scenes of trials do not have, by `test_states.py` and `test_state_examples.py`."""
+ELSEWHERE = {*REGRESSORS, *PASSIVITY, "state_rates", "canonical_rates", "routhian"}
+"""What is proved to be forces times parameters, and compared in numbers by `test_regressors.py`; rates of states, which
+scenes of trials do not have, by `test_states.py` and `test_state_examples.py`; by `test_canonical.py` rates of momenta,
+and Routh's function."""
 
 
 def test_every_output_is_compared() -> None:

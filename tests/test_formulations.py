@@ -1,7 +1,9 @@
 """Hamilton's, Routh's, Kane's and Appell's equations: against Lagrange's in numbers, and against books."""
 
+import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +11,15 @@ import sympy
 
 import symdyn
 from symdyn.algebra import Form
-from symdyn.emit.print.formulations_page import PAGES, Group
+from symdyn.emit.print.formulation_groups import Group
+from symdyn.emit.print.formulations_page import PAGES
 from symdyn.errors import DerivationError, EmitError
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.toml import read_text
+
+sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
+
+import formulations
 
 SPHERICAL = """
 name = "spherical"
@@ -63,6 +70,44 @@ coordinates = ["psi", "theta", "phi"]
 drive = false
 """
 
+PLANE = """
+name = "plane"
+gravity = [0, "-g", 0]
+[parameters]
+m = { value = 0.7, unit = "kg", positive = true }
+g = { value = 9.81, unit = "m/s^2", positive = true }
+c = { value = 0.4, unit = "N s/m" }
+[bodies.slide]
+[bodies.bob]
+particles = [{ mass = "m", at = [0, 0, 0] }]
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "slide"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = false
+[joints.y]
+type = "prismatic"
+parent = "slide"
+child = "bob"
+axis = [0, 1, 0]
+coordinate = "y"
+drive = false
+start = -1.1
+"""
+
+ROD = (
+    PLANE
+    + """
+[constraints.rod]
+formula = "x*x_dot + y*y_dot"
+acts_in = "joints"
+"""
+)
+
+ROTOR = SPHERICAL.replace('coordinate = "theta"', 'coordinate = "theta"\narmature = 0.3')
+
 
 def values_of(scene: Scene, q: list[float], u: list[float], more: dict[str, float]) -> dict[str, float]:
     known = {one.name: float(one.value.at({})) for one in scene.parameters if one.value is not None}
@@ -84,7 +129,7 @@ def group(groups: list[Group], title: str) -> Group:
     return next(one for one in groups if one.title == title)
 
 
-@pytest.fixture(params=["two_link", "cart_pole", "gallery/furuta", "TOP", "SPHERICAL"])
+@pytest.fixture(params=["two_link", "cart_pole", "gallery/furuta", "TOP", "SPHERICAL", "ROTOR"])
 def scene(request: pytest.FixtureRequest) -> Scene:
     if request.param.isupper():
         return read_text(globals()[request.param])
@@ -161,9 +206,17 @@ def test_the_spherical_pendulum_is_that_of_goldstein() -> None:
     assert sympy.simplify(R - (m * length**2 * rate**2 / 2 - amended)) == 0
 
 
-@pytest.mark.parametrize("text", [SPHERICAL, TOP])
+def test_a_top_has_squares_of_sines_below_its_lines() -> None:
+    """(cos θ - 1)(cos θ + 1), which factors of polynomials are, is -sin² θ."""
+    text = symdyn.emit.print.printed_text(symdyn.example("gyroscope"), "text", formulation="hamilton")
+
+    assert "phi_dot = -4*(-p1 + p3*cos(theta))/((R**2 + 4*s**2)*m*sin(theta)**2)\n" in text
+    assert "cos(theta) - 1" not in text
+
+
+@pytest.mark.parametrize("text", [SPHERICAL, TOP, "gyroscope"])
 def test_what_is_left_after_routh_holds_along_a_motion(text: str) -> None:
-    scene = read_text(text)
+    scene = symdyn.example(text) if text == "gyroscope" else read_text(text)
     groups, (values, _) = list(PAGES["routh"](scene)), all_values(scene)
     momenta = {row.name: number(row.form, values) for row in group(groups, "Constant momenta").rows}
 
@@ -193,9 +246,94 @@ def test_the_top_has_two_constant_momenta() -> None:
     assert [row.name for row in group(list(PAGES["routh"](read_text(TOP))), "Constant momenta").rows] == ["p1", "p3"]
 
 
+def test_udwadia_and_kalabas_pendulum() -> None:
+    """Proc. R. Soc. A 439 (1992): Q_c = -m (ẋ² + ẏ² - g y) / (x² + y²) [x, y] of a particle on a rod."""
+    m, g, x, y, dx, dy = sympy.symbols("m g x y x_dot y_dot")
+    found = [plain(row.form) for row in group(list(PAGES["udwadia-kalaba"](read_text(ROD))), UK).rows]
+
+    size = -m * (dx**2 + dy**2 - g * y) / (x**2 + y**2)
+    assert [sympy.simplify(one - size * way) for one, way in zip(found, (x, y), strict=True)] == [0, 0]
+
+
+UK = "Udwadia and Kalaba's equation"
+
+
+def test_udwadia_and_kalabas_particle_with_a_row_in_rates() -> None:
+    """Analytical Dynamics (1996): ẏ = z² ẋ gives Q_c = 2 m ż z ẋ / (1 + z⁴) [-z², 1, 0]."""
+    third = PLANE.replace("[bodies.bob]", "[bodies.post]\n[bodies.bob]").replace('child = "bob"', 'child = "post"')
+    third = third.replace('gravity = [0, "-g", 0]', "gravity = [0, 0, 0]") + (
+        '[joints.z]\ntype = "prismatic"\nparent = "post"\nchild = "bob"\naxis = [0, 0, 1]\ncoordinate = "z"\n'
+        'drive = false\n[constraints.row]\nformula = "y_dot - z**2*x_dot/m2"\nacts_in = "joints"\n'
+    )
+    scene = read_text(third.replace("[parameters]", '[parameters]\nm2 = { value = 1, unit = "m^2" }'))
+    rows = group(list(PAGES["udwadia-kalaba"](scene)), UK).rows
+
+    values = {"m": 0.7, "m2": 1.0, "z": 0.6, "z_dot": -0.8, "x_dot": 1.3, "y_dot": 0.36 * 1.3, "x": 0.0, "y": 0.0}
+    size = 2 * 0.7 * -0.8 * 0.6 * 1.3 / (1 + 0.6**4)
+    assert {row.name: number(row.form, values) for row in rows} == pytest.approx({"Q_c1": -0.36 * size, "Q_c2": size})
+
+
+@pytest.mark.long
+def test_the_forces_of_a_four_bar_are_those_of_least_norm_of_all_its_rows() -> None:
+    """By NumPy's pseudo-inverse of the rows that are printed, and with two more that depend on them."""
+    scene = symdyn.example("four_bar")
+    sized = (one if one.value else replace(one, value=Quantity.number(Fraction(k + 4, 5)))
+             for k, one in enumerate(scene.parameters))  # fmt: skip
+    scene = replace(scene, parameters=tuple(sized))
+    w = symdyn.dynamics.Workspace(scene)
+    q = np.asarray(w.loops.decisions.assembly.q, float)
+    tau = [0.3, 0.0, 0.0]
+    u = np.asarray(symdyn.lambdify(scene, "velocities")(q, [0.7]), float)
+    at = values_of(scene, q.tolist(), u.tolist(), {drive: 0.3 for drive in scene.drives if drive})
+    rows = {row.name: number(row.form, at) for one in PAGES["udwadia-kalaba"](scene) for row in one.rows}
+    forward = symdyn.lambdify(scene, "forward_dynamics")(q, u, tau)
+    M = np.array([[rows.get(f"M_cal{min(i, j)}{max(i, j)}", 0) for j in (1, 2, 3)] for i in (1, 2, 3)])
+    Q, b = np.array([rows.get(f"Q{i}", 0) for i in (1, 2, 3)]), np.array([rows.get(f"b_cal{k}", 0) for k in (1, 2)])
+    A = np.array([[rows.get(f"A{k}{j}", 0) for j in (1, 2, 3)] for k in (1, 2)])
+
+    def added(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+        free = np.linalg.solve(M, Q)
+        return np.asarray(A.T @ np.linalg.pinv(A @ np.linalg.solve(M, A.T)) @ (b - A @ free))
+
+    assert np.linalg.solve(M, Q + added(A, b)) == pytest.approx(forward, rel=1e-9)
+    twice = np.vstack([A, A[0] + A[1], 2 * A[1]]), np.concatenate([b, [b[0] + b[1], 2 * b[1]]])
+    assert added(*twice) == pytest.approx(added(A, b), rel=1e-9)
+    assert symdyn.lambdify(scene, "constraint_forces")(q, u, tau) == pytest.approx(added(A, b), rel=1e-9)
+
+
+@pytest.mark.long
+def test_the_power_of_port_hamiltonian_equations_is_the_rate_of_energy(scene: Scene) -> None:
+    groups, (values, a) = list(PAGES["port-hamiltonian"](scene)), all_values(scene)
+    q, u, _, _ = motion(scene)
+    energies, h = symdyn.lambdify(scene, ("kinetic_energy", "potential_energy")), 1e-5
+    ahead, behind = (
+        sum(float(one(*[np.add(q, np.multiply(s, u)) + s * s / 2 * np.array(a), np.add(u, np.multiply(s, a))][:k]))
+            for one, k in zip(energies, (2, 1), strict=True)) for s in (h, -h)
+    )  # fmt: skip
+    (power,) = group(groups, "Power").rows
+
+    assert number(power.form, values) == pytest.approx((ahead - behind) / (2 * h), rel=1e-6, abs=1e-7)
+
+
+def test_what_turns_stands_in_j_what_brakes_in_r_and_the_rest_in_f() -> None:
+    """Forces c ẏ and -c ẋ, as of a charge, do no work; dry friction is no matrix times velocities."""
+    turned = PLANE.replace('coordinate = "x"', 'coordinate = "x"\nforce = "c*y_dot"\ndamping = 0.2')
+    scene = read_text(turned.replace('coordinate = "y"', 'coordinate = "y"\nforce = "-c*x_dot"'))
+    rows = {
+        row.name: str(row.form.to_sympy()) for row in group(list(PAGES["port-hamiltonian"](scene)), "Structure").rows
+    }
+
+    assert rows == {"R11": "1/5", "J12": "c"}
+    rubbed = turned.replace("damping = 0.2", "friction = { coulomb = 0.3, smoothing = 0.1 }")
+    (row,) = group(list(PAGES["port-hamiltonian"](read_text(rubbed))), "Structure").rows
+    assert row.name == "F1"
+
+
 @pytest.mark.parametrize(
     ("name", "formulation", "message"),
     [
+        ("two_link", "udwadia-kalaba", "two_link: Udwadia and Kalaba's equation is about constraints, and no loop"),
+        ("four_bar", "port-hamiltonian", "four_bar: Hamilton's equations are written in independent coordinates"),
         ("four_bar", "hamilton", "four_bar: Hamilton's equations are written in independent coordinates"),
         ("four_bar", "kane", "four_bar: Kane's equations are written in independent coordinates"),
         ("cart_pole", "routh", "cart_pole: Routh's equations do not exist: no coordinate is cyclic"),
@@ -209,10 +347,26 @@ def test_a_scene_without_a_formulation_says_why(name: str, formulation: str, mes
 
 @pytest.mark.parametrize("formulation", list(PAGES))
 def test_pages_are_text_latex_and_a_document(formulation: str) -> None:
-    scene, printed = read_text(SPHERICAL), symdyn.emit.print.printed_text
+    scene = read_text(ROD if formulation == "udwadia-kalaba" else SPHERICAL)
+    printed = symdyn.emit.print.printed_text
 
     assert printed(scene, "text", formulation=formulation).startswith("# ")
     assert r"\paragraph{" in printed(scene, formulation=formulation)
     assert r"\begin{document}" in printed(scene, document=True, formulation=formulation)
     with pytest.raises(EmitError, match="it is written in LaTeX and, without document, as text, not as sympy"):
         printed(scene, "sympy", formulation=formulation)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["two_link", "gyroscope", "four_bar"])
+def test_the_page_of_counts_says_what_pages_take(name: str) -> None:
+    """Operations and characters; milliseconds are those of one machine."""
+    heads, row = (
+        [cell.strip() for cell in line.strip("| \n").split("|")]
+        for line in (formulations.ROOT / "docs" / "formulations.md").read_text("utf8").splitlines()
+        if line.startswith(("| example", f"| {name} ".replace("_", r"\_")))
+    )
+    for formulation, cell in zip(heads[1:], row[1:], strict=True):
+        found = formulations.measured(symdyn.example(name), formulation)
+        told = cell.split(" / ")[:2]
+        assert [str(found.operations), str(found.characters)] == told or (found.fault and len(told) == 1), formulation

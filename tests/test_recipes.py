@@ -16,13 +16,13 @@ NAMES = {
     "rack_and_pinion": "pinion",
     "gas_spring": "gas_spring",
     "awk_target": "awk",
-    "hamiltonian": "hamiltonian",
+    "energy_integral": "energy_integral",
     "momentum_law": "momentum_law",
 }
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 
-@pytest.mark.heavy("rack_and_pinion", "gas_spring", "hamiltonian")
+@pytest.mark.heavy("rack_and_pinion", "gas_spring", "energy_integral")
 @pytest.mark.runs
 @pytest.mark.parametrize("recipe", NAMES)
 def test_a_new_row_is_one_file(recipe: str) -> None:

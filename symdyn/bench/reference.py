@@ -203,7 +203,7 @@ NEGLIGIBLE = 1e-10
 """Singular values that are none."""
 
 REACH = {"q": 1.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0, "internal": 3.0, "ui": 2.0, "qi": 1.0}
-REACH |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
+REACH |= dict.fromkeys((*DIRECTIONS.values(), "weights", "p"), 2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,7 +315,9 @@ def _states(positions: Positions, region: str, count: int, seed: int) -> Mapping
         return {name: np.resize(value, (count, value.shape[1])) for name, value in few.items()}
     rng = np.random.default_rng([seed, list(REGIONS).index(region)])
     state = {"q": positions.draw(region, count, rng)}
-    for name in ("qd", "qdd", "tau", "ui", "qi", "t", *DIRECTIONS.values(), "weights", "inputs", "internal"):
+    last = ("p", "dp")  # after all others, whose numbers stay what they were
+    along = [name for name in DIRECTIONS.values() if name not in last]
+    for name in ("qd", "qdd", "tau", "ui", "qi", "t", *along, "weights", "inputs", "internal", *last):
         small = _small(rng, (count, WIDTH))
         wide = rng.uniform(-REACH[name], REACH[name], (count, WIDTH))
         state[name] = small if region == "near zero" else wide

@@ -65,7 +65,7 @@ RANGES = {
     "inputs": 3.0,
     "internal": 3.0,
 }  # half-widths of the sampled states, SI
-RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
+RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights", "p"), 2.0)
 
 Array = np.ndarray[Any, Any]
 

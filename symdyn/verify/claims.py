@@ -17,6 +17,15 @@ The centre of mass C and momentum about it, A u = [p; L], where loops close a sc
     d/dt (A u) = A u̇ + b
     ∂K/∂[v; ω] = Rᵀ [p; L + (C - r) × p] where all hangs on one free body at r, R: its share of M u is the momentum
 
+Functions of momenta p = M u, and that of Gibbs and Appell:
+
+    H(q, M u) = K + P
+    rates(q, M u, τ) = u, d/dt (M u)     along forward dynamics
+    dH/dt = u·(τ + Q)                    along the rates
+    ∂R/∂u = p, ∂R/∂p = -u                Routh's function: of velocities that are left, of cyclic momenta
+    ṗ = 0                                of cyclic coordinates, which is {p, H}
+    ∂S/∂u̇ = M u̇ + c
+
 Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013) 161.
 """
 
@@ -39,7 +48,7 @@ from symdyn.dynamics import (
 )
 from symdyn.dynamics.outputs import BaseColumns, Linear
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, reachable, substitute, tangents
+from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.program import Program, RowLoop, choose, choose_one
 from symdyn.scene import Quantity, Scene
 from symdyn.spatial import Vec, add, cross, sub
@@ -244,6 +253,73 @@ LAWS_OF_MOMENTUM: tuple[Law, ...] = (
     everywhere(_weight, "centre_of_mass_jacobian", "gravity_forces"),
     everywhere(_rate, "centroidal_momentum_matrix", "centroidal_momentum_bias"),
     everywhere(_share_of_base, "centroidal_momentum_matrix", "centre_of_mass", "momentum"),
+)
+
+
+def _at_momenta(w: Workspace, output: str) -> tuple[Expr, ...]:
+    """Return an output of momenta at p = M u."""
+    found, p = derive_one(w, output), entries(w, "momentum")
+    given = {x: y for one in found.arguments if one.name == "p" for x, y in zip(one.symbols, p, strict=True)}
+    return tuple(substitute(found.entries, given))
+
+
+def _total_energy(w: Workspace) -> Claim:
+    K, P = entries(w, "kinetic_energy") + entries(w, "potential_energy")
+    return Claim("Hamiltonian", "H at p = M qd", "K + P", _at_momenta(w, "hamiltonian"), (K + P,))
+
+
+def _canonical(w: Workspace) -> Claim:
+    moved = w.state.velocity | dict(zip(w.state.qd, entries(w, "forward_dynamics"), strict=True))
+    motion = (*w.state.qd, *tangents(entries(w, "momentum"), moved))
+    return Claim("canonical rates", "at p = M qd", "qd, d/dt (M qd)", _at_momenta(w, "canonical_rates"), motion)
+
+
+def _canonical_power(w: Workspace) -> Claim | None:
+    """Return dH/dt = u·(τ + Q), which port-Hamiltonian equations have by their form; a motion that is led has more."""
+    if w.prescribed.place:
+        return None
+    n, found = w.state.n, derive_one(w, "canonical_rates")
+    symbols = next(one.symbols for one in found.arguments if one.name == "p")
+    (H,), u, rates = entries(w, "hamiltonian"), found.entries[:n], found.entries[n:]
+    known = dict(zip(w.state.qd, u, strict=True))
+    moved = (*substitute(w.state.rates, known), *rates)
+    change = tangents([H], dict(zip((*w.state.q, *symbols), moved, strict=True)))
+    power = w.graph.total(x * (tau + Q) for x, tau, Q in zip(w.state.qd, w.state.tau, w.Q, strict=True))
+    return Claim("canonical power", "dH/dt", "qd.(tau + Q)", tuple(change), tuple(substitute([power], known)))
+
+
+def _slopes_of_routhian(w: Workspace) -> Claim:
+    """Return ∂R/∂u = p of velocities that are left, ∂R/∂p = -u of cyclic ones, at p = M u."""
+    (R,), u, p = entries(w, "routhian"), w.state.qd, entries(w, "momentum")
+    symbols = next(one.symbols for one in derive_one(w, "routhian").arguments if one.name == "p")
+    by = [symbols[k] if k in w.cyclic else u[k] for k in range(w.state.n)]
+    slopes = substitute(gradient(R, by), dict(zip(symbols, p, strict=True)))
+    right = tuple(-u[k] if k in w.cyclic else p[k] for k in range(w.state.n))
+    return Claim("Routh's function", "dR/dqd, dR/dp at p = M qd", "p, -qd", tuple(slopes), right)
+
+
+def _conserved(w: Workspace) -> Claim | None:
+    """Return {p_c, H} = 0 of cyclic coordinates, as rates of momenta without drives."""
+    held = dict.fromkeys(w.state.tau, w.graph.zero)
+    rates = [substitute(entries(w, "canonical_rates"), held)[w.state.n + k] for k in w.cyclic]
+    return Claim("conserved momenta", "{p, H} of cyclic", "0", tuple(rates), (w.graph.zero,) * len(rates))
+
+
+def _appell(w: Workspace) -> Claim:
+    (S,) = entries(w, "gibbs_function")
+    slopes = gradient(S, w.state.qdd)
+    rest = zip(_driving(w), w.Q, entries(w, "gravity_forces"), w.elastic.forces, strict=True)
+    right = tuple(tau + Q - g - pull for tau, Q, g, pull in rest)
+    return Claim("Appell's equations", "dS/dqdd", "tau + Q - g", tuple(slopes), right)
+
+
+LAWS_OF_CANONICAL: tuple[Law, ...] = (
+    everywhere(_total_energy, "hamiltonian", "momentum", "kinetic_energy", "potential_energy"),
+    everywhere(_canonical, "canonical_rates", "momentum", "forward_dynamics"),
+    Law(("canonical_rates", "hamiltonian"), None, _canonical_power),
+    Law(("routhian", "momentum"), None, _slopes_of_routhian),
+    Law(("routhian", "canonical_rates"), None, _conserved),
+    Law(("gibbs_function", "gravity_forces", DRIVING), ("gibbs_function", "gravity_forces", DRIVING_TREE), _appell),
 )
 
 

@@ -47,7 +47,15 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene.forces import elastic, without_place
 from symdyn.spatial import Inertia, Mat, Transform, Wrench, add, cross, scale
-from symdyn.verify.claims import LAWS_OF_MOMENTUM, LAWS_OF_REGRESSORS, Law, entries, everywhere, of_loops
+from symdyn.verify.claims import (
+    LAWS_OF_CANONICAL,
+    LAWS_OF_MOMENTUM,
+    LAWS_OF_REGRESSORS,
+    Law,
+    entries,
+    everywhere,
+    of_loops,
+)
 from symdyn.verify.equality import Claim
 
 
@@ -388,5 +396,6 @@ LAWS: list[Law] = [
     *LAWS_OF_REACTIONS,
     *LAWS_OF_MOMENTUM,
     *LAWS_OF_REGRESSORS,
+    *LAWS_OF_CANONICAL,
 ]
 """The laws that are proved; those of trees hold for the spanning tree of a closed scene, with the forces on it."""

@@ -16,6 +16,7 @@ derivation, which shares with the two others the scene, the joints' own placemen
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.kinematics import directions
@@ -27,10 +28,10 @@ from symdyn.dynamics.mechanism.state import (
     placement_rates,
     vector,
 )
-from symdyn.graph import Expr, Graph, gradient, tangents
+from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, joint_motion
-from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, scale, zero_vector
+from symdyn.spatial import Inertia, Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,14 @@ class KaneBody:
         force = add(scale(self.m, self.a), add(cross(self.dw, h), cross(w, cross(w, h))))
         moment = add(cross(h, self.a), add(self.I @ self.dw, cross(w, self.I @ w)))
         return -Wrench(force, moment)
+
+    @property
+    def acceleration_energy(self) -> Expr:
+        """½ ∫ a² dm, J/s^2, but for what holds no acceleration: the square of ω × (ω × r)."""
+        h, w, dw = self.h, self.w, self.dw
+        carried = add(cross(dw, h), cross(w, cross(w, h)))
+        turning = dot(dw, self.I @ dw) / 2 + dot(dw, cross(w, self.I @ w))
+        return self.m * dot(self.a, self.a) / 2 + dot(self.a, carried) + turning
 
     def weight(self, g: Vec) -> Wrench:
         """Return the weight as a force at P and a moment about it, N and N m."""
@@ -111,21 +120,36 @@ class Kane:
         total = [force - spring for force, spring in zip(total, springs, strict=True)]
         return self._summed(total, [(part, part.weight(gravity)) for part in self.bodies])
 
-    def inertia_forces(self) -> list[Expr]:
-        """Return F_r*, rotors of turning and sliding joints included: -armature · d(rate)/dt ∂rate/∂u_r."""
+    def rotor_forces(self) -> list[Expr]:
+        """Return the part in F_r* of rotors of turning and sliding joints: -armature · d(rate)/dt ∂rate/∂u_r."""
         total = [self.graph.zero] * self.state.n
+        for a, rate, faster in self._rotors():
+            slopes = gradient(rate, self.state.qd)
+            total = [force - a * faster * slope for force, slope in zip(total, slopes, strict=True)]
+        return total
+
+    def inertia_forces(self) -> list[Expr]:
+        """Return F_r* of all parts and rotors."""
+        return self._summed(self.rotor_forces(), [(part, part.inertia_force) for part in self.bodies])
+
+    def gibbs_function(self) -> Expr:
+        """Return S of Gibbs and Appell, without what stays at u̇ = 0, J/s^2; ∂S/∂u̇_r = -F_r*."""
+        rotors = (a * faster * faster / 2 for a, _, faster in self._rotors())
+        whole = self.graph.total([*(part.acceleration_energy for part in self.bodies), *rotors])
+        return whole - substitute([whole], dict.fromkeys(self.state.qdd, self.graph.zero))[0]
+
+    def driving_forces(self) -> list[Expr]:
+        """Return τ = -(F_r + F_r*), shape (nv,); N m or N."""
+        return [-(a + b) for a, b in zip(self.active_forces(), self.inertia_forces(), strict=True)]
+
+    def _rotors(self) -> Iterator[tuple[Expr, Expr, Expr]]:
+        """Yield armature, rate and its rate of joints that turn or slide a rotor."""
         for joint in self.scene.joints:
             a = joint.armature.express(self.graph)
             if joint.moves and not a.is_zero and not JOINTS[joint.type].ball(joint):
                 (rate,) = tangents([joint.position(self.graph)], self.state.velocity)
                 (faster,) = tangents([rate], self.state.acceleration)
-                slopes = gradient(rate, self.state.qd)
-                total = [force - a * faster * slope for force, slope in zip(total, slopes, strict=True)]
-        return self._summed(total, [(part, part.inertia_force) for part in self.bodies])
-
-    def driving_forces(self) -> list[Expr]:
-        """Return τ = -(F_r + F_r*), shape (nv,); N m or N."""
-        return [-(a + b) for a, b in zip(self.active_forces(), self.inertia_forces(), strict=True)]
+                yield a, rate, faster
 
     def _summed(self, total: list[Expr], acts: list[tuple[KaneBody, Wrench]]) -> list[Expr]:
         for part, wrench in acts:

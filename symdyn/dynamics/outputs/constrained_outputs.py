@@ -101,6 +101,17 @@ def lagrange_drives(w: Workspace) -> list[Expr]:
     return tau
 
 
+def udwadia_kalaba(w: Workspace) -> list[Expr]:
+    """Return Gᵀ (G M⁻¹ Gᵀ)⁺ (-γ - G M⁻¹ (τ - h)) by Lagrange's equations, which independent rows have by an inverse.
+
+    Where M is singular, M + Gᵀ G stands in its place.
+
+    Reference: Udwadia and Kalaba, A new perspective on constrained motion, Proc. R. Soc. Lond. A 439 (1992) 407;
+    Udwadia and Phohomsiri, Explicit equations of motion for constrained mechanical systems (2006).
+    """
+    return w.loops.constraint_forces(w.once(lagrange_multipliers), w.loops.differentiated)
+
+
 # Inverse dynamics: forces of the spanning tree, less constraint forces
 
 
@@ -221,6 +232,20 @@ OF_LOOPS: dict[str, Output] = {
         },
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
+        may_fail="reported",
+    ),
+    "constraint_forces": _of_loops(
+        "forces G^T lambda that loops and rows exert on the velocities during forward dynamics",
+        ("q", "qd", "tau"),
+        "f",
+        (labels.velocities,),
+        FORCES,
+        formulations={
+            "crba": Formulation(lambda w: w.loops.constraint_forces(w.once(multipliers))),
+            "udwadia-kalaba": by_lagrange(udwadia_kalaba),
+        },
+        depends=("independent", "alpha", "beta"),
+        default_in="request",
         may_fail="reported",
     ),
     "tree_forces": _of_loops(

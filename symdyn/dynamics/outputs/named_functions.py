@@ -34,7 +34,7 @@ class Argument:
     """One argument of a function: a vector, or one number.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau", "t", "inputs", "internal", "params", or "prepared" in programs that prepare.
+        name: "q", "qd", "qdd", "tau", "p", "t", "inputs", "internal", "params", or "prepared" in programs that prepare.
         symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
@@ -162,6 +162,8 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "multipliers": ("multipliers of the rows that close loops", {"": "N or N m"}),
+    "p": ("generalized momenta M qd", {"rad": "kg m^2/s", "m": "kg m/s"}),
+    "dp": ("direction of the momenta", {"rad": "kg m^2/s", "m": "kg m/s"}),
     "dq": ("direction of the positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
@@ -185,6 +187,9 @@ MODES = ("mask", "slip")
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
 
+MOMENTA = "p"
+"""The argument of what takes momenta in place of velocities."""
+
 MULTIPLIERS = "multipliers"
 """The argument of what takes the multipliers as given."""
 
@@ -193,6 +198,7 @@ DIRECTIONS = {
     "qd": "dqd",
     "qdd": "dqdd",
     "tau": "dtau",
+    MOMENTA: "dp",
     "qi": "dqi",
     "ui": "dui",
     MULTIPLIERS: "dmultipliers",
@@ -234,7 +240,7 @@ def conventions(scene: Scene, name: str) -> str:
     if name == "q":
         told = scene.coordinates_of_joints() or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name in ("qd", "dq", "qd_r") and not plain:
+    if name in ("qd", "dq", "qd_r", "p", "dp") and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 
@@ -306,7 +312,7 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
         if name in ("qi", "ui"):
             nodes = independent_symbols(workspace, name)
-        elif name in (REFERENCE, REFERENCE_RATE, *DIRECTIONS.values()):
+        elif name in (REFERENCE, REFERENCE_RATE, MOMENTA, *DIRECTIONS.values()):
             nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

@@ -28,6 +28,7 @@ from symdyn.dynamics.outputs import result_labels as labels
 from symdyn.dynamics.outputs.named_functions import (
     ALONG_MANIFOLD,
     DIRECTIONS,
+    MOMENTA,
     MULTIPLIERS,
     direction,
     independent_symbols,
@@ -62,6 +63,7 @@ COLUMNS: dict[str, Axis] = {
     "qd": labels.velocities,
     "qdd": lambda w: tuple(map(acceleration_name, w.scene.velocities)),
     "tau": lambda w: tuple(f"force on {name}" for name in w.scene.velocities),
+    MOMENTA: lambda w: tuple(f"momentum of {name}" for name in w.scene.velocities),
     "qi": lambda w: tuple(str(one.value) for one in independent_symbols(w, "qi")),
     "ui": lambda w: tuple(str(one.value) for one in independent_symbols(w, "ui")),
     MULTIPLIERS: lambda w: tuple(f"multiplier of {name}" for name in labels.kept_rows(w)),
@@ -90,6 +92,8 @@ def directions_of(w: Workspace, argument: str) -> list[Seeds]:
         symbols = independent_symbols(w, argument)
     elif argument == MULTIPLIERS:
         symbols = multiplier_symbols(w)
+    elif argument == MOMENTA:
+        symbols = direction(w.graph, MOMENTA, w.state.n)
     elif argument == TIME:
         symbols = (w.graph.symbol(TIME),)
     elif argument in (INPUTS, STATES):

@@ -12,6 +12,7 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.kane import Kane
 from symdyn.dynamics.mechanism.kinematics import Christoffel, Directions, centre_of_mass, directions
 from symdyn.dynamics.mechanism.lagrange import Energies
+from symdyn.dynamics.mechanism.linear_solve import vanishes
 from symdyn.dynamics.mechanism.state import (
     INPUTS,
     STATES,
@@ -127,6 +128,13 @@ class Workspace:
     def energy(self) -> Energies:
         """K and P from positions."""
         return Energies.of(self.scene, self.graph)
+
+    @cached_property
+    def cyclic(self) -> tuple[int, ...]:
+        """Rates of coordinates without drive or force, on which no energy depends, proved: their momenta stay."""
+        free = [k for k in self.scene.passive_velocities if self.state.qd[k] in self.state.rates]
+        slopes = self.directions.slopes(self.energy.K - self.energy.P) if free else []
+        return tuple(k for k in free if vanishes(slopes[k]) and vanishes(self.Q[k]))
 
     @cached_property
     def kane(self) -> Kane:

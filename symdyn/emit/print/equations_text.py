@@ -174,7 +174,16 @@ def _dalembert(scene: Scene, format: str, document: bool) -> str:
     return dalembert_equations(scene, format, document)
 
 
-FORMULATIONS = ("lagrange", "dalembert", "hamilton", "routh", "kane", "gibbs-appell")
+FORMULATIONS = (
+    "lagrange",
+    "dalembert",
+    "hamilton",
+    "routh",
+    "kane",
+    "gibbs-appell",
+    "udwadia-kalaba",
+    "port-hamiltonian",
+)
 
 CHOICES = {**_CHOICES, "what": (*GROUPS, "base-parameters"), "formulation": FORMULATIONS}
 """What can be printed, by argument of `printed_text`."""
@@ -291,7 +300,8 @@ def equations(scene: SceneLike, formulation: str = "lagrange") -> EquationsOfMot
 
     Args:
         scene: a scene, a path or an open file.
-        formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane" and "gibbs-appell" print them.
+        formulation: "lagrange"; or as "dalembert", "hamilton", "routh", "kane", "gibbs-appell", "udwadia-kalaba" and
+            "port-hamiltonian" print them.
 
     Raises:
         SceneError: the file has faults.

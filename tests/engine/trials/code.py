@@ -101,7 +101,7 @@ class Code:
         count = len(given["q"] if "q" in given else next(iter(given.values())))
         f, call = self.calls[name], self.case.choice["call"]
         rows = [
-            one[:, self.q if a == "q" else self.u] if one is not None and a in ("q", "qd", "qdd", "tau") else one
+            one[:, self.q if a == "q" else self.u] if one is not None and a in ("q", "qd", "qdd", "tau", "p") else one
             for a, one in zip(self.arguments[name], rows, strict=True)
         ]
         if call == "one" or not rows:
@@ -119,6 +119,8 @@ COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G", "k_E", "coriolis_matrix")
 CENTROIDAL = (
     "centre_of_mass", "centre_of_mass_jacobian", "centroidal_momentum_matrix", "centroidal_momentum_bias",
 )  # fmt: skip
+
+CANONICAL = ("hamiltonian", "gibbs_function")
 
 FEW = 5
 """Velocities up to which what grows with their cube is asked for."""
@@ -141,7 +143,12 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
         found = [name for name in found if not OUTPUTS[name].cubic]
     body = scene.bodies[-1]
     if asked == "kinematics":
-        found += [*of_place(body.name), *CENTROIDAL]
+        found += [
+            *of_place(body.name),
+            *CENTROIDAL,
+            *CANONICAL,
+            *(["constraint_forces"] if scene.is_constrained else []),
+        ]
         if body.com is not None and not body.particles:  # what is about a body is taken by verify alone
             found += [f"{name}:{body.name}" for name, row in OUTPUTS.items() if row.place == "body"]
     suffix = "" if axes == "body" else f":{axes}"

@@ -134,6 +134,11 @@ class Truth:
         """Mass matrix of the spanning tree."""
         return self.still.columns.T @ self.still.inertias()[0] @ self.still.columns + self.armature
 
+    def massless(self, u: list[int]) -> bool:
+        """Whether some motion of the spanning tree moves no mass."""
+        sizes = np.linalg.eigvalsh(self.M[np.ix_(u, u)]) if u else np.ones(1)
+        return bool(sizes[0] < 1e-12 * sizes[-1])
+
     @cached_property
     def c(self) -> Array:
         """Velocity forces of the spanning tree."""
@@ -245,16 +250,18 @@ class Trial:
         loose = all(len(truth.given.loose[2]) for truth in self.truths)
         return held or {
             "positions": True,  # few loops have a closed form
-            "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost,
+            "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost, "constraint_forces": lost,
+            "hamiltonian": self.truths[0].massless(self.code.u),
             "reactions": loose, "forward_reactions": loose or lost,
             **dict.fromkeys(CENTROIDAL, not centre(self.truths[0])[0]),
         }.get(name, False)  # fmt: skip
 
     def called(self, request: str, truths: list[Truth], solution: str = "given", **more: Any) -> Array:
         """Return a function at states, with the motion that is given or found."""
-        known = {
+        known: dict[str, Any] = {
             "q": [x.q for x in truths], "u": [x.u for x in truths], "t": [x.t for x in truths],
             "du": [getattr(x, solution).du for x in truths], "tau": [x.tau for x in truths],
+            "p": [x.M @ x.u for x in truths],
         }  # fmt: skip
         return self.code(request, **known | more)
 
@@ -311,6 +318,14 @@ def found(want: Callable[[Solution], Array]) -> Comparison:
                 yield truth, got, want(truth.found)[trial.code.u], 0.0
 
     return compared
+
+
+def constraint_forces(trial: Trial, request: str) -> Iterator[Compared]:
+    """Compare the force that rows exert."""
+    some, u = [truth for truth in trial.truths if truth.moves and trial.partition_holds(truth)], trial.code.u
+    for truth, got in zip(some, trial.called(request, some, "found") if some else (), strict=True):
+        want = truth.tree_forces(truth.found.du) - truth.found.tau
+        yield truth, got, want[u], np.abs(truth.found.wrenches).max()
 
 
 def multipliers(trial: Trial, request: str) -> Iterator[Compared]:
@@ -493,6 +508,8 @@ COMPARED: Mapping[str, Comparison] = {
     "momentum": forces_of(lambda x: x.M @ x.u),
     "kinetic_energy": equal(lambda x: x.u @ x.M @ x.u / 2),
     "potential_energy": equal(potential),
+    "hamiltonian": equal(lambda x: x.u @ x.M @ x.u / 2 + potential(x)),
+    "gibbs_function": equal(lambda x: x.given.du @ (x.M @ x.given.du / 2 + x.c)),
     "prescribed_motion": equal(closed_form_rows),
     "coriolis_matrix": products,
     "k_C": products,
@@ -511,6 +528,7 @@ COMPARED: Mapping[str, Comparison] = {
     ),
     "constraint_jacobian": forbidden,
     "constraint_bias": bias,
+    "constraint_forces": constraint_forces,
     "multipliers": multipliers,
     "velocities": velocities,
     "positions": positions,

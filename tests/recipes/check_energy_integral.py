@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
-import hamiltonian
+import energy_integral
 import numpy as np
 import pytest
 
@@ -24,7 +24,7 @@ from symdyn.simulation import simulate
 from symdyn.verdict import Verdict
 from symdyn.verify import certify
 
-NAME = hamiltonian.__name__
+NAME = energy_integral.__name__
 pytestmark = pytest.mark.runs
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
@@ -133,7 +133,7 @@ def test_a_formulation_that_grows_fast_is_not_measured_for_many_coordinates() ->
 
 @pytest.mark.usefixtures("numpy_alone")
 def test_a_fault_in_one_formulation_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = Formulation(lambda w: [2 * x for x in hamiltonian.by_definition(w)])
+    wrong = Formulation(lambda w: [2 * x for x in energy_integral.by_definition(w)])
     row = OUTPUTS[NAME]
     monkeypatch.setitem(OUTPUTS, NAME, replace(row, formulations=row.formulations | {"definition": wrong}))
     assert not certify(scene("two_link"), (NAME,)).passed

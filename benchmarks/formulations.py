@@ -1,0 +1,153 @@
+"""All examples by every formulation that is printed: operations and length of the page, time to derive it, or why not.
+
+    python benchmarks/formulations.py                   prints the tables
+    python benchmarks/formulations.py --docs docs       writes docs/formulations.md
+
+A page that takes longer than `LIMIT` seconds is given up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing import TimeoutError, get_context
+from pathlib import Path
+from string import ascii_lowercase
+
+from symdyn.algebra import Form
+from symdyn.dynamics import Function
+from symdyn.dynamics.outputs import Counts
+from symdyn.emit.print import Printable, printed_text
+from symdyn.emit.print.formulations_page import PAGES
+from symdyn.errors import SymdynError
+from symdyn.graph import Graph
+from symdyn.resources import example_files
+from symdyn.scene import Scene, read
+from symdyn.table import Table
+
+ROOT = Path(__file__).parent.parent
+
+LIMIT = 30
+"""Seconds."""
+
+FORMULATIONS = ("lagrange", *PAGES)
+
+HEAD = """# Formulations, counted
+
+Made by `python benchmarks/formulations.py --docs docs`; `tests/test_formulations.py` holds some of the numbers.
+
+Every example by every formulation of `symdyn equations --formulation`: what its page takes to be worked out
+(multiplications, additions and divisions, what is shared once), how many characters it has without spaces, and how many
+milliseconds it took to derive and write, on one core. Lagrange's page holds the equations of motion alone; Hamilton's
+momenta, H, and rates solved for; Kane's velocities and partial velocities of every body, so that its length tells how
+much is written down on the way, not how long the equations are. A letter: there is no such page; why, stands below.
+
+Of small trees Lagrange's equations are the shortest on paper. Hamilton's take up to three times the operations where q̇
+is solved for, and fewer than Lagrange's where it stays in M q̇ = p, as of a PUMA 560: slopes of the energy are shorter
+than Coriolis terms. Routh's page is no longer than Hamilton's, and has fewer equations to integrate. Appell's is mostly
+half as long as Kane's, which needs no energy and no derivative of one. Of loops Udwadia and Kalaba's is mostly the
+shorter page, for its M, Q, A and b are not put together.
+"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page costs: operations, characters, milliseconds; or why there is none."""
+
+    operations: int = 0
+    characters: int = 0
+    milliseconds: float = 0.0
+    fault: str = ""
+
+
+def forms_of(scene: Scene, formulation: str) -> list[Form]:
+    """Return all formulas of a page."""
+    if formulation != "lagrange":
+        return [row.form for group in PAGES[formulation](scene) for row in group.rows]
+    page = Printable.of(scene)
+    return [side(i) for i in range(len(page.rows)) for side in (page.left, page.driving)]
+
+
+def counted(scene: Scene, formulation: str) -> int:
+    """Return the operations of a page."""
+    graph = Graph()
+    entries = tuple(form.express(graph) for form in forms_of(scene, formulation))
+    counts = Counts.of(Function("page", "", (), "", (len(entries),), entries, "", formulation))
+    return counts.multiplications + counts.additions + counts.divisions
+
+
+def measured(scene: Scene, formulation: str) -> Page:
+    """Return what a page costs."""
+    try:
+        begun = time.perf_counter()
+        text = printed_text(scene, "text", formulation=formulation)
+        taken = 1000 * (time.perf_counter() - begun)
+        return Page(counted(scene, formulation), len("".join(text.split())), taken)
+    except SymdynError as fault:
+        return Page(fault=" ".join(str(fault).removeprefix(f"{scene.name}: ").split()))
+
+
+def in_time(scene: Scene, formulation: str) -> Page:
+    """Return the same, in a process that is ended where it takes too long."""
+    with get_context("fork").Pool(1) as pool:
+        try:
+            return pool.apply_async(measured, (scene, formulation)).get(LIMIT)
+        except TimeoutError:
+            return Page(fault=f"it takes longer than {LIMIT} s")
+
+
+def examples() -> Iterator[Scene]:
+    """Yield the scenes that come with the package, by their names."""
+    for _, path in sorted(example_files().items()):
+        if path.suffix in (".toml", ".urdf"):
+            yield read(path)
+
+
+def reason(fault: str) -> str:
+    """Return a message without what it calls the scene's own, so that one reason of many scenes is one line."""
+    fault = re.sub(r"^(Hamilton|Routh|Kane|Appell)'s equations are written", "they are written", fault)
+    fault = re.sub(r"\bjoint \w+ turns", "a joint turns", fault)
+    return re.sub(r"^[a-z-]+: ", "", fault)
+
+
+def page(found: dict[str, dict[str, Page]]) -> str:
+    """Return the page of the documentation."""
+    reasons = list(dict.fromkeys(reason(cell.fault) for one in found.values() for cell in one.values() if cell.fault))
+
+    def shown(cell: Page) -> str:
+        if cell.fault:
+            return f"({ascii_lowercase[reasons.index(reason(cell.fault))]})"
+        return f"{cell.operations} / {cell.characters} / {float(f'{cell.milliseconds:.2g}'):g}"
+
+    rows = [[name, *(shown(one[formulation]) for formulation in FORMULATIONS)] for name, one in found.items()]
+    table = Table(("example", *FORMULATIONS), rows)
+    why = [f"- ({letter}) {text}" for letter, text in zip(ascii_lowercase, reasons, strict=False)]
+    parts = (HEAD, "## Operations / characters / milliseconds\n", table.markdown(), "\n## Where there is none\n", *why)
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def main() -> int:
+    """Measure all, and print or write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--docs", type=Path, help="the folder of the page")
+    options = parser.parse_args()
+    found: dict[str, dict[str, Page]] = {}
+    for scene in examples():
+        found[scene.name] = {}
+        for formulation in FORMULATIONS:
+            found[scene.name][formulation] = in_time(scene, formulation)
+            print(scene.name, formulation, found[scene.name][formulation], file=sys.stderr)
+    text = page(found)
+    if options.docs is None:
+        print(text)
+    else:
+        (options.docs / "formulations.md").write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
