@@ -10,7 +10,7 @@ Generalized forces Q hold everything but gravity and drives: struts, friction, l
 Here Q comes from derivatives of positions, as in Lagrange's equations. `wrenches` finds the same forces along the tree;
 only the laws of force are common to both.
 
-A prescribed coordinate follows a formula in time, whatever force that takes. It stays in q. In forward dynamics its
+A prescribed coordinate follows a formula in time and inputs, whatever force that takes. It stays in q. In forward dynamics its
 acceleration is known and its force is not: with p for prescribed and f for free velocities
 
     M_ff u̇_f = τ_f - (M_fp u̇_p + h_f)      τ_p = M_pf u̇_f + M_pp u̇_p + h_p      h = c + g + k_E - Q
@@ -45,6 +45,7 @@ class State:
         qdd: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
+        clock: seeds of d/dt for what moves as it is told, see `clock`.
     """
 
     q: tuple[Expr, ...]
@@ -52,6 +53,7 @@ class State:
     qdd: tuple[Expr, ...]
     tau: tuple[Expr, ...]
     rates: tuple[Expr, ...]
+    clock: Mapping[Expr, Expr]
 
     @classmethod
     def of(cls, scene: Scene, graph: Graph) -> State:
@@ -63,6 +65,7 @@ class State:
             qdd=tuple(graph.symbol(acceleration_name(name)) for name in velocities),
             tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(velocities))),
             rates=tuple(rate for joint in scene.moving for rate in joint_motion(joint, graph).rates),
+            clock=clock(scene, graph),
         )
 
     @property
@@ -77,13 +80,20 @@ class State:
 
     @property
     def velocity(self) -> dict[Expr, Expr]:
-        """Seeds of d/dt for what depends on q."""
-        return dict(zip(self.q, self.rates, strict=True))
+        """Seeds of d/dt for what depends on q, and on what is given over time."""
+        return {**self.clock, **dict(zip(self.q, self.rates, strict=True))}
 
     @property
     def acceleration(self) -> dict[Expr, Expr]:
         """Seeds of d/dt for what depends on q and qd."""
         return self.velocity | dict(zip(self.qd, self.qdd, strict=True))
+
+
+def clock(scene: Scene, graph: Graph) -> dict[Expr, Expr]:
+    """Return seeds of d/dt for inputs that have rates, and for t where an end of a strut moves with it."""
+    seeds = {graph.symbol(name): graph.symbol(rate) for name, rate in scene.rates.items()}
+    timed = any(TIME in x.symbols for strut in scene.struts for end in strut.ends for x in end.at)
+    return seeds | ({graph.symbol(TIME): graph.one} if timed else {})
 
 
 def quaternions(scene: Scene) -> list[tuple[str, ...]]:
@@ -375,7 +385,7 @@ class Prescribed:
     Attributes:
         n: number of velocities.
         place: velocities with a prescribed motion, from 0, ascending.
-        position, velocity, acceleration: of each, formulas in t.
+        position, velocity, acceleration: of each, formulas in t, and in inputs and their rates.
     """
 
     n: int
@@ -401,10 +411,10 @@ def prescribed(scene: Scene, graph: Graph) -> Prescribed:
     """Return the prescribed motions of a scene, and their derivatives by time."""
     known = [(scene.velocities.index(j.rates[0]), j.motion) for j in scene.joints if j.motion is not None]
     known.sort(key=lambda pair: pair[0])
-    clock = {graph.symbol(TIME): graph.one} if known else {}
+    seeds = clock(scene, graph) | {graph.symbol(TIME): graph.one} if known else {}
     position = [formula.express(graph) for _, formula in known]
-    velocity = tangents(position, clock)
-    acceleration = tangents(velocity, clock)
+    velocity = tangents(position, seeds)
+    acceleration = tangents(velocity, seeds)
     place = tuple(k for k, _ in known)
     return Prescribed(len(scene.velocities), place, tuple(position), tuple(velocity), tuple(acceleration))
 

@@ -69,8 +69,11 @@ class Names:
         return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)
 
 
-PARAMETERS, MOTION, TIMED, OWN = range(4)
-"""What a formula may name: parameters alone, coordinates and velocities too, and t too; the joint's own coordinates."""
+PARAMETERS, MOTION, TIMED, OWN, PLACED = range(5)
+"""What a formula may name: parameters alone, coordinates and velocities too, and t too; the joint's own coordinates.
+
+Last, of what moves as it is told: parameters, t, and inputs that have a rate.
+"""
 
 
 @dataclass(frozen=True)

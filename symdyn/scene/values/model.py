@@ -274,8 +274,9 @@ class Scene(Shown):
         """
         if not self.given:
             return replace(self, outputs=()) if self.outputs else self
+        values = {x.name: None if x.value == Quantity.ZERO else x.value for x in self.given}
         more = tuple(
-            Parameter(x.name, None if x.value == Quantity.ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
+            Parameter(x.name, values[x.name], False, x.unit, x.latex, x.text, x.texts, of=x.of)
             for x in self.given
         )
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
@@ -299,6 +300,11 @@ class Scene(Shown):
     def given(self) -> tuple[Input | StateVariable, ...]:
         """Inputs and states: what a function is told beside the motion and the time."""
         return (*self.inputs, *self.states)
+
+    @property
+    def rates(self) -> dict[str, str]:
+        """The rates of inputs by name, each by what it is the rate of: {"road": "road_dot", "road_dot": "road_ddot"}."""
+        return {one.of: one.name for one in (*self.inputs, *self.parameters) if one.of}
 
     def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:
         """Raise an error where there are states of one's own, of which something knows nothing."""
