@@ -10,8 +10,8 @@ Generalized forces Q hold everything but gravity and drives: struts, friction, l
 Here Q comes from derivatives of positions, as in Lagrange's equations. `wrenches` finds the same forces along the tree;
 only the laws of force are common to both.
 
-A prescribed coordinate follows a formula in time and inputs, whatever force that takes. It stays in q. In forward dynamics its
-acceleration is known and its force is not: with p for prescribed and f for free velocities
+A prescribed coordinate follows a formula in time and inputs, whatever force that takes. It stays in q. In forward
+dynamics its acceleration is known and its force is not: with p for prescribed and f for free velocities
 
     M_ff u̇_f = τ_f - (M_fp u̇_p + h_f)      τ_p = M_pf u̇_f + M_pp u̇_p + h_p      h = c + g + k_E - Q
 
@@ -21,7 +21,7 @@ hybrid dynamics.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.linear_solve import Singular, solve

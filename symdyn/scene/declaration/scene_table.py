@@ -395,6 +395,7 @@ def with_rates(inputs: Iterable[Input]) -> Iterator[tuple[int, Input]]:
             yield k, Input(name, unit=unit, of=of)
             of, name = name, acceleration_name(name)
 
+
 OUTPUT: tuple[Part, ...] = (
     number(
         "formula",

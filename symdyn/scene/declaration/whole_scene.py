@@ -98,8 +98,8 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
         if name in (one.name for one in scene.states):
             return f"uses {name}, a state; only forces, loads, rates, signals and outputs may depend on it"
         if use.key == "motion" or ".at[" in use.key:
-            told = "rates are not known; write rates = 2" if use.key == "motion" else "rate is not known; write rates = 1"
-            return f"uses {name}, an input whose {told} in [inputs.{name}]"
+            least = 2 if use.key == "motion" else 1
+            return f"uses {name}, an input without its rates; write rates = {least} in [inputs.{name}]"
         return f"uses {name}, an input; only forces, loads and outputs may depend on what is given over time"
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"

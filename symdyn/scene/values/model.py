@@ -276,8 +276,7 @@ class Scene(Shown):
             return replace(self, outputs=()) if self.outputs else self
         values = {x.name: None if x.value == Quantity.ZERO else x.value for x in self.given}
         more = tuple(
-            Parameter(x.name, values[x.name], False, x.unit, x.latex, x.text, x.texts, of=x.of)
-            for x in self.given
+            Parameter(x.name, values[x.name], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given
         )
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
@@ -303,7 +302,7 @@ class Scene(Shown):
 
     @property
     def rates(self) -> dict[str, str]:
-        """The rates of inputs by name, each by what it is the rate of: {"road": "road_dot", "road_dot": "road_ddot"}."""
+        """Names of rates of inputs, by what they are rates of: {"road": "road_dot", "road_dot": "road_ddot"}."""
         return {one.of: one.name for one in (*self.inputs, *self.parameters) if one.of}
 
     def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:

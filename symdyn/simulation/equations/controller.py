@@ -264,7 +264,7 @@ def driven(scene: Scene) -> tuple[str, ...]:
     """Return what a controller drives that does not say it: all drives but those of prescribed motions, else inputs."""
     places = places_of(scene)
     drives = tuple(one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None)
-    return drives or tuple(one.name for one in scene.inputs)
+    return drives or tuple(one.name for one in scene.inputs if not (one.rates or one.of))
 
 
 def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
@@ -278,6 +278,8 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
+    for name in (name for name in names if name in scene.rates):
+        faults.add("feedback: inputs", f"{name} has rates, which no controller tells; give it in forces")
     for k in {k for k in found if k is not None and found.count(k) > 1}:
         faults.add("feedback: inputs", f"{force_names(scene)[k]} is named twice")
     _check_times(feedback, until, faults)

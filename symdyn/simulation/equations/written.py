@@ -36,7 +36,7 @@ from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
-from symdyn.graph import Expr, Op, reachable, substitute
+from symdyn.graph import Expr, Op, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
 from symdyn.simulation.equations.events import event_kinds
@@ -160,6 +160,9 @@ def _written(
     )
     acts = (drives, substitute(w.Q, place))
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
+    if w.state.clock:  # ends of springs that move as they are told
+        told = tangents(derive_one(w, "potential_energy").entries, w.state.clock)
+        powers[1] = powers[1] + substitute(told, place)[0]
     power = powers[0] + powers[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
@@ -171,7 +174,7 @@ def _written(
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
-        function_of(w, "potential", derive_one(w, "potential_energy").entries),
+        function_of(w, "potential", substitute(derive_one(w, "potential_energy").entries, place)),
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
