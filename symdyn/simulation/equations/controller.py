@@ -34,6 +34,7 @@ from symdyn.simulation.equations.linear_law import (
     names_of,
     numbers_by_signal,
 )
+from symdyn.simulation.prescribed.courses import rate_of
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
@@ -267,19 +268,22 @@ def driven(scene: Scene) -> tuple[str, ...]:
     return drives or tuple(one.name for one in scene.inputs if not (one.rates or one.of))
 
 
-def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
-    """Return a controller in its scene.
+def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False) -> Placed:
+    """Return a controller in its scene, or what acts beside one.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
     names = tuple(feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene))  # gains name their own
-    found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
+    found = [
+        places[name] if rate_of(scene, name) and beside else place_of(scene, places, name, "feedback: inputs", faults)
+        for name in names
+    ]
+    for name in (name for name in names if name in scene.rates and not beside):
+        faults.add("feedback: inputs", f"{name} has rates, which no controller tells; give it in forces")
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
-    for name in (name for name in names if name in scene.rates):
-        faults.add("feedback: inputs", f"{name} has rates, which no controller tells; give it in forces")
     for k in {k for k in found if k is not None and found.count(k) > 1}:
         faults.add("feedback: inputs", f"{force_names(scene)[k]} is named twice")
     _check_times(feedback, until, faults)
@@ -301,7 +305,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
 
 def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:
     """Return a function that forces are given by as what acts all the time."""
-    found = placed(scene, Feedback(function.of, function.names), until)
+    found = placed(scene, Feedback(function.of, function.names), until, beside=True)
     return replace(found, title=f"{function.where}: the function")
 
 

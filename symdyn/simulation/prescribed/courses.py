@@ -70,8 +70,8 @@ def tables_of(scene: Scene, name: str, table: Columns, faults: Faults) -> dict[s
     if names == (name,):
         return {name: table.curves.get(name) or ForceTable(table.t, table.values[name])}
     if len(table.t) < SHORTEST and not set(names) <= table.values.keys():
-        rows = counted(len(table.t), "row")
-        faults.add(table.source, f"{name} has rates, and {rows}; a spline through them takes {SHORTEST} at least")
+        few = f"{counted(len(table.t), 'row')} are too few: {name} has rates"
+        faults.add(table.source, f"{few}, and a spline that has them takes {SHORTEST} at least")
     law = column_law(table, name, velocity_name(name), acceleration_name(velocity_name(name)))
     return {one: ForceTable(table.t, table.values[name], law, order) for order, one in enumerate(names)}
 

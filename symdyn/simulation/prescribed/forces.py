@@ -28,7 +28,7 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, ask_for_units, force_unit, substituted, velocity_name
 from symdyn.simulation.prescribed.courses import ForceTable, formulas_of, rate_of, tables_of, with_its_rates
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import Columns, parameter_values, read_formula, sample_times
+from symdyn.simulation.prescribed.formulas_in_time import Columns, counted, parameter_values, read_formula, sample_times
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_function, read_law, required_arguments
 
 
@@ -45,6 +45,17 @@ class ForceFunction:
     names: tuple[str, ...]
     where: str
     of: Callable[[float, Array, Array], Any]
+
+    def number(self, name: str, t: float, q: Array, u: Array) -> float:
+        """Return one of what it returns; SimulateError where that is something else than a number each."""
+        try:
+            found = np.asarray(self.of(t, q, u), dtype=np.float64).ravel()
+        except Exception as fault:
+            raise SimulateError(f"{self.where}: the function has no value at t = {t:g} s: {fault}") from None
+        if len(found) != len(self.names):
+            told = f"{self.where}: the function returned {counted(len(found), 'number')} at t = {t:g} s"
+            raise SimulateError(f"{told}; it returns {len(self.names)}: {', '.join(self.names)}")
+        return float(found[self.names.index(name)])
 
 
 @dataclass(frozen=True)
@@ -225,8 +236,9 @@ def at_start(scene: Scene, forces: Forces) -> dict[str, Quantity]:
     names = [rate for one in scene.inputs if one.rates for rate in with_its_rates(scene, one.name)]
     for name, k in ((name, places_of(scene)[name]) for name in names):
         function = next((one for one in forces.functions if name in one.names), None)
-        told = function and np.ravel(function.of(0.0, still, still))[function.names.index(name)]
-        told = forces.tables[k](np.zeros(())) if k in forces.tables else told
+        told = forces.tables[k](np.zeros(())) if k in forces.tables else None
+        if function is not None:
+            told = function.number(name, 0.0, still, still)
         if told is not None:
             found[name] = Quantity.number(Fraction(float(told)))
         elif k in forces.formulas:
