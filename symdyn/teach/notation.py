@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
-from symdyn.dynamics.mechanism import body_placements, vector
+from symdyn.dynamics.mechanism import TIME, body_placements, vector
 from symdyn.emit.print import value_text
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import Joint
+from symdyn.scene.values import Joint, Strut
 from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Picture, Section, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, Prose, called, named, together
@@ -82,10 +82,19 @@ def acting_steps(lesson: Prose) -> list[Step]:
         )
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
+        rows += _supports(lesson, one) if isinstance(one, Strut) else []
     if not rows:
         return []
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
+
+
+def _supports(lesson: Prose, strut: Strut) -> list[tuple[str | Words, str | Words]]:
+    """Return where the ends of a strut are that move as they are told."""
+    told = {TIME, *lesson.scene.rates}
+    moving = [end for end in strut.ends if any(told.intersection(x.symbols) for x in end.at)]
+    places = [{axis: Form.of(x.express(Graph())) for axis, x in zip("xyz", end.at, strict=True)} for end in moving]
+    return [(lesson.say("acting.support"), lesson.say("acting.moves", name=strut.name, **at)) for at in places]
 
 
 def _willis(scene: Scene, joint: Joint) -> list[Words]:
