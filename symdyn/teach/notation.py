@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra import Form, Function, Number, Ratios, Symbol
-from symdyn.dynamics.mechanism import TIME, body_placements, vector
+from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import value_text
 from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
@@ -91,9 +91,8 @@ def acting_steps(lesson: Prose) -> list[Step]:
 
 def _supports(lesson: Prose, strut: Strut) -> list[tuple[str | Words, str | Words]]:
     """Return where the ends of a strut are that move as they are told."""
-    told = {TIME, *lesson.scene.rates}
-    moving = [end for end in strut.ends if any(told.intersection(x.symbols) for x in end.at)]
-    places = [{axis: Form.of(x.express(Graph())) for axis, x in zip("xyz", end.at, strict=True)} for end in moving]
+    ends = [end for one, end in lesson.scene.supports if one == strut]
+    places = [{axis: Form.of(x.express(Graph())) for axis, x in zip("xyz", end.at, strict=True)} for end in ends]
     return [(lesson.say("acting.support"), lesson.say("acting.moves", name=strut.name, **at)) for at in places]
 
 
