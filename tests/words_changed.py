@@ -314,6 +314,7 @@ ONLY_TOLD: dict[str, str] = {
     "joints/limits/velocity": "of tables and robot files: it stops no run",
     "joints/limits/effort": "likewise, and drives are judged by it afterwards",
     "joints/units": "of columns",
+    "inputs/rates": "which more inputs there are",
     "inputs/latex": "how it is printed",
     "inputs/text": "what it is, for tables",
     "inputs/unit": "of columns",

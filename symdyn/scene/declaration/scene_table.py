@@ -378,6 +378,7 @@ INPUT: tuple[Part, ...] = (
         _rates,
         0,
         holds="how many of its rates, NAME_dot and NAME_ddot, are inputs too",
+        said=Quantity.number,
         shape={"type": "integer", "minimum": 0, "maximum": MOST_RATES},
     ),
     LATEX,

@@ -16,7 +16,7 @@ from symdyn.errors import listed
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, acceleration_name, spell, velocity_name
 from symdyn.simulation.prescribed.formulas_in_time import Columns, bound, counted, jump_of, parameter_values
-from symdyn.simulation.prescribed.motion_laws import Law, column_law
+from symdyn.simulation.prescribed.motion_laws import column_curve
 from symdyn.unlocked import cached_property
 
 
@@ -27,12 +27,12 @@ class ForceTable:
     Attributes:
         t: s, shape (N,).
         x: shape (N,).
-        law: of an input with rates, the spline through them, of which this is the derivative of an `order`.
+        spline: of an input with rates what goes through them, of which this is the derivative of an `order`.
     """
 
     t: Array
     x: Array
-    law: Law | None = None
+    spline: Callable[[Array, int], Array] | None = None
     order: int = 0
 
     @cached_property
@@ -44,8 +44,8 @@ class ForceTable:
 
     def __call__(self, times: Array) -> Array:
         """Return the numbers at `times`."""
-        if self.law is not None:
-            return self.law(np.clip(times, self.t[0], self.t[-1]))[self.order]
+        if self.spline is not None:
+            return np.asarray(self.spline(np.clip(times, self.t[0], self.t[-1]), self.order), dtype=np.float64)
         return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)
 
 
@@ -60,20 +60,25 @@ def rate_of(scene: Scene, name: str) -> str:
     return next((of for of in given if name in with_its_rates(scene, of)[1:]), "")
 
 
-SHORTEST = 4
-"""Rows of a table through which a spline has a second rate of its own."""
+SHORTEST = 6
+"""Rows of a table through which there is one spline of degree 5."""
 
 
 def tables_of(scene: Scene, name: str, table: Columns, faults: Faults) -> dict[str, ForceTable]:
     """Return what a table tells of a force or an input, and of the rates that this has, by name."""
+    from scipy.interpolate import make_interp_spline  # late: it takes long to load
+
     names = with_its_rates(scene, name)
     if names == (name,):
         return {name: table.curves.get(name) or ForceTable(table.t, table.values[name])}
     if len(table.t) < SHORTEST and not set(names) <= table.values.keys():
         few = f"{counted(len(table.t), 'row')} are too few: {name} has rates"
         faults.add(table.source, f"{few}, and a spline that has them takes {SHORTEST} at least")
-    law = column_law(table, name, velocity_name(name), acceleration_name(velocity_name(name)))
-    return {one: ForceTable(table.t, table.values[name], law, order) for order, one in enumerate(names)}
+        return {}
+    curve = column_curve(table, name, velocity_name(name), acceleration_name(velocity_name(name)))
+    if velocity_name(name) not in table.values:  # accelerations without kinks
+        curve = make_interp_spline(table.t, table.values[name], k=5)
+    return {one: ForceTable(table.t, table.values[name], curve, order) for order, one in enumerate(names)}
 
 
 def formulas_of(scene: Scene, name: str, formula: Quantity, where: str, faults: Faults) -> dict[str, Quantity]:

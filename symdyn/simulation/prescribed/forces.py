@@ -110,7 +110,7 @@ def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
     """
     names, spans = force_names(scene), {k: (table.t[0], table.t[-1]) for k, table in forces.tables.items()}
     for k, table in forces.tables.items():
-        if table.law is not None and (table.t[0] > 0 or table.t[-1] < until):
+        if table.spline is not None and (table.t[0] > 0 or table.t[-1] < until):
             raise SimulateError(
                 f"forces: {names[k]} has rates, and its table goes from {table.t[0]:g} s to {table.t[-1]:g} s; give "
                 f"rows for the whole run, from 0 to {until:g} s"

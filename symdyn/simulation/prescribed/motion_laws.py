@@ -172,23 +172,26 @@ def through(t: Array, x: Array, text: str) -> Law:
     return Law(text, EVER, profile, (through, (t, x, text)))
 
 
-def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
-    """Return the law of columns of a table: a spline through positions, and through rates and accelerations if given.
+def column_curve(columns: Columns, name: str, rate: str, acceleration: str) -> Any:
+    """Return a spline through columns of a table: positions, and rates and accelerations if given.
 
     With positions alone it is a cubic spline, with velocities the cubic, with accelerations too the quintic Hermite
-    interpolant, so that a recorded motion comes back at its own times digit for digit.
+    interpolant.
     """
     from scipy.interpolate import BPoly, CubicHermiteSpline, CubicSpline
 
     t, x = columns.t, columns.values[name]
     v, a = columns.values.get(rate), columns.values.get(acceleration)
-    curve: Any
     if v is not None and a is not None:
-        curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
-    elif v is not None:
-        curve = CubicHermiteSpline(t, x, v)
-    else:
-        curve = CubicSpline(t, x)
+        return BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
+    return CubicSpline(t, x) if v is None else CubicHermiteSpline(t, x, v)
+
+
+def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
+    """Return the law of columns of a table, so that a recorded motion comes back at its own times digit for digit."""
+    t, x = columns.t, columns.values[name]
+    v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve = column_curve(columns, name, rate, acceleration)
 
     def profile(times: Array) -> Motion3:
         q, qd, qdd = (np.asarray(curve(times, order), dtype=np.float64) for order in range(3))
