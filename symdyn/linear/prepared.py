@@ -217,13 +217,14 @@ def matrices(v: Variations, here: LinearPoint, choice: Choice, drives: Sequence[
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
     moves, rates = np.zeros((n, states + inputs)), np.zeros((n, states + inputs))  # δξ and δu by (x, w)
     moves[:, :p], rates[:, p:states] = choice.N_h, choice.N
-    for found, follows, rows, missed in (
-        (moves, choice.positions, here.holding, lambda: slopes["r"] @ own),
-        (rates, choice.velocities, slice(None), lambda: s @ np.vstack([moves, own])),
-    ):
-        dependent = [k for k in range(len(driven)) if k not in follows]
+
+    def tie(found: Array, free: Sequence[int], G: Array, missed: Array) -> None:
+        dependent = [k for k in range(len(driven)) if k not in free]
         if dependent:
-            found[dependent] -= np.linalg.solve(here.G[rows][:, dependent], missed()[rows])
+            found[dependent] -= np.linalg.solve(G[:, dependent], missed)
+
+    tie(moves, choice.positions, here.G[here.holding], (slopes["r"] @ own)[here.holding])
+    tie(rates, choice.velocities, here.G, s @ np.vstack([moves, own]))
     moved = np.vstack([moves, rates])
     acting = e[:, 3 * n :] @ own
     acting[: len(driven)] -= driven

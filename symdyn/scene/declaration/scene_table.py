@@ -365,10 +365,10 @@ MOST_RATES = 2
 
 def _rates(table: EntryReader, key: str, usual: int) -> int:
     raw = table.raw.get(key, usual)
-    if raw not in range(MOST_RATES + 1) or isinstance(raw, bool):
+    if not isinstance(raw, int) or isinstance(raw, bool) or not 0 <= raw <= MOST_RATES:
         table.fault(f"{key} = {show(raw)} is none of 0, 1, 2; write {key} = 2 where it moves a joint, 1 for a spring")
         return usual
-    return int(raw)
+    return raw
 
 
 INPUT: tuple[Part, ...] = (

@@ -314,7 +314,8 @@ class Scene(Shown):
     @property
     def rates(self) -> dict[str, str]:
         """Names of rates of inputs, by what they are rates of: {"road": "road_dot", "road_dot": "road_ddot"}."""
-        return {one.of: one.name for one in (*self.inputs, *self.parameters) if one.of}
+        letters: tuple[Letter, ...] = (*self.inputs, *self.parameters)
+        return {one.of: one.name for one in letters if one.of}
 
     @cached_property
     def supports(self) -> tuple[tuple[Strut, Place], ...]:

@@ -142,8 +142,7 @@ class Quantity:
         """
 
         def formula(node: Expr) -> Quantity:
-            value = Fraction(node.value) if node.op is Op.CONSTANT else node.value  # type: ignore[arg-type]
-            return Quantity(node.op, tuple(map(formula, node.args)), value)  # type: ignore[arg-type]
+            return Quantity(node.op, tuple(map(formula, node.args)), node.value)
 
         graph = Graph()
         (found,) = tangents([self.express(graph)], {graph.symbol(name): graph.one})

@@ -6,7 +6,7 @@ A step has no rate, and neither has what depends on the state, whose acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,8 +32,8 @@ class ForceTable:
 
     t: Array
     x: Array
-    spline: Callable[[Array, int], Array] | None = None
-    order: int = 0
+    spline: Callable[[Array, int], Array] | None = field(default=None, kw_only=True)
+    order: int = field(default=0, kw_only=True)
 
     @cached_property
     def _curve(self) -> Callable[[Array], Array]:
@@ -78,7 +78,7 @@ def tables_of(scene: Scene, name: str, table: Columns, faults: Faults) -> dict[s
     curve = column_curve(table, name, velocity_name(name), acceleration_name(velocity_name(name)))
     if velocity_name(name) not in table.values:  # accelerations without kinks
         curve = make_interp_spline(table.t, table.values[name], k=5)
-    return {one: ForceTable(table.t, table.values[name], curve, order) for order, one in enumerate(names)}
+    return {one: ForceTable(table.t, table.values[name], spline=curve, order=order) for order, one in enumerate(names)}
 
 
 def formulas_of(scene: Scene, name: str, formula: Quantity, where: str, faults: Faults) -> dict[str, Quantity]:

@@ -235,14 +235,10 @@ def at_start(scene: Scene, forces: Forces) -> dict[str, Quantity]:
     found, still = dict[str, Quantity](), np.zeros(0)
     names = [rate for one in scene.inputs if one.rates for rate in with_its_rates(scene, one.name)]
     for name, k in ((name, places_of(scene)[name]) for name in names):
-        function = next((one for one in forces.functions if name in one.names), None)
-        told = forces.tables[k](np.zeros(())) if k in forces.tables else None
-        if function is not None:
-            told = function.number(name, 0.0, still, still)
-        if told is not None:
-            found[name] = Quantity.number(Fraction(float(told)))
-        elif k in forces.formulas:
-            found[name] = forces.formulas[k]
+        told = [float(forces.tables[k](np.zeros(())))] if k in forces.tables else []
+        told += [one.number(name, 0.0, still, still) for one in forces.functions if name in one.names]
+        if told or k in forces.formulas:
+            found[name] = Quantity.number(Fraction(told[0])) if told else forces.formulas[k]
     return found
 
 

@@ -149,13 +149,12 @@ def power_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
-    blocks = (Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power)))
-    if told is not None:
-        blocks += (lesson.say("power.told", power=told, P=Symbol("P:")),)
+    blocks: list[Block] = [Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))), Formula(symbol.name, Form.sum(power))]
+    blocks += [] if told is None else [lesson.say("power.told", power=told, P=Symbol("P:"))]
     right = " + ".join(map(lesson.written, parts)).replace("+ −", "− ")
     numbers = lesson.say("power.numbers", left=symbol, value=lesson.equals(left), parts=right)
     return [
-        Step("power", lesson.say("power"), blocks, lesson.say("power.reason")),
+        Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason")),
         Step("power.numbers", numbers, ()),
     ]
 
