@@ -46,15 +46,7 @@ from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.integrate.integration import END
 from symdyn.simulation.integrate.valueless import valueless
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import (
-    Forces,
-    SceneMotion,
-    drive_names,
-    force_names,
-    motion_times,
-    places_of,
-    read_motion,
-)
+from symdyn.simulation.prescribed.forces import Forces, SceneMotion, drive_names, motion_times, places_of, read_motion
 from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.point_path import ScenePath, read_path
@@ -381,7 +373,8 @@ def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Ar
 
 def _own(scene: Scene, forces: Forces) -> dict[str, Law]:
     """Return the laws that the scene itself prescribes, in inputs too."""
-    values, names = parameter_values(scene) | {one.name: one.value for one in scene.inputs}, force_names(scene)
+    inputs = {one.name: one.value for one in scene.inputs}
+    values, names = parameter_values(scene) | inputs, (*drive_names(scene), *inputs)
     values |= {names[k]: bound(formula, values) for k, formula in forces.formulas.items()}
     tables = {names[k]: table for k, table in forces.tables.items()}
     values = {name: one for name, one in values.items() if name not in tables}

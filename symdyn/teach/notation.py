@@ -21,7 +21,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, parse
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import Joint, Strut
+from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Picture, Section, Step, Words
 from symdyn.teach.lesson import AXES, Lesson, Prose, called, named, together
@@ -82,18 +82,13 @@ def acting_steps(lesson: Prose) -> list[Step]:
         )
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
-        rows += _supports(lesson, one) if isinstance(one, Strut) else []
+        for at in (at for strut, at in scene.supports if strut == one):
+            x, y, z = (Form.of(entry.express(Graph())) for entry in at)
+            rows.append((lesson.say("acting.support"), lesson.say("acting.moves", name=one.name, x=x, y=y, z=z)))
     if not rows:
         return []
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
     return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
-
-
-def _supports(lesson: Prose, strut: Strut) -> list[tuple[str | Words, str | Words]]:
-    """Return where the ends of a strut are that move as they are told."""
-    ends = [end for one, end in lesson.scene.supports if one == strut]
-    places = [{axis: Form.of(x.express(Graph())) for axis, x in zip("xyz", end.at, strict=True)} for end in ends]
-    return [(lesson.say("acting.support"), lesson.say("acting.moves", name=strut.name, **at)) for at in places]
 
 
 def _willis(scene: Scene, joint: Joint) -> list[Words]:

@@ -92,7 +92,7 @@ class State:
 def clock(scene: Scene, graph: Graph) -> dict[Expr, Expr]:
     """Return seeds of d/dt for inputs that have rates, and for t where an end of a strut moves with it."""
     seeds = {graph.symbol(name): graph.symbol(rate) for name, rate in scene.rates.items()}
-    timed = any(TIME in x.symbols for _, end in scene.supports for x in end.at)
+    timed = any(TIME in x.symbols for _, at in scene.supports for x in at)
     return seeds | ({graph.symbol(TIME): graph.one} if timed else {})
 
 

@@ -69,10 +69,10 @@ class Names:
         return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)
 
 
-PARAMETERS, MOTION, TIMED, OWN, PLACED = range(5)
+PARAMETERS, MOTION, TIMED, OWN, PLACED, LED = range(6)
 """What a formula may name: parameters alone, coordinates and velocities too, and t too; the joint's own coordinates.
 
-Last, of what moves as it is told: parameters, t, and inputs that have a rate.
+Last, of what moves as it is told: parameters, t, and inputs that have a rate, or two.
 """
 
 

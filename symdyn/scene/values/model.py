@@ -22,18 +22,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.folding import map_quantities, substituted
 from symdyn.scene.values.grammar import CLOCK, LETTERS
-from symdyn.scene.values.joint import (
-    Contact,
-    Element,
-    Joint,
-    JointOrder,
-    Load,
-    Place,
-    Row,
-    Strut,
-    acceleration_name,
-    order_of,
-)
+from symdyn.scene.values.joint import Contact, Element, Joint, JointOrder, Load, Row, Strut, acceleration_name, order_of
 from symdyn.scene.values.letters import Input, Letter, Parameter, Signal, StateVariable
 from symdyn.scene.values.quantity import Quantity, Vector, spell
 from symdyn.shown import Shown
@@ -318,11 +307,11 @@ class Scene(Shown):
         return {one.of: one.name for one in letters if one.of}
 
     @cached_property
-    def supports(self) -> tuple[tuple[Strut, Place], ...]:
-        """The ends of struts that move as they are told, by time or by inputs, each behind its strut."""
+    def supports(self) -> tuple[tuple[Strut, Vector], ...]:
+        """Where ends of struts are that move as they are told, by time or by inputs, each behind its strut."""
         told = {CLOCK, *self.rates}
-        ends = ((strut, end) for strut in self.struts for end in strut.ends)
-        return tuple((strut, end) for strut, end in ends if any(told.intersection(x.symbols) for x in end.at))
+        ends = ((strut, end.at) for strut in self.struts for end in strut.ends)
+        return tuple((strut, at) for strut, at in ends if any(told.intersection(x.symbols) for x in at))
 
     def refuse_states(self, what: str, error: type[SymdynError] = SceneError) -> None:
         """Raise an error where there are states of one's own, of which something knows nothing."""

@@ -34,7 +34,6 @@ from symdyn.simulation.equations.linear_law import (
     names_of,
     numbers_by_signal,
 )
-from symdyn.simulation.prescribed.courses import rate_of
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.motion_laws import Law as MotionLaw, read_function, read_law, required_arguments
@@ -276,12 +275,10 @@ def placed(scene: Scene, feedback: Feedback, until: float, beside: bool = False)
     """
     faults, places = Faults(""), places_of(scene)
     names = tuple(feedback.inputs or getattr(feedback.law, "inputs", ()) or driven(scene))  # gains name their own
-    found = [
-        places[name] if rate_of(scene, name) and beside else place_of(scene, places, name, "feedback: inputs", faults)
-        for name in names
-    ]
+    where = "feedback: inputs"
+    found = [places[name] if beside else place_of(scene, places, name, where, faults) for name in names]
     for name in (name for name in names if name in scene.rates and not beside):
-        faults.add("feedback: inputs", f"{name} has rates, which no controller tells; give it in forces")
+        faults.add(where, f"{name} has rates, which no controller tells; give it in forces")
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
     for k in {k for k in found if k is not None and found.count(k) > 1}:

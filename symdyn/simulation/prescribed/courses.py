@@ -106,6 +106,6 @@ def _order_used(scene: Scene, names: tuple[str, ...]) -> int:
     """Return which derivative of an input acts, the highest one: what moves with it takes more than it names."""
     inside = {one for formula in Quantity.inside(scene) for one in formula.symbols}
     led = {one for joint in scene.joints if joint.motion is not None for one in joint.motion.symbols}
-    ends = {one for _, end in scene.supports for x in end.at for one in x.symbols}
+    ends = {one for _, at in scene.supports for x in at for one in x.symbols}
     used = [order for order, one in enumerate(names) if one in inside]
     return max(2 * (names[0] in led), 1 * (names[0] in ends), *used, 0)
