@@ -228,7 +228,7 @@ def test_transmissibility_is_den_hartogs(mass: symdyn.Scene) -> None:
     lin = symdyn.linearize(mass, outputs=["x", "x_ddot", "x_dot"])
 
     assert lin.inputs.names == ("y", "y_dot")
-    assert_allclose(lin.B, [[0, 0], [k / m, c / m]], rtol=1e-12)
+    assert_allclose(lin.B, np.array([[0.0, 0.0], [k / m, c / m]]), rtol=1e-12)
     assert_allclose(np.abs(lin.bode("x", "y", omega).response[:, 0, 0]), known, rtol=1e-10)
     assert_allclose(lin.bode("x_ddot", "y", omega).response, -(omega[:, None, None] ** 2) * lin.bode(
         "x", "y", omega).response, rtol=1e-9)  # fmt: skip
