@@ -51,7 +51,7 @@ def test_python_declares_the_same(cart):
         (
             'mass = "m"',
             'mass = "m*u"',
-            "bodies.cart: mass = m[*]u uses u, an input; only forces, loads and outputs may",
+            "bodies.cart: mass = m[*]u uses u; a mass or an inertia changes by a state: write",
         ),
         ("k*u - b", "k*v - b", "joints.slide: .* uses the undefined symbol v"),
         ("[inputs.u]", "[inputs.x]", '"x" is already the name of inputs.x'),

@@ -130,7 +130,8 @@ LOOP = "which follows from forces: an algebraic loop; use coordinates, velocitie
         (
             'mass = "m"',
             'mass = "m*i"',
-            "bodies.bob: mass = m*i uses i, a state; only forces, loads, rates, signals and outputs may depend on it",
+            "bodies.bob: mass or inertia changes with i, and nothing tells what leaves or arrives; write [flows.jet] "
+            'with body = "bob" and its velocity',
         ),
         (
             "(u - drop)/L",

@@ -10,6 +10,7 @@ from symdyn.scene import (
     cylindrical,
     damper,
     elastic_rope,
+    flow,
     free,
     helical,
     knife_edge,
@@ -76,6 +77,12 @@ def everything() -> Scene:
         loads=[
             load("wind", body="l", at=[0, 0, "r"], force=["3*k*t", 0, "-2*f1_vx"], couple=[0, "2*sin(3*t)*alpha", 0]),
             load("thrust", point="tool", force=[0, 0, 9], frame="body"),
+        ],
+        flows=[
+            flow("rain", ["k*t", 0, "-f1_vx"], body="l", rate="3*k", frame="ground"),
+            flow("leak", [0, 0, -1], body="l", at=[0, 0, "r"]),
+            flow("mouth", [0, 0, 0], point="tool", rate="k/7"),
+            flow("drain", [1, 0, 0], body="b"),
         ],
         ropes=[
             rope("hoist", [{"body": "l", "at": ["r", 0, 0]}, "end", "tool"], length="7*r"),

@@ -19,13 +19,14 @@ Terms of a sum are written as one, as a book does:
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import gcd, lcm
 
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Sum, Symbol
+from symdyn.algebra.ratios import Ratios
 from symdyn.algebra.sums_of_angles import (
     SMALL,
     Angle,
@@ -40,12 +41,13 @@ from symdyn.algebra.sums_of_angles import (
     take_out,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr, Op, evaluate
 
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
 Key = tuple[tuple[Monomial, Fraction], ...]  # a trigonometric polynomial, scaled, terms in reading order
 
 WORK = 40  # products of terms that take as long as writing a term short does
+NESTED = Fraction(4, 3)  # of the parts of quotients in quotients: as many more are read as easily where none is nested
 LONG = 4  # a factor common to fewer terms stays in them, as in the textbook's (5.40)
 
 
@@ -79,9 +81,25 @@ class Compactor:
         for atom in alone:
             node = ring.generators[atom].node
             self._finders.append(SumFinder((atom,), ((1,),), node is not None and node.op is not Op.PI))
+        self._divides = any(g.kind == "inverse" for g in ring.generators)
         self._short: dict[tuple[tuple[Powers, int], ...], tuple[Fraction, Key]] = {}
         self._words = Monomials()
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
+
+    @classmethod
+    def of(
+        cls, nodes: Sequence[Expr], letters: Sequence[Expr], groups: Sequence[AngleGroup] = ()
+    ) -> Callable[[Expr], Form]:
+        """Return what writes nodes over a ring of their own; `letters` and `groups` as the ring takes them.
+
+        Raises:
+            DerivationError: a node is no polynomial in sines.
+        """
+        every = list(dict.fromkeys(nodes))
+        ring = TrigonometricRing(every, letters, groups)
+        values = dict(zip(every, evaluate(every, ring, ring.values(every)), strict=True))
+        compact = cls(ring, groups)
+        return lambda node: compact(values[node])
 
     def __call__(self, p: Polynomial) -> Form:
         """Return a short form of p.
@@ -92,9 +110,26 @@ class Compactor:
         self.ring.count(WORK * len(p))
         items = self._grouped(self._by_parameters(p))
         number, common, rest = take_out(items)
-        if len(items) < LONG or not common:
-            return Form.sum(map(self._words.term, items))
-        return Form.product([Number(number), *self._words.powers(common), Form.sum(map(self._words.term, rest))])
+        form = Form.sum(map(self._words.term, items))
+        if len(items) >= LONG and common:
+            form = Form.product([Number(number), *self._words.powers(common), Form.sum(map(self._words.term, rest))])
+        return self.in_lowest_terms(form)
+
+    def in_lowest_terms(self, form: Form) -> Form:
+        """Return a form whose parts of letters alone are sums of quotients, if those are no longer: of gears that roll.
+
+        Only what is divided by a sum is looked at.
+        """
+        if isinstance(form, Function):  # whose angle is one of the ring's
+            return form
+        parts = list(form.walk()) if self._divides else []
+        if not any(isinstance(x, Power) and x.exponent < 0 and isinstance(x.base, Sum) for x in parts):
+            return form
+        if any(isinstance(x, (Function, Pi)) for x in parts):
+            return form.with_parts(map(self.in_lowest_terms, form.parts))
+        graph = next(g.node.graph for g in self.ring.generators if g.node is not None)
+        other = Ratios.collected(form.express(graph))
+        return other if sum(1 for _ in other.walk()) <= NESTED * len(parts) else form
 
     def _by_parameters(self, p: Polynomial) -> dict[Powers, tuple[Fraction, Key]]:
         """Return the trigonometric polynomial that each monomial of the other generators multiplies, shortened."""
@@ -283,6 +318,8 @@ def _one(first: _Term, second: _Term) -> Form | None:
 
 
 def _sum(p: Form, q: Form, plus: bool) -> Form:
+    if plus and any(isinstance(x, Power) and x.exponent < 0 for one in (p, q) for x in one.walk()):
+        p, q = sorted((p, q), key=repr)  # ratios of gears: the sum is one angle, whichever comes first
     return Form.sum([*p.terms, *(one if plus else Form.product((Number.MINUS_ONE, one)) for one in q.terms)])
 
 

@@ -201,6 +201,22 @@ class Ratios(Solving):
         field = Ratios([node])
         return field.form(evaluate([node], field, field.values())[0])
 
+    @staticmethod
+    def collected(node: Expr) -> Form:
+        """Return a node as a sum of quotients in factors, one for each of the letters that it is linear in."""
+        field = Ratios([node])
+        over, under = evaluate([node], field, field.values())[0]
+        powers, below = over.monoms(), {k for one in under.monoms() for k, power in enumerate(one) if power}
+        linear = list[int]()
+        for k in range(1, len(field.atoms) + 1):
+            others = [one for one in powers if any(one[j] for j in linear)]
+            if k not in below and max((one[k] for one in powers), default=0) == 1 and not any(x[k] for x in others):
+                linear.append(k)
+        parts: dict[int, dict[tuple[int, ...], Any]] = {}
+        for one, coefficient in over.terms():
+            parts.setdefault(next((k for k in linear if one[k]), 0), {})[one] = coefficient
+        return Form.sum(field.form(field._ratio(field._ctx.from_dict(part), under)) for part in parts.values())
+
     def form(self, ratio: Ratio) -> Form:
         """Return a quotient as a formula, both sides in factors."""
         if ratio.is_zero:

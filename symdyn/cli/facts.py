@@ -340,5 +340,5 @@ def acting(scene: Scene) -> list[dict[str, str]]:
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
     for load in scene.loads:
-        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].law_words(load)))
+        rows.append(row(load.kind, load.name, at("", (scene.seated(load).place,)), FORCES[load.kind].law_words(load)))
     return rows

@@ -273,7 +273,8 @@ def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph:
     Of a rope these are the ends of its straight parts, and the axis of every wheel, backwards where it turns right.
     """
     wanted: dict[Key, tuple[Expr, ...]] = {
-        ("end", one, k): placed[end.body].point(vector(end.at, graph)) for k, end in enumerate(one.ends)
+        ("end", one, k): placed[end.body].point(vector(end.at, graph))
+        for k, end in enumerate((scene.seated(one).place,) if isinstance(one, Load) else one.ends)
     }
     if len(one.ends) > 2 or one.is_taut:
         wanted |= {("tangent", one, k): at for k, at in enumerate(Taut(scene, graph).tangents(one.ends, placed))}
@@ -282,7 +283,7 @@ def _element(one: Element, scene: Scene, placed: Mapping[str, Transform], graph:
             wanted |= {("spin", one, k): placed[end.body].R @ scale(end.turn, axis)} if end.turn else {}
     if isinstance(one, Load):
         R = placed[one.place.body].R if one.frame == "body" else Transform.unit(graph).R
-        force, couple = FORCES[one.kind].push.wrench(one, graph)
+        force, couple = FORCES[one.kind].push.wrench(one, scene, graph)
         wanted |= {("force", one): R @ force, ("couple", one): R @ couple}
     elif isinstance(one, Contact):
         if FORCES[one.kind].rolls:

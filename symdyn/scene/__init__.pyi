@@ -33,6 +33,7 @@ from .declaration.dimensions import SceneUnits as SceneUnits
 from .declaration.reading import Written as Written, read_bounded as read_bounded
 from .forces.applied_forces import damper as damper, load as load, spring as spring
 from .forces.constraints import constraint as constraint, knife_edge as knife_edge, rolling as rolling
+from .forces.flows import flow as flow
 from .forces.ropes import elastic_rope as elastic_rope, rope as rope, rope_damping as rope_damping
 from .scene_files import (
     SceneLike as SceneLike,

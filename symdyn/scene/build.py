@@ -10,8 +10,6 @@
 
 Wherever a number is wanted there may be an int, a Fraction, a float (0.1 means 1/10), a formula, a value with its
 unit in text, such as "500 mm", or a quantity. Numbers without a unit are in SI.
-
-Joints in Python: one maker a type, the same words as in a TOML file.
 """
 
 from __future__ import annotations
@@ -34,6 +32,7 @@ class Elements(TypedDict, total=False):
     springs: Sequence[Entry]
     dampers: Sequence[Entry]
     loads: Sequence[Entry]
+    flows: Sequence[Entry]
     constraints: Sequence[Entry]
     ropes: Sequence[Entry]
 

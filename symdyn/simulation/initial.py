@@ -373,10 +373,11 @@ def _ways(scene: Scene, way: Array) -> str:
     return ", ".join(words) + (f", and {len(far) - NAMED} more" if len(far) > NAMED else "")
 
 
-def singular(system: StateEquations, q: Array) -> str:
-    """Return which velocity moves no mass at q, "" if all do; of a tree."""
+def singular(system: StateEquations, x: Array) -> str:
+    """Return which velocity moves no mass at a state, shape (nx,), "" if all do; of a tree."""
     scene, graph, n = system.scene, system.mass[0].graph, system.nv
-    values = values_on(graph, {**system.opened.values, **dict(zip(scene.coordinates, q.tolist(), strict=True))})
+    known = zip((*scene.coordinates, *scene.first_order), x.tolist(), strict=False)  # work stands behind them
+    values = values_on(graph, {**system.opened.values, **dict(known)})
     M = np.array(evaluate(system.mass, Floats(), values), dtype=np.float64).reshape(n, n)
     if not np.all(np.isfinite(M)):
         return "the mass matrix has no finite value at the start"

@@ -275,7 +275,7 @@ BRIEF = frozenset(
     (
         *("scene", "task", "coordinates", "acting", "notation", "tie", "ties.silent", "unknowns", "count", "free"),
         *(*RESULTS, "multipliers", "ratios", "substituted", "law:system", "solved", "reactions"),
-        *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta"),
+        *("equilibria", "near:stable", "steady", "energy", "limits", "power", "formulations", "momenta", "matter"),
         *("ties.solved", "equilibria.one", "steady.curve", "forced", "forced.response", "kept", "spins", "states"),
         *("euler", "precession", "upright:0", "variant", "given", "physics", "solution", "follows", "later", "errata"),
     )

@@ -143,7 +143,7 @@ def rates_of(energies: Energies, state: State, chosen: Chosen) -> list[float]:
 def timed(scene: Scene) -> bool:
     """Whether a force or a prescribed motion is a formula in time."""
     formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
-    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
+    formulas += Quantity.inside(scene.loads)
     return any(TIME in x.symbols for x in formulas)
 
 

@@ -324,6 +324,11 @@ def positive_definite(seen: Seen) -> Looked:
         return [], [Unclaimed(DEFINITE, f"{', '.join(signed)} may be negative; declare it with positive = true")]
     rng = random.Random(seen.seed)
     states = [Sampling(mass.arguments, rng).state(1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    begin = scene.at_time(seen.program.graph)  # of masses that change; one that starts at zero has a size alone
+    for k, one in enumerate(mass.arguments):
+        if set(one.symbols) <= set(begin):
+            for state in states:
+                state[k] = np.array([begin[x] or abs(y) for x, y in zip(one.symbols, state[k], strict=True)])
     measured = next(iter(seen.modules.values()), None)  # whose own accuracy is known
     module = RUNNERS["numpy"].run(emit(seen.program)) if measured is None else measured
     with np.errstate(all="ignore"):

@@ -51,7 +51,19 @@ class Contact:
         return np.array([np.concatenate([F.x, N.x]) for F, N in self.wrenches]).reshape(-1, 6)
 
 
-KINDS = {"spring", "damper", "friction", "load", "formula", "knife_edge", "rolling", "rope", "elastic", "damping"}
+KINDS = {
+    "spring",
+    "damper",
+    "friction",
+    "load",
+    "flow",
+    "formula",
+    "knife_edge",
+    "rolling",
+    "rope",
+    "elastic",
+    "damping",
+}
 """Elements whose laws are written below."""
 
 MEET = 1e-9
@@ -364,6 +376,9 @@ class State:
         """Return what dampers, friction, declared forces and loads exert, as `pulls` does."""
         bodies, joints = self._elements(("damper", "damping"), self.resistance)
         for load in self.m.scene.loads:
+            if load.kind == "flow":
+                bodies += self.flow(load)
+                continue
             R = self.T[load.place.body].x[:3, :3] if load.frame == "body" else np.eye(3)
             F, C = (R @ [number(x, self.known) for x in part] for part in (load.force, load.couple))
             bodies += self.D("ground", load.place.body, self.point(load.place).x).T @ np.concatenate([F, C])
@@ -373,6 +388,22 @@ class State:
                 joints[i] += number(joint.forces[k], self.known) if joint.forces else 0.0
                 joints[i] -= number(joint.damping, self.m.values) * own[i] + self.friction(joint, own[i])
         return bodies, joints
+
+    def flow(self, one: Any) -> Array:
+        """Return what matter does that leaves or arrives, (6n,): μ (u + 2 ω × ρ), and -μ ρ × (ω × ρ) - J' ω about P."""
+        body = next(body for body in self.m.scene.bodies if body.name == one.place.body)
+        R, omega = self.T[body.name].x[:3, :3], self.twist(body.name)[1].x
+        P = (
+            self.T[body.name][:3, :3] @ self.m.vector(body.com if one.spread else one.place.at)
+            + self.T[body.name][:3, 3]
+        )
+        rho = P.x - (R @ self.m.vector(body.com) + self.T[body.name].x[:3, 3])
+        mu, u = number(one.flux, self.known), np.array([number(x, self.known) for x in one.velocity])
+        u = R @ u if one.frame == "body" else u - self.velocity(body.name, P).x
+        xx, yy, zz, xy, xz, yz = (number(x, self.known) for x in one.spun)
+        spun = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T @ omega
+        F, N = mu * (u + 2 * np.cross(omega, rho)), -mu * np.cross(rho, np.cross(omega, rho)) - spun
+        return self.D("ground", body.name, P.x).T @ np.concatenate([F, N])
 
     def _elements(self, kinds: tuple[str, str], law: Any) -> tuple[Array, Array]:
         bodies, joints = np.zeros(6 * len(self.m.bodies)), np.zeros(len(self.m.own))

@@ -19,7 +19,7 @@ from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power,
 from symdyn.dynamics.mechanism.state import (
     State,
     body_placements,
-    clock,
+    carried_forces,
     ends_apart,
     joint_forces,
     load_vectors,
@@ -31,10 +31,10 @@ from symdyn.dynamics.mechanism.state import (
 )
 from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic
 from symdyn.scene.values import Load, Place, Strut
-from symdyn.spatial import Transform, dot
+from symdyn.spatial import Transform, Wrench, dot
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
@@ -107,11 +107,13 @@ class LoadNodes:
         told: half its rate where coordinates rest, of struts whose ends move as they are told.
         places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
             ground frame, or for a load in body axes in a frame that stands before the joint.
+        carried: what loads have by the motion of their bodies, shape (nv,).
     """
 
     squares: dict[Strut, Expr]
     told: dict[Strut, Expr]
     places: tuple[dict[int, Transform], ...]
+    carried: tuple[Expr, ...]
 
     @property
     def needed(self) -> list[Expr]:
@@ -119,6 +121,7 @@ class LoadNodes:
         return [
             *self.squares.values(),
             *self.told.values(),
+            *self.carried,
             *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
         ]
 
@@ -131,7 +134,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
         if strut.ends and not strut.is_rope:
             apart = ends_apart(scene, strut.ends, graph)
             squares[strut] = dot(apart, apart)
-    seeds = clock(scene, graph)
+    seeds = scene.clock(graph)
     rates = zip(squares, tangents([D / 2 for D in squares.values()], seeds) if seeds else [], strict=False)
     told = {strut: rate for strut, rate in rates if not rate.is_zero}
     carrier = {joint.child: joint for joint in scene.joints}
@@ -140,9 +143,9 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
         moved = dict(moved_placements(scene, carrier.get(load.place.body), graph))
         if load.frame == "ground":
             moved = dict.fromkeys(moved, placed[load.place.body])
-        at = vector(load.place.at, graph)
+        at = vector(scene.seated(load).place.at, graph)
         places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
-    return LoadNodes(squares, told, tuple(places))
+    return LoadNodes(squares, told, tuple(places), tuple(carried_forces(scene, graph)))
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,7 @@ class ClosedLoads:
     Of struts whose ends move as they are told there is ∂D/∂t / 2.
 
     Attributes:
+        carried: what loads have by the motion of their bodies, of every coordinate.
         names: of s and ṡ of struts between points, by which they stand in forms; those of others are written out.
     """
 
@@ -161,6 +165,7 @@ class ClosedLoads:
     slopes: dict[Strut, tuple[Polynomial, ...]]
     arms: tuple[dict[int, Arm], ...]
     told: Mapping[Strut, Polynomial]
+    carried: tuple[Polynomial, ...]
     names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
 
     def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
@@ -222,10 +227,12 @@ class ClosedLoads:
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
-            components = [Form.of(x) for part in load_vectors(load, graph) for x in part]
+            components = [Form.of(x) for part in load_vectors(load, self.scene, graph) for x in part]
             for i, (p, w) in arm.items():
                 shares = zip(components, (*p, *w), strict=True)
                 forces[i] += [Form.product((force, compact(share))) for force, share in shares]
+        for terms, share in zip(forces, self.carried, strict=True):
+            terms.append(compact(share))
         return [Form.sum(terms) for terms in forces]
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
@@ -274,27 +281,28 @@ def closed_loads(
     arms = []
     for load, moved in zip(scene.loads, nodes.places, strict=True):
         arm: dict[int, Arm] = {}
+        acts = load_vectors(load, scene, state.q[0].graph)
         for i, T in sorted(moved.items()):
             R, p = [[result[x] for x in row] for row in T.R], [result[x] for x in T.p]
-            arm[i] = _arm(ring, R, p, state.q[i], load)
+            arm[i] = _arm(ring, R, p, state.q[i], load, acts)
         arms.append(arm)
     told = {strut: result[rate] for strut, rate in nodes.told.items()}
-    return ClosedLoads(scene, state, squares, slopes, tuple(arms), told)
+    carried = tuple(result[x] for x in nodes.carried)
+    return ClosedLoads(scene, state, squares, slopes, tuple(arms), told, carried)
 
 
-def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load) -> Arm:
+def _arm(
+    ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load, acts: Wrench
+) -> Arm:
     """Return how a placement moves with one coordinate, along its own axes or the ground's, where that does work."""
+    push, turn = (any(not x.is_zero for x in part) for part in acts)
     dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
     none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
     if load.frame == "ground":
-        return tuple(dp), none if load.couple == (Quantity.ZERO,) * 3 else tuple(
-            ring.dot(dR[a], R[b]) for a, b in pairs
-        )
+        return tuple(dp), tuple(ring.dot(dR[a], R[b]) for a, b in pairs) if turn else none
     columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
-    moved = none if load.force == (Quantity.ZERO,) * 3 else tuple(ring.dot(column, dp) for column in columns)
-    return moved, none if load.couple == (Quantity.ZERO,) * 3 else tuple(
-        ring.dot(columns[a], rates[b]) for a, b in pairs
-    )
+    moved = tuple(ring.dot(column, dp) for column in columns) if push else none
+    return moved, tuple(ring.dot(columns[a], rates[b]) for a, b in pairs) if turn else none
 
 
 def _product(*parts: Form) -> Form:

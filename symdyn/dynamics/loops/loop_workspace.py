@@ -23,6 +23,7 @@ from symdyn.dynamics.mechanism.ropes import Taut
 from symdyn.dynamics.mechanism.state import body_placements
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, reachable, substitute
+from symdyn.scene.values import spell
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ Matrix = list[list[Expr]]
 
 SINGULAR = 1e-13
 """Eigenvalues of a mass matrix over the largest that are zero."""
+
+
+EMPTY = Fraction(1, 10**6)
+"""The share of a mass that is left where equations end, since forces over none have no value."""
 
 
 class LoopWorkspace:
@@ -94,7 +99,8 @@ class LoopWorkspace:
         """Functions whose zero ends the validity of the equations of motion, and messages; of trees too.
 
         They are the determinant of the three axes of Euler angles, zero where the angles are singular; w² - FLAT² of
-        a wheel, w being the sine of its lean; and what vanishes where a rope lifts off a wheel.
+        a wheel, w being the sine of its lean; what vanishes where a rope lifts off a wheel; and masses that change,
+        less EMPTY of what they begin with.
         """
         from symdyn.dynamics.mechanism.angles import angles_of  # with NumPy
 
@@ -105,7 +111,13 @@ class LoopWorkspace:
         placed = body_placements(scene, graph) if scene.ropes else {}
         for rope in scene.ropes:
             found += Taut(scene, graph).lifts(rope.name, rope.ends, placed)
-        moving = {graph.symbol(name) for name in scene.coordinates}
+        begin = {graph.symbol(one.name): one.value.express(graph) for one in scene.states}
+        for body in scene.bodies:
+            mass, told = body.mass.express(graph), f"body {body.name} has lost its mass, {spell(body.mass)}"
+            found.append(
+                (mass - substitute([mass], begin)[0] * graph.constant(EMPTY), f"{told}; let its flow end before")
+            )
+        moving = {graph.symbol(name) for name in (*scene.coordinates, *(one.name for one in scene.states))}
         return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 
     @cached_property

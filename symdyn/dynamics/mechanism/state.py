@@ -45,7 +45,7 @@ class State:
         qdd: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
-        clock: seeds of d/dt for what moves as it is told, see `clock`.
+        clock: as of `Scene`.
     """
 
     q: tuple[Expr, ...]
@@ -65,7 +65,7 @@ class State:
             qdd=tuple(graph.symbol(acceleration_name(name)) for name in velocities),
             tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(velocities))),
             rates=tuple(rate for joint in scene.moving for rate in joint_motion(joint, graph).rates),
-            clock=clock(scene, graph),
+            clock=scene.clock(graph),
         )
 
     @property
@@ -87,13 +87,6 @@ class State:
     def acceleration(self) -> dict[Expr, Expr]:
         """Seeds of d/dt for what depends on q and qd."""
         return self.velocity | dict(zip(self.qd, self.qdd, strict=True))
-
-
-def clock(scene: Scene, graph: Graph) -> dict[Expr, Expr]:
-    """Return seeds of d/dt for inputs that have rates, and for t where an end of a strut moves with it."""
-    seeds = {graph.symbol(name): graph.symbol(rate) for name, rate in scene.rates.items()}
-    timed = any(TIME in x.symbols for _, at in scene.supports for x in at)
-    return seeds | ({graph.symbol(TIME): graph.one} if timed else {})
 
 
 def quaternions(scene: Scene) -> list[tuple[str, ...]]:
@@ -272,13 +265,9 @@ def strut_way(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: G
 
 def squared_length(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
     """Return the squared distance of the ends of a strut between points, m², from the placement of every body."""
-    a, b = (_point(placed, end, graph) for end in strut.ends)
+    a, b = (placed[end.body].point(vector(end.at, graph)) for end in strut.ends)
     apart = sub(b, a)
     return dot(apart, apart)
-
-
-def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
-    return placed[place.body].point(vector(place.at, graph))
 
 
 # Generalized forces
@@ -287,8 +276,7 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
     state = State.of(scene, graph)
-    forces = joint_forces(scene, graph)
-    struts = resisting(scene)
+    struts, forces = resisting(scene), joint_forces(scene, graph)
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:
@@ -298,7 +286,30 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
+    return [force + share for force, share in zip(forces, carried_forces(scene, graph), strict=True)]
+
+
+def carried_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return the part of Q that loads have by the motion of their bodies, shape (nv,), N m or N."""
+    moved = [load for load in scene.loads if FORCES[load.kind].push.carried]
+    forces, placed = [graph.zero] * len(scene.velocities), body_placements(scene, graph) if moved else {}
+    for load in moved:
+        T = placed[load.place.body]
+        at = Transform(T.R, T.point(vector(scene.seated(load).place.at, graph)))
+        wrench, columns = carried(load, scene, T), placement_rates(at, scene, graph)
+        forces = [force + wrench.power(twist) for force, twist in zip(forces, columns, strict=True)]
     return forces
+
+
+def carried(load: Load, scene: Scene, T: Transform) -> Wrench:
+    """Return what a load has by the motion of its body, whose placement is T, at its place, ground axes."""
+    law, graph = FORCES[load.kind].push.carried, T.p[0].graph
+    if law is None:
+        return Wrench.none(graph)
+    p, rates = T.point(vector(scene.seated(load).place.at, graph)), State.of(scene, graph).velocity
+    x, y, z = tangents(p, rates)
+    turning = T.R.spin([tangents(row, rates) for row in T.R])
+    return law(load, scene, T.R.T @ (x, y, z), T.R.T @ turning).rotated(T.R)
 
 
 def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
@@ -330,16 +341,16 @@ def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
 
 def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     """Return F·∂ṗ/∂u_i + C·∂ω/∂u_i for every velocity; F and C do no work of their own on the way."""
-    wrench = load_vectors(load, graph)
+    wrench = load_vectors(load, scene, graph)
     if load.frame == "body":
         wrench = wrench.rotated(T.R)
-    columns = placement_rates(Transform(T.R, T.point(vector(load.place.at, graph))), scene, graph)
+    columns = placement_rates(Transform(T.R, T.point(vector(scene.seated(load).place.at, graph))), scene, graph)
     return [wrench.power(twist) for twist in columns]
 
 
-def load_vectors(load: Load, graph: Graph) -> Wrench:
+def load_vectors(load: Load, scene: Scene, graph: Graph) -> Wrench:
     """Return force and couple of a load along the axes of its frame, N and N m."""
-    return FORCES[load.kind].push.wrench(load, graph)
+    return FORCES[load.kind].push.wrench(load, scene, graph)
 
 
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
@@ -411,7 +422,7 @@ def prescribed(scene: Scene, graph: Graph) -> Prescribed:
     """Return the prescribed motions of a scene, and their derivatives by time."""
     known = [(scene.velocities.index(j.rates[0]), j.motion) for j in scene.joints if j.motion is not None]
     known.sort(key=lambda pair: pair[0])
-    seeds = clock(scene, graph) | {graph.symbol(TIME): graph.one} if known else {}
+    seeds = scene.clock(graph) | {graph.symbol(TIME): graph.one} if known else {}
     position = [formula.express(graph) for _, formula in known]
     velocity = tangents(position, seeds)
     acceleration = tangents(velocity, seeds)

@@ -27,8 +27,10 @@ from symdyn.dynamics.outputs.workspace import Workspace
 from symdyn.dynamics.recursive.links import Moments
 from symdyn.dynamics.recursive.reduced_tree import ReducedTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.tree_dynamics import rnea
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, Scene, with_force_parameters
+from symdyn.scene.forces import FORCES
 from symdyn.scene.values import Joint
 from symdyn.spatial import Inertia, Mat, Transform, dot, zero_vector
 
@@ -80,8 +82,11 @@ class Linear:
 
 
 def linear(w: Workspace) -> Linear:
-    """Return the scene's linear parameters."""
+    """Return the scene's linear parameters; DerivationError where matter flows, whose ways begin at centres of mass."""
     scene = w.scene
+    if flows := [one.name for one in scene.loads if FORCES[one.kind].push.carried]:
+        why = f"flows {', '.join(flows)} are not linear in masses and centres of mass"
+        raise DerivationError(f"{scene.name}: there is no regressor, as {why}; take them out, and what they change")
     opened = with_force_parameters(scene)
     there = Workspace(opened, w.closing)
     own = [p.name for p in scene.parameters if p.name in {q.name for q in opened.parameters}]

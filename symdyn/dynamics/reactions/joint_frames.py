@@ -37,7 +37,7 @@ from symdyn.dynamics.loops.constraint_rows import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.linear_solve import solve, vanishes
 from symdyn.dynamics.mechanism.ropes import Taut
-from symdyn.dynamics.mechanism.state import State, joint_resistance, load_vectors, pull, vector
+from symdyn.dynamics.mechanism.state import State, carried, joint_resistance, load_vectors, pull, vector
 from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, body_inertia, spherical_rotor
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
@@ -291,8 +291,9 @@ def acting(scene: Scene, tree: Sequence[JointFrames], state: State) -> list[Wren
 
     for load in scene.loads:
         k = number[load.place.body]
-        wrench = load_vectors(load, graph)
-        act(k, load.place, wrench.rotated(placed[k].R) if load.frame == "body" and k >= 0 else wrench)
+        wrench = load_vectors(load, scene, graph)
+        wrench = wrench.rotated(placed[k].R) if load.frame == "body" and k >= 0 else wrench
+        act(k, scene.seated(load).place, wrench + carried(load, scene, placed[k]))
     for strut in apart:
         if strut.is_rope:
             taut, bodies = Taut(scene, graph), {Scene.GROUND: Transform.unit(graph)}

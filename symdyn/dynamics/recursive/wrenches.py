@@ -134,7 +134,7 @@ def body_wrenches(scene: Scene, tree: Tree, reduced: ReducedTree) -> list[Wrench
     """Return the wrench of the loads on the ground and every body, each in its frame."""
     wrench = [Wrench.none(tree.graph)] * len(reduced.parent)
     for load in scene.loads:
-        i, (f, n) = _on_body(load, tree, reduced)
+        i, (f, n) = _on_body(load, scene, tree, reduced)
         moment = add(wrench[i][1], n)  # before the force: programs are written in the order of birth
         wrench[i] = Wrench(add(wrench[i][0], f), moment)
     return wrench
@@ -212,15 +212,23 @@ def _out(X: JointTransform, point: Vec) -> Vec:
     return (x, y, z - X.offset)
 
 
-def _on_body(load: Load, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:
+def _on_body(load: Load, scene: Scene, tree: Tree, reduced: ReducedTree) -> tuple[int, Wrench]:
     """Return the moving body that a load acts on, and its wrench about the origin of that body's frame."""
     i, home = _home(load.place.body, tree, reduced)
-    _, point = _seated(load.place, tree, reduced)
-    wrench = load_vectors(load, tree.graph)
+    place = scene.seated(load).place
+    _, point = _seated(place, tree, reduced)
+    wrench = load_vectors(load, scene, tree.graph)
     if load.frame == "body":
         wrench = wrench.rotated(home.R)
     else:
         wrench = wrench.rotated(reduced.moved[0].R.T)
         for k in reduced.paths(0, i)[1]:
             wrench = Wrench(reduced.X[k].out(wrench[0]), reduced.X[k].out(wrench[1]))
+    if law := FORCES[load.kind].push.carried:
+        unit, qd = Transform.unit(tree.graph), State.of(scene, tree.graph).qd
+        here = Transform(unit.R, vector(place.at, tree.graph))
+        seats, speeds = ((Scene.GROUND, unit), (place.body, here)), (tree.rates(qd), tree.bias(qd))
+        motion = relative_motion(tree, *seats, lambda: speeds)
+        turning, v = motion.twist(qd)
+        wrench = wrench + law(load, scene, motion.X.R.T @ v, motion.X.R.T @ turning).rotated(home.R)
     return i, wrench.about(point)

@@ -24,14 +24,13 @@ from symdyn.algebra import (
     Product,
     Sum,
     Symbol,
-    TrigonometricRing,
 )
 from symdyn.dynamics.mechanism import State
 from symdyn.emit.print.breaking import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import PrintName
 from symdyn.emit.render import in_latex
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate
+from symdyn.graph import Expr, Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
 from symdyn.scene.values import LatexSymbol, spell
@@ -403,11 +402,7 @@ Forms = Callable[[Expr], Form]
 
 def in_sines(nodes: Sequence[Expr], state: State, parallel: Sequence[AngleGroup]) -> Forms:
     """Return what writes nodes: as short as a ring of sines can, as they stand where there is no such ring."""
-    every = list(dict.fromkeys(nodes))
     try:
-        ring = TrigonometricRing(every, (*state.q, *state.qd, *state.qdd), parallel)
-        values = dict(zip(every, evaluate(every, ring, ring.values(every)), strict=True))
+        return Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel)
     except DerivationError:
         return Form.of
-    compact = Compactor(ring, parallel)
-    return lambda node: compact(values[node])

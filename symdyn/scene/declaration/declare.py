@@ -42,6 +42,7 @@ from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.states import SIGNAL, STATE, derived_apart, signals_apart
 from symdyn.scene.declaration.tables import TABLE, curves_of, tabled
 from symdyn.scene.declaration.whole_scene import check
+from symdyn.scene.forces.flows import with_flows
 from symdyn.scene.forces.force_kind import ForceKind, Scope
 from symdyn.scene.forces.force_table import kinds_of, read_elements, sections
 from symdyn.scene.joints.joint_kind import JointKind
@@ -173,6 +174,7 @@ def assemble(
     elements = read_elements(declaration.elements, scope, faults)
     scene = replace(scene, elements=tabled(tuple(one for _, one in elements), curves, faults))
     scene = _written_out(scene, scene.definitions, faults)
+    scene = with_flows(scene, [entry.where for entry in bodies], faults)
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
     places |= {kind: getattr(declaration, kind) for kind in ("points", "outputs", "states", "signals")}
     places["inputs"] = [declaration.inputs[k] for k, _ in inputs]

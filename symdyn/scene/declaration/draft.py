@@ -27,7 +27,7 @@ from symdyn.scene.values.body import Body, Pose, central_inertia, circular, impo
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.grammar import CLOCK
 from symdyn.scene.values.joint import Element, Joint, Strut
-from symdyn.scene.values.key import LED, MOTION, OWN, PARAMETERS, PLACED, TIMED, Part
+from symdyn.scene.values.key import LED, MOTION, OWN, PARAMETERS, PLACED, STATED, TIMED, Part
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 
@@ -86,7 +86,9 @@ def uses(draft: Draft) -> Iterator[Use]:
     scene, where = draft.scene, draft.where
     moving = frozenset((*scene.coordinates, *scene.velocities))
     timed = moving | {CLOCK, *(one.name for one in scene.given)}
-    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed, PLACED: frozenset((CLOCK, *scene.rates))}
+    states = frozenset(one.name for one in scene.states)
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed, STATED: states}
+    allowed[PLACED] = frozenset((CLOCK, *scene.rates))
     allowed[LED] = frozenset((CLOCK, *(name for name, rate in scene.rates.items() if rate in scene.rates)))
     yield from _uses("", (GRAVITY,), scene, allowed)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):

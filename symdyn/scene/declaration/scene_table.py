@@ -15,6 +15,7 @@ from symdyn.scene.values.entry import Entry, EntryReader, plain, show, shown, ve
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import acceleration_name, velocity_name
 from symdyn.scene.values.key import (
+    STATED,
     Key,
     KeyedQuantity,
     KeyGroup,
@@ -252,13 +253,14 @@ class _OutlineKey(Key[Outline | None]):
             yield from (KeyedQuantity(f"{self.name}.axis{index}", x) for index, x in indexed(outline.axis))
 
 
-MASS = number("mass", "kg")
+MASS = number("mass", "kg", names=STATED)
 
 INERTIA = Key(
     "inertia",
     _inertia,
     NO_INERTIA,
     unit="kg m^2",
+    names=STATED,
     holds="{}: [xx, yy, zz], a symmetric matrix, or a table of matrix entries",
     said=_said_inertia,
     shape={"anyOf": [VECTOR, several(VECTOR, 3), table_shape(dict.fromkeys(INERTIA_KEYS, NUMBER))]},

@@ -94,9 +94,11 @@ def _why(name: str, use: Use, scene: Scene, motion: dict[str, None]) -> str:
         return (
             f"uses {name}, which follows from forces: an algebraic loop; use coordinates, velocities, states, inputs, t"
         )
+    if use.key.startswith(("mass", "inertia")) and (name in motion or name == CLOCK or name in given):
+        return f'uses {name}; a mass or an inertia changes by a state: write [states.m] with its rate, and mass = "m"'
     if name in given:
         if name in (one.name for one in scene.states):
-            return f"uses {name}, a state; only forces, loads, rates, signals and outputs may depend on it"
+            return f"uses {name}, a state; only forces, loads, masses, rates, signals and outputs may depend on it"
         if use.key == "motion" or ".at[" in use.key:
             least = 2 if use.key == "motion" else 1
             return f"uses {name}, an input without its rates; write rates = {least} in [inputs.{name}]"

@@ -369,7 +369,7 @@ FRICTION = ForceKind(
 )
 
 
-def _wrench(load: Load, graph: Graph) -> Wrench:
+def _wrench(load: Load, scene: Scene, graph: Graph) -> Wrench:
     return Wrench(_vector(load.force, graph), _vector(load.couple, graph))
 
 

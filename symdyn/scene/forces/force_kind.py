@@ -23,7 +23,7 @@ from symdyn.scene.values.folding import neg, substituted
 from symdyn.scene.values.joint import Contact, Element, Row
 from symdyn.scene.values.key import Part, Stand
 from symdyn.scene.values.letters import Parameter
-from symdyn.scene.values.model import Point
+from symdyn.scene.values.model import Point, Scene
 from symdyn.scene.values.quantity import FormulaError, Quantity, Vector, spell
 from symdyn.spatial import Transform, Vec, Wrench
 from symdyn.unlocked import cached_property
@@ -108,9 +108,16 @@ class Pull:
 
 @dataclass(frozen=True)
 class Push:
-    """The law of a load: its force and couple along the axes of its frame, N and N m."""
+    """The law of a load.
 
-    wrench: Callable[[Any, Graph], Wrench]
+    Attributes:
+        wrench: its force and couple along the axes of its frame, N and N m.
+        carried: what comes on top by the motion of its body, body axes, at its place, from the velocity of that place
+            and the angular velocity, body axes; None: nothing.
+    """
+
+    wrench: Callable[[Any, Scene, Graph], Wrench]
+    carried: Callable[[Any, Scene, Vec, Vec], Wrench] | None = None
 
 
 @dataclass(frozen=True)

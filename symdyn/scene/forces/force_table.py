@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from symdyn.errors import suggestion
 from symdyn.scene.forces.applied_forces import DAMPER, FRICTION, LOAD, SPRING
 from symdyn.scene.forces.constraints import FORMULA, KNIFE_EDGE, ROLLING, Formula, lacks_place
+from symdyn.scene.forces.flows import FLOW
 from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.ropes import DAMPING, ELASTIC, ROPE
 from symdyn.scene.values.entry import Entry, EntryReader, Faults, show
@@ -20,6 +21,7 @@ FORCES: dict[str, ForceKind] = {
     "damper": DAMPER,
     "friction": FRICTION,
     "load": LOAD,
+    "flow": FLOW,
     "formula": FORMULA,
     "knife_edge": KNIFE_EDGE,
     "rolling": ROLLING,

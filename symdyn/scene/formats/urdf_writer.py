@@ -39,7 +39,7 @@ def write_text(scene: Scene) -> Written:
     Raises:
         SceneError: a parameter has no value, or a body has a first moment without a mass.
     """
-    free = [parameter.name for parameter in scene.free_parameters]
+    free = [*(parameter.name for parameter in scene.free_parameters), *scene.changing]
     if free:
         advice = "give each a value, or write TOML"
         have = "has" if len(free) == 1 else "have"

@@ -134,6 +134,12 @@ class Body:
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
 
+    @property
+    def centre(self) -> Vector:
+        """The centre of mass of the extended part in body coordinates, m."""
+        x, y, z = self.com or (folding.div(h, self.mass) for h in self.first_moment or NULL)
+        return (x, y, z)
+
     def mass_moment(self, graph: Graph) -> Vec:
         """Return m r of the extended mass, kg m, body frame."""
         if self.first_moment is not None:

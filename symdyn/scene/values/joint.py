@@ -102,7 +102,7 @@ class Load(Element):
     couple: Vector = NULL
     frame: str = "ground"
 
-    kind = "load"
+    kind, spread = "load", False
 
     @property
     def ends(self) -> tuple[Place, ...]:

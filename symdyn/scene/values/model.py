@@ -179,6 +179,11 @@ class Scene(Shown):
         """The wrenches on bodies."""
         return tuple(one for one in self.elements if isinstance(one, Load))
 
+    def seated(self, load: Load) -> Load:
+        """Return a load with the place that it acts at, where that is the centre of mass of its body."""
+        at = next((one.centre for one in self.bodies if load.spread and one.name == load.place.body), load.place.at)
+        return replace(load, place=replace(load.place, at=at))
+
     @cached_property
     def constraints(self) -> tuple[Row, ...]:
         """The constraints on velocities."""
@@ -274,10 +279,10 @@ class Scene(Shown):
         """
         if not self.given:
             return replace(self, outputs=()) if self.outputs else self
-        values = {x.name: None if x.value == Quantity.ZERO else x.value for x in self.given}
-        more = tuple(
-            Parameter(x.name, values[x.name], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given
-        )
+        known = {one.name: one.value for one in self.parameters if one.value is not None}
+        values = {x: substituted(x.value, known) for x in self.given}
+        shown = {x: None if value == Quantity.ZERO or value.symbols else value for x, value in values.items()}
+        more = tuple(Parameter(x.name, shown[x], False, x.unit, x.latex, x.text, x.texts, of=x.of) for x in self.given)
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=(), states=(), signals=())
 
     @cached_property
@@ -360,6 +365,12 @@ class Scene(Shown):
         values = {graph.symbol(one.name): float(one.value.known_at(known) or 0) for one in self.given}
         return {graph.symbol(CLOCK): t} | values
 
+    def clock(self, graph: Graph) -> dict[Expr, Expr]:
+        """Return seeds of d/dt for inputs that have rates, and for t where an end of a strut moves with it."""
+        seeds = {graph.symbol(name): graph.symbol(rate) for name, rate in self.rates.items()}
+        timed = any(CLOCK in x.symbols for _, at in self.supports for x in at)
+        return seeds | ({graph.symbol(CLOCK): graph.one} if timed else {})
+
     @property
     def point_names(self) -> list[str]:
         """The names of coordinates of declared points, three a point."""
@@ -375,6 +386,12 @@ class Scene(Shown):
             for component in LETTERS.components
             for loose in ("", LETTERS.loose)
         }
+
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the states that masses and inertias are made of."""
+        used = {name for body in self.bodies for x in (body.mass, *body.inertia) for name in x.symbols}
+        return tuple(one.name for one in self.states if one.name in used)
 
     @property
     def leaves(self) -> tuple[str, ...]:

@@ -20,12 +20,12 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspace
+from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspace, derive_one
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, body_placements
 from symdyn.dynamics.outputs import arguments
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.graph import Expr, Graph, evaluate, reachable, substitute
+from symdyn.graph import Expr, Graph, evaluate, reachable, substitute, tangents
 from symdyn.program import Program, lower, prepare
 from symdyn.runtime import load_program
 from symdyn.scene import Quantity, Scene, without_hidden_zeros
@@ -80,6 +80,21 @@ def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
     drives = substitute([forces.formula(k).express(w.graph) for k in range(w.state.n)], found)
     pairs = enumerate(zip(w.state.tau, drives, strict=True))
     return found | {tau: formula + tau if k in outside else formula for k, (tau, formula) in pairs}
+
+
+def powers(w: Workspace, drives: Sequence[Expr], place: Mapping[Expr, Expr]) -> list[Expr]:
+    """Return the power of drives, W, and that of all else beside gravity and springs.
+
+    Energy that matter takes along or brings is among the latter, what K + P changes by while masses do, and what ends
+    of springs bring in that move as they are told.
+    """
+    acts = (drives, substitute(w.Q, place))
+    found = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
+    seeds = w.state.clock | dict(zip(w.states, substitute(w.state_rates, place), strict=True))
+    if not seeds:
+        return found
+    energies = [x for name in ("kinetic_energy", "potential_energy") for x in derive_one(w, name).entries]
+    return [found[0], w.graph.total([found[1], *substitute(tangents(energies, seeds), place)])]
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
             found += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))
-    seeds[w.graph.symbol(TIME)] = w.graph.one
+    seeds |= {w.graph.symbol(TIME): w.graph.one} | dict(zip(w.states, w.state_rates, strict=True))
     formulas = tuple(p for _, p in found)
     return Candidates(scene, tuple(name for name, _ in found), formulas, tuple(tangents(formulas, seeds)))
 

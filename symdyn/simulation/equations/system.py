@@ -174,6 +174,9 @@ class StateEquations:
         for k in events:
             if changes := list(self.kinds[k].changes):
                 found[changes] = self.evaluate(f"update{k}", t, x)[changes]
+        if self.works and self.scene.changing:  # matter that goes at once takes its energy along
+            ahead, back = (sum(self.evaluate(name, t, y) for name in ("kinetic", "potential")) for y in (x, found))
+            found[-1] += np.sum(back - ahead)
         return found
 
     def residue(self, events: Iterable[int], t: float, x: Array) -> dict[int, float]:

@@ -36,9 +36,9 @@ from symdyn.dynamics import OUTPUTS, Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.outputs import Moving, WrittenDecisions
 from symdyn.errors import DerivationError, SimulateError, SymdynWarning
-from symdyn.graph import Expr, Op, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points
+from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, opened, points, powers
 from symdyn.simulation.equations.events import event_kinds
 from symdyn.simulation.equations.monitors import candidates, limits_of
 from symdyn.simulation.equations.system import StateEquations
@@ -158,12 +158,8 @@ def _written(
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
     )
-    acts = (drives, substitute(w.Q, place))
-    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
-    if w.state.clock:  # ends of springs that move as they are told
-        told = tangents(derive_one(w, "potential_energy").entries, w.state.clock)
-        powers[1] = powers[1] + substitute(told, place)[0]
-    power = powers[0] + powers[1]
+    work = powers(w, drives, place)
+    power = work[0] + work[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *reported}))
     following = linear.followers(w) if linear else {}
@@ -172,7 +168,7 @@ def _written(
     functions = [
         function_of(w, "rates", [*rates, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
-        function_of(w, "power", powers),
+        function_of(w, "power", work),
         function_of(w, "kinetic", derive_one(w, "kinetic_energy").entries),
         function_of(w, "potential", substitute(derive_one(w, "potential_energy").entries, place)),
         points(w),

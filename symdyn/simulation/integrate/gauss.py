@@ -31,7 +31,7 @@ from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
 from symdyn.program import Program, lower
 from symdyn.runtime import load_functions
-from symdyn.simulation.equations.compiled_routines import acting, function_of
+from symdyn.simulation.equations.compiled_routines import acting, function_of, powers
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.integration import InitialValueProblem, IntegrationError, Method, Piece
 
@@ -164,9 +164,7 @@ def _program(system: StateEquations) -> Program:
     place = acting(w, system.forces)
     accelerations = substitute(derive_one(w, "forward_dynamics").entries, place)
     drives = substitute(w.state.tau, place)
-    acts = (drives, substitute(w.Q, place))
-    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
-    work = [powers[0] + powers[1]] if system.works else []
+    work = [w.graph.total(powers(w, drives, place))] if system.works else []
     entries = [*substitute(w.state.rates, place), *accelerations, *substitute(w.state_rates, place), *work]
     rates = function_of(w, "rates", entries, ("q", "qd", TIME))
     return lower(Equations(system.scene, w.graph, (rates,)))

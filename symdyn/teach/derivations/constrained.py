@@ -19,7 +19,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import Compactor, Floats, Form, Function, Polynomial, Symbol, TrigonometricRing, with_added_angles
+from symdyn.algebra import (
+    Compactor,
+    Floats,
+    Form,
+    Function,
+    Polynomial,
+    Ratios,
+    Symbol,
+    TrigonometricRing,
+    with_added_angles,
+)
 from symdyn.arguments import argument
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.loops import Cut, Partition, differentiated
@@ -28,6 +38,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Vec, sub
+from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import AXES, Lesson, is_tied, refuse_quaternions
 from symdyn.unlocked import cached_property
@@ -123,7 +134,7 @@ class Writer:
 
     def __call__(self, node: Expr) -> Form:
         """Return the form of a node."""
-        return Form.of(node) if self.ring is None else self.short(self.polynomial(node))
+        return _quotient(node) if self.ring is None else self.short(self.polynomial(node))
 
     def short(self, polynomial: Polynomial) -> Form:
         """Return the form of an element of the ring."""
@@ -131,6 +142,14 @@ class Writer:
 
     def _plain(self, nodes: Sequence[Expr]) -> list[Expr]:
         return substitute(nodes, self.rooted)
+
+
+def _quotient(node: Expr) -> Form:
+    """Return a node as a quotient in lowest terms where that is shorter: slopes of a rope around a wheel."""
+    try:
+        return min(Form.of(node), Ratios.form_of(node), key=length)
+    except (OverflowError, ZeroDivisionError):
+        return Form.of(node)
 
 
 NEAR = 0.3

@@ -12,17 +12,20 @@ from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute, tangents
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
+from symdyn.teach.derivations.multiplier_steps import meaning, multiplier, valued
+from symdyn.teach.derivations.precession import NO_FORM, shortened
+from symdyn.teach.derivations.solved import LONGEST, NO_SHORT_FORM, accelerations
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Section, Step
 from symdyn.teach.lesson import named, together
+from symdyn.teach.shown_state import Chosen
 
-LONGEST = 40
-"""Terms and factors of an equation that is written out."""
+SMALL = 1e-9
+"""N or N m: forces that are none."""
 
 
-def eliminated_steps(lesson: Constrained) -> list[Step]:
-    """Return the equations with dependent rates put in; none where the ratios of velocities are not written out."""
+def eliminated_steps(lesson: Constrained, chosen: Chosen) -> list[Step]:
+    """Return the equations with dependent rates put in, and solved where that is short; none without their ratios."""
     if not _ratios(lesson):
         return []
     put, blocks, long = _put_in(lesson), list[Block](), list[Form]()
@@ -40,7 +43,8 @@ def eliminated_steps(lesson: Constrained) -> list[Step]:
         blocks.append(lesson.say("eliminated.long", names=together(long)))
     dependent = together([named(lesson.state.qd[k]) for k in lesson.partition.dependent])
     claim = lesson.say("eliminated", dependent=dependent)
-    return [Step("eliminated", claim, tuple(blocks), lesson.say("eliminated.reason"))]
+    step = Step("eliminated", claim, tuple(blocks), lesson.say("eliminated.reason"))
+    return [step, *([] if long else _solved(lesson, put, chosen))]
 
 
 def conserved_sections(lesson: Constrained) -> list[Section]:
@@ -108,10 +112,10 @@ def _sorted(lesson: Constrained, node: Expr) -> Form | None:
     try:
         for x in linear:
             (slope,) = gradient(node, [x])
-            if (shown := _short(lesson, slope)).terms:
+            if (shown := shortened(lesson, slope)).terms:
                 terms.append(shown.signed_product(named(x)))
         (rest,) = substitute([node], dict.fromkeys(linear, graph.zero))
-        return Form.sum((*terms, *_short(lesson, rest).terms))
+        return Form.sum((*terms, *shortened(lesson, rest).terms))
     except NO_SHORT_FORM:
         return None
 
@@ -121,14 +125,6 @@ def gradient_free(node: Expr, symbols: Sequence[Expr]) -> bool:
     return all(x.is_zero for x in gradient(node, symbols))
 
 
-def _short(lesson: Constrained, node: Expr) -> Form:
-    if (form := in_sines(lesson, node)) is not None:
-        return form
-    write = Quotients(lesson, [node])
-    form = quotient(*write.parts(write.known[node]))
-    return in_sines(lesson, form.express(lesson.graph)) or form
-
-
 def _same(a: Expr, b: Expr) -> bool:
     """Tell whether two nodes are the same function; False where that cannot be decided."""
     try:
@@ -136,3 +132,64 @@ def _same(a: Expr, b: Expr) -> bool:
         return evaluate([difference], field, field.values())[0].is_zero
     except NO_SHORT_FORM:
         return False
+
+
+# Solved
+
+
+def _solved(lesson: Constrained, put: Mapping[Expr, Expr], chosen: Chosen) -> list[Step]:
+    """Return accelerations, and with them put in the multipliers, as far as they have a short form."""
+    state, free = lesson.state, lesson.partition.independent
+    found = None if lesson.scene.prescribed_velocities else accelerations(lesson, _told(lesson, put), free, chosen)
+    if found is None:
+        return []
+    blocks, forms = found
+    known = {state.qdd[k]: valued(lesson, form) for k, form in zip(free, forms, strict=True)}
+    for j in lesson.partition.dependent:
+        if (form := _written(lesson, substitute([put[state.qdd[j]]], known)[0])) is not None:
+            blocks.append(Formula("", named(state.qdd[j]), right=form))
+    steps = [Step("eliminated:solved", lesson.say("eliminated.solved"), tuple(blocks), lesson.say("explicit.signs"))]
+    exerted = list[Block]()
+    for tie in lesson.ties:
+        node = substitute(substitute([valued(lesson, multiplier(tie))], put), known)[0]
+        if (form := _written(lesson, node)) is not None:
+            said = lesson.say("eliminated.meaning", name=multiplier(tie), meaning=meaning(lesson, tie))
+            exerted += [Formula("", multiplier(tie), right=form), said]
+    if exerted:
+        steps.append(Step("eliminated:forces", lesson.say("eliminated.forces"), tuple(exerted), show=("reactions",)))
+    return steps
+
+
+def _written(lesson: Constrained, node: Expr) -> Form | None:
+    """Return a quotient in print; None where it is not short."""
+    try:
+        return shortened(lesson, node)
+    except NO_FORM:
+        return None
+
+
+def _told(lesson: Constrained, put: Mapping[Expr, Expr]) -> list[Expr]:
+    """Return what vanishes in a motion, a node each independent velocity."""
+    graph, drives = lesson.graph, lesson.scene.drives
+    own = {k: graph.zero if (drive := drives[k]) is None else graph.symbol(drive) for k in lesson.partition.independent}
+    return [_equation(lesson, k, put) - force for k, force in own.items()]
+
+
+def resting_step(lesson: Constrained, chosen: Chosen) -> Step | None:
+    """Return that it rests nowhere or everywhere, where no position changes what acts at rest; None elsewhere."""
+    state, graph = lesson.state, lesson.graph
+    if not _ratios(lesson) or lesson.scene.prescribed_velocities:
+        return None
+    drives = [graph.symbol(own) for own in lesson.scene.drives if own]
+    still = dict.fromkeys((*state.qd, *state.qdd, *drives), graph.zero)
+    forces = substitute(_told(lesson, _put_in(lesson)), still)
+    forms = [form for x in forces if (form := _written(lesson, x)) is not None]
+    moving = {str(x.value) for x in (*state.q, graph.symbol(TIME))}
+    if len(forms) < len(forces) or any(moving.intersection(form.symbols) for form in forms):
+        return None
+    shown = [Formula("", form, right=Number.ZERO) for form in forms if form.terms]
+    key = "tied.everywhere" if all(abs(x) < SMALL for x in chosen.of(*forces)) else "tied.nowhere"
+    blocks: list[Block] = (
+        [lesson.say("tied.level"), *shown, lesson.say(key)] if shown else [lesson.say("equilibria.all")]
+    )
+    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), show=("weights", "forces"))

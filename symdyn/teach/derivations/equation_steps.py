@@ -136,9 +136,10 @@ def _products_by_name(lesson: Lesson, i: int) -> Table[Words]:
         if lesson.forms.M[i][j]:
             key = f"k_z:{i + 1},{j + 1}"
             (node,) = tangents([node_of(lesson, key)], lesson.state.velocity)
-            change = lesson.rate(key, node)
             rates = _qd(lesson, j), _qdd(lesson, j)
-            rows.append((Form.product((Symbol(key), rates[0])), Form.product((change, rates[0])),
+            still = not any(lesson.forms.ring.derivative(lesson.forms.M[i][j], q) for q in lesson.forms.state.q)
+            change = Number.ZERO if still else Form.product((lesson.rate(key, node), rates[0]))
+            rows.append((Form.product((Symbol(key), rates[0])), change,
                          Form.product((Symbol(key), rates[1]))))  # fmt: skip
     return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
 

@@ -14,7 +14,7 @@ those of `symdyn linearize`, of the motion that loops and rolling leave free.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -29,6 +29,7 @@ from symdyn.linear import Equilibrium, Linearization, rests, steady_at_start
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Joint, Pose
 from symdyn.teach.derivations.reduced import zero
+from symdyn.teach.derivations.solved import LONGEST, in_decimals, short_form
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Picture, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose, named, together
@@ -154,17 +155,24 @@ MOVES = 1e-9
 """Rates, rad/s or m/s, that are none."""
 
 
-def closed_sections(lesson: Prose) -> list[Section]:
-    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
-    rest, idle = _rests(lesson)
+def closed_sections(
+    lesson: Prose, known: Step | None = None, told: Callable[[Array], bool] = lambda q: True
+) -> list[Section]:
+    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is.
+
+    `known` says where it rests without a search; of what a search finds, places that are `told` are listed.
+    """
+    rest, idle = (known, ()) if known else _rests(lesson, told)
     steps = [step for step in (rest, _steady(lesson, idle)) if step is not None]
     return [lesson.section("after.rests", steps)] if steps else []
 
 
-def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
+def _rests(lesson: Prose, told: Callable[[Array], bool]) -> tuple[Step | None, Sequence[str]]:
     """Return where it rests, None where that is everywhere, and coordinates that do not matter."""
     try:
         found = rests(lesson.scene)
+        places, crossings = (tuple(x for x in some if told(x.q)) for some in (found.places, found.crossings))
+        found = replace(found, places=places, crossings=crossings)
         systems = found.systems
     except FAULTS:
         return None, ()
@@ -177,9 +185,9 @@ def _rests(lesson: Prose) -> tuple[Step | None, Sequence[str]]:
         blocks += [lesson.say("closed.crossings"), _places(lesson, found.crossings, found.idle)]
     blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
     if found.idle:
-        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
+        blocks.append(lesson.say("equilibria.idle", names=together([Symbol(name) for name in found.idle])))
     blocks += families(lesson, found.places, found.more)
-    reason = lesson.say(f"{of}.reason")
+    reason = lesson.say(f"{of}.reason") if systems else Words(())
     step = Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
     return step, found.idle
 
@@ -281,9 +289,6 @@ def _moving(one: Linearization) -> list[complex]:
 MOST_FREEDOMS = 3
 """Of formulas and pictures; numbers are told of more."""
 
-LONGEST = 40
-"""Terms and factors of a formula that is shown."""
-
 ANGLE, PART = 0.35, 0.15
 """The largest displacement in a picture: of an angle, rad, and of a length over the extent of the mechanism."""
 
@@ -355,14 +360,6 @@ def _formulas(lesson: Lesson, rests: Rests, place: Equilibrium, modes: Modes, ch
     return [*blocks, *_frequencies(lesson, matrices, modes, tag, chosen)]
 
 
-def short_form(lesson: Lesson, node: Expr) -> Form:
-    """Return a node in the ring of the lesson, or as a quotient where a spring is none of the ring's."""
-    try:
-        return lesson.short(node)
-    except (DerivationError, KeyError):
-        return Ratios.form_of(node)
-
-
 def _frequencies(
     lesson: Lesson, matrices: Sequence[Sequence[Sequence[Expr]]], modes: Modes, tag: str, chosen: Chosen
 ) -> list[Block]:
@@ -378,7 +375,7 @@ def _frequencies(
     shown: dict[int, list[Block]] = {}
     left = dict(enumerate((square for square, _ in modes), 1))
     for monic, times in found:
-        forms = [field.form(x) for x in monic[1:]]
+        forms = [in_decimals(field.form(x)) for x in monic[1:]]
         roots = np.roots([1.0, *chosen.of(*(x.express(lesson.graph) for x in forms))]).real
         count, *_ = sorted(_taken(left, float(root)) for root in np.repeat(roots, times))
         key, index = f"near:{tag}:omega:{count}", (tag, str(count)) if len(found) > 1 else (tag,)

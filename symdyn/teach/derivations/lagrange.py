@@ -11,7 +11,7 @@ shows what the one before it showed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol
@@ -222,23 +222,26 @@ ANY = ("q:i", "q_dot:i", "Q:i", "QA:i")
 """Keys of any coordinate, its rate, its generalized force, and the part of that which is not of P."""
 
 
-def task_step(lesson: Lesson) -> Step:
-    """Return what is known and what is wanted."""
+def task_step(lesson: Lesson, *more: Block, tied: Collection[int] = ()) -> Step:
+    """Return what is known and what is wanted, `more` at the end; `tied` velocities follow from others."""
     scene = lesson.scene
-    moving = together([Symbol(q) for q in scene.coordinates])
     given = together([Symbol(p.name) for p in scene.parameters])
     driven = [Symbol(drive) for drive in scene.drives if drive]
     ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
-    passive = [named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive is None]
+    passive = [k for k, drive in enumerate(scene.drives) if drive is None and k not in tied]
+    led = together([named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive])
     known = lesson.say("task.known", parameters=given) if scene.parameters else lesson.say("task.known.numbers")
     if not all(x.is_zero for x in vector(scene.gravity, lesson.graph)):
         known = Words((*known.parts, " ", *lesson.say("task.gravity").parts))
     blocks: list[Block] = [known]
     if driven:
-        blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=moving))
+        blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=led))
     if passive:
-        blocks.append(lesson.say("task.passive", coordinates=together(passive)))
-    return Step("task", lesson.say("task"), tuple(blocks), lesson.say("task.reason") if driven else Words(()))
+        free, faster = (together([named(some[k]) for k in passive]) for some in (ways, lesson.state.qdd))
+        blocks.append(lesson.say("task.passive", coordinates=free, accelerations=faster))
+    if tied:
+        blocks.append(lesson.say("task.tied", coordinates=together([named(ways[k]) for k in tied])))
+    return Step("task", lesson.say("task"), (*blocks, *more), lesson.say("task.reason") if driven else Words(()))
 
 
 def principle_steps(lesson: Lesson, page: Printable) -> list[Step]:

@@ -13,6 +13,7 @@ from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.derivations.constrained import Condition, Constrained
+from symdyn.teach.derivations.solved import LONGEST, force_row
 from symdyn.teach.derivations.velocities import PAGE, folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
@@ -105,10 +106,11 @@ def _owner(lesson: Constrained, ties: list[Condition]) -> Step:
     places = {"parent": lesson.body(first.parent), "child": lesson.body(first.child)}
     if first.words == ROPE:
         rope = next(one for one in lesson.scene.lasting_ropes if one.name == first.owner)
-        key, places = "ties.rope", {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
-    claim = lesson.say(key, owner=first.owner, **places)
+        key = "ties.rope.wound" if rope.ends[0].turn or rope.ends[-1].turn else "ties.rope"
+        places = {"route": " – ".join(lesson.body(end.body) for end in rope.ends)}
+    claim = lesson.say(key.removesuffix(".wound"), owner=first.owner, **places)
     told = first.words == ROPE or (first.loop and first.words == "tie.force")
-    reason = lesson.say(f"{key}.reason") if told else Words(())
+    reason = lesson.once(f"{key}.reason") if told else Words(())
     show = (f"joint:{first.owner}", "velocities") if first.loop else ("velocities",)
     return Step(f"tie:{first.owner}", claim, tuple(blocks), reason, show=show)
 
@@ -156,9 +158,6 @@ WIDEST = 10
 
 MOST_DEPENDENT = 3
 """Conditions up to which ratios of velocities are written out: a determinant of four rows is none to read."""
-
-LONGEST = 40
-"""Terms of a ratio of velocities that is still written out."""
 
 
 def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:
@@ -260,14 +259,16 @@ def _added(lesson: Constrained) -> Step:
 
 def meaning_step(lesson: Constrained) -> Step:
     """Return what each multiplier is."""
-    rows = []
-    for tie in lesson.ties:
-        places: dict[str, str] = {"axis": tie.axis, "parent": lesson.body(tie.parent), "child": lesson.body(tie.child)}
-        said = lesson.say(tie.words, owner=tie.owner, rate=Symbol(tie.rate), **places)
-        rows.append((multiplier(tie), said, unit_of(tie, lesson.scene)))
+    rows = [(multiplier(tie), meaning(lesson, tie), unit_of(tie, lesson.scene)) for tie in lesson.ties]
     table = lesson.table(("symbol", "meaning", "unit"), rows)
     reason = lesson.say("multipliers.reason") if any(tie.parent for tie in lesson.ties) else Words(())
     return Step("multipliers", lesson.say("multipliers"), (table,), reason, show=("reactions",))
+
+
+def meaning(lesson: Constrained, tie: Condition) -> Words:
+    """Return what the multiplier of a condition is."""
+    places: dict[str, str] = {"axis": tie.axis, "parent": lesson.body(tie.parent), "child": lesson.body(tie.child)}
+    return lesson.say(tie.words, owner=tie.owner, rate=Symbol(tie.rate), **places)
 
 
 def unit_of(tie: Condition, scene: Scene) -> str:
@@ -280,8 +281,11 @@ def unit_of(tie: Condition, scene: Scene) -> str:
 # All equations together
 
 
-def system_step(lesson: Constrained) -> Step:
-    """Return the equations of motion and the accelerations of the conditions as one linear system."""
+def system_step(lesson: Constrained, right: bool = False) -> Step:
+    """Return the equations of motion and the accelerations of the conditions as one linear system.
+
+    `right`: with its right-hand side, by coefficients in closed form.
+    """
     n, m = lesson.state.n, len(lesson.ties)
     unknowns = [
         *map(named, lesson.state.qdd),
@@ -307,7 +311,29 @@ def system_step(lesson: Constrained) -> Step:
             cells += [(Number.ZERO, "0:")] * m
         forms, names = zip(*cells, strict=True)
         blocks.append(Matrix("B:", tuple(forms), tuple(names), width=n + m))
+        blocks += _right_side(lesson) if right else []
     return Step("system", lesson.say("tied.system"), tuple(blocks), lesson.say("system.reason"))
+
+
+def _right_side(lesson: Constrained) -> list[Block]:
+    """Return what the matrix times the unknowns is: forces, and minus what f̈_k has without accelerations."""
+    b, u, long = lesson.name("b:", "b", node=None), list(map(named, lesson.state.qd)), list[Symbol]()
+    still = substitute(lesson.drives, dict.fromkeys(lesson.state.qdd, lesson.graph.zero))
+    nodes = [_driven(lesson, i) - node for i, node in enumerate(still)]
+    cells = [force_row(lesson, i) for i in range(lesson.state.n)]
+    for tie in lesson.ties:
+        nodes.append(-tie.bias)
+        form = Form.sum(
+            lesson.tie_form(-node).signed_product(Form.product((u[j], u[k])) if j != k else u[j].power(2))
+            for j, k, node in lesson.turning[tie.number]
+        )
+        key = f"b:{len(nodes)}"
+        if length(form) > MOST_DEPENDENT:
+            long.append(Symbol(tie.acceleration))
+        cells.append(form if length(form) <= MOST_DEPENDENT else Symbol(key))
+    keys = [lesson.name(f"b:{k}", "b", str(k), node=node).name for k, node in enumerate(nodes, 1)]
+    blocks: list[Block] = [lesson.say("system.right"), Matrix(b.name, tuple(cells), tuple(keys))]
+    return [*blocks, lesson.say("system.rest", names=together(long))] if long else blocks
 
 
 def _inertia(lesson: Constrained, i: int, j: int) -> tuple[Form, str]:

@@ -13,18 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import Array, Form, Symbol
+from symdyn.algebra import Array, Floats, Form, Symbol
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
 from symdyn.scene import Scene, SceneUnits, without_hidden_zeros
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.constrained import Constrained
-from symdyn.teach.derivations.eliminated import conserved_sections, eliminated_steps
+from symdyn.teach.derivations.eliminated import conserved_sections, eliminated_steps, resting_step
 from symdyn.teach.derivations.equation_steps import (
     coefficient_steps,
     equation_steps,
@@ -34,6 +35,7 @@ from symdyn.teach.derivations.equation_steps import (
 from symdyn.teach.derivations.equilibria import closed_sections
 from symdyn.teach.derivations.lagrange import scene_picture, state_step, task_step, with_figures
 from symdyn.teach.derivations.multiplier_steps import (
+    ROPE,
     condition_steps,
     multiplier,
     name_forces,
@@ -48,7 +50,7 @@ from symdyn.teach.derivations.solved_ties import solved_ties_steps
 from symdyn.teach.derivations.tied_steady import tied_steady_steps
 from symdyn.teach.derivations.velocities import energy_steps, length_steps, position_steps, velocity_steps
 from symdyn.teach.document import Block, Document, Formula, Section, Step, Words
-from symdyn.teach.lesson import called, named, silent_steps
+from symdyn.teach.lesson import called, named, silent_steps, together
 from symdyn.teach.notation import acting_steps, coordinate_step, joints_step, notation_step, scene_step
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, rates_of, starting_rates
 
@@ -186,11 +188,18 @@ def tied_power_steps(lesson: Constrained, right: Sequence[Form], chosen: Chosen)
 def after_sections(lesson: Constrained, chosen: Chosen) -> list[Section]:
     """Return where it rests, what is conserved and steady motions."""
     rests, steady = tied_steady_steps(lesson, chosen)
-    found = closed_sections(lesson)
+    found = closed_sections(lesson, resting_step(lesson, chosen), partial(_is_told, lesson))
     if rests:
         found = [lesson.section("after.rests", [*(step for section in found for step in section.steps), *rests])]
     after = [lesson.section("after.steady", steady)] if steady else []
     return [*found, *conserved_sections(lesson), *after]
+
+
+def _is_told(lesson: Constrained, q: Array) -> bool:
+    """Tell whether ropes have at a place the length that the lesson writes: elsewhere they go around otherwise."""
+    at = lesson.assembled(0) | dict(zip(lesson.state.q, map(float, q), strict=True))
+    ropes = [lesson.plain(tie.residual) for tie in lesson.ties if tie.words == ROPE and tie.residual is not None]
+    return all(abs(float(x)) < 1e-6 for x in evaluate(ropes, Floats(), at))
 
 
 UNTIL = ("conditions", "energies", "lagrangian", "equations", "system", "numbers")
@@ -208,7 +217,16 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     name_ties(lesson)
     chosen, found, last = choose_tied_motion(lesson), lesson.masses, UNTIL.index(until)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
+    parts, drives = lesson.partition, lesson.scene.drives
+    tied = parts.dependent if all(drives[k] for k in parts.independent) else ()
+    ropes = [multiplier(tie) for tie in lesson.ties if tie.words == ROPE] if last >= 3 else []
+    wanted = [lesson.say("task.tension", names=together(ropes))] if ropes else []
+    first = [
+        shown,
+        *silent_steps(lesson),
+        task_step(lesson, *wanted, tied=tied),
+        coordinate_step(lesson, lesson.graph, chosen),
+    ]
     sections = [
         lesson.section(
             "scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson), joints_step(lesson)]
@@ -234,7 +252,8 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 4:
         sections.append(
             lesson.section(
-                "system", [system_step(lesson), *reduced_steps(lesson, open_page), *eliminated_steps(lesson)]
+                "system",
+                [system_step(lesson, right=True), *reduced_steps(lesson, open_page), *eliminated_steps(lesson, chosen)],
             )
         )
     if last >= 5:

@@ -22,7 +22,7 @@ from symdyn.algebra import Form, Function, Number, Pi, Power, Ratios, Sum, Symbo
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, gradient, reachable, substitute
 from symdyn.teach.derivations.reduced import Reduced
 from symdyn.teach.derivations.solved import NO_SHORT_FORM, Quotients, in_sines, quotient
 from symdyn.teach.derivations.velocities import length
@@ -34,9 +34,6 @@ LONGEST = 60
 
 NO_FORM = (*NO_SHORT_FORM, DerivationError)
 """What says that something has no closed form."""
-
-LARGE = 20
-"""A number below the line that is no fraction of a textbook."""
 
 WIDEST = 240
 """Characters of the frequency of nutation."""
@@ -128,7 +125,7 @@ def shortened(lesson: Lesson, node: Expr) -> Form:
     parts = () if form is None else form.factors
     if form is None or any(_divides(x) for x in parts) or any(_divides(x, Sum) for x in form.walk()):
         write = Quotients(lesson, [node])
-        form = quotient(*_in_decimals(lesson, *write.parts(write.known[node])))
+        form = quotient(*write.parts(write.known[node]))
     if length(form) > LONGEST:
         raise OverflowError("a formula that is no short one")
     return form
@@ -138,24 +135,9 @@ def _divides(form: Form, base: type[Form] = Form) -> bool:
     return isinstance(form, Power) and form.exponent < 0 and isinstance(form.base, base)
 
 
-def _in_decimals(lesson: Lesson, above: list[Form], under: list[Form]) -> tuple[list[Form], list[Form]]:
-    """Return a quotient without a number below the line that decimals of the scene have made: 981/100 is 9.81."""
-    number = under[0].value if under and isinstance(under[0], Number) else Fraction(1)
-    if number < LARGE or 10**9 % number:
-        return above, under
-    sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
-    small = not isinstance(above[0], Number) or abs(above[0].value) < LARGE
-    if len(sums) == 1 and small:
-        divided = in_sines(lesson, above[sums[0]].express(lesson.graph) / number)
-        if divided is not None:
-            return [*above[: sums[0]], divided, *above[sums[0] + 1 :]], under[1:]
-    return [Form.product((Number(1 / number), *above))], under[1:]
-
-
 def lowest(node: Expr) -> Expr:
     """Return a quotient in lowest terms."""
-    field = Ratios([node])
-    return field.form(evaluate([node], field, field.values())[0]).express(node.graph)
+    return Ratios.form_of(node).express(node.graph)
 
 
 def _inertia(left: Reduced) -> dict[tuple[int, int], Expr]:

@@ -222,10 +222,27 @@ def _energies(lesson: Lesson) -> Step | None:
         rows.append((Words((named(symbol), " → 0")), *shown, _left(lesson, symbol, K, P)))
         if body := smaller_by(lesson, symbol, K, P):
             checks.append(lesson.say("limits.smaller", parameter=named(symbol), body=body))
+    rows += _stopped(lesson)
     if not rows:
         return None
     table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
     return Step("limits", lesson.say("limits"), (table, *checks), show=("energies", "ghost"))
+
+
+def _stopped(lesson: Lesson) -> Iterator[tuple[Words, Form | Words, Form | Words, Words]]:
+    """Yield the row of each parameter without which prescribed motions stand still."""
+    led, graph = prescribed(lesson.scene, lesson.graph), lesson.graph
+    still = {lesson.state.qd[k]: graph.zero for k in led.place}
+    for parameter in lesson.scene.parameters if led.place else ():
+        symbol = graph.symbol(parameter.name)
+        if symbol in reachable(led.velocity) and all(
+            zero(lesson, x) for x in substitute(led.velocity, {symbol: graph.zero})
+        ):
+            (K,) = substitute([lesson.energy.K], still)
+            shown = (kinetic_form(lesson, K), with_squares(lesson.short(lesson.energy.P)))
+            names = together([named(lesson.state.q[k]) for k in led.place])
+            if max(map(length, shown)) <= LONGEST:
+                yield Words((named(symbol), " → 0")), *shown, lesson.say("limits.still", names=names)
 
 
 def vanishing(lesson: Lesson) -> Iterator[tuple[Expr, Expr, Expr]]:

@@ -14,21 +14,25 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol, TrigonometricRing
+from symdyn.algebra import Compactor, Form, Function, Number, Power, Ratio, Ratios, Sum, Symbol
 from symdyn.dynamics import angle_groups
-from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, substitute
+from symdyn.scene import Scene
 from symdyn.teach.derivations.velocities import folded, length
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.shown_state import Chosen
 
 LONGEST = 40
-"""Terms and factors of an acceleration that is written out."""
+"""Terms and factors of a formula that is written out."""
 
 MOST = 8
 """Accelerations up to which the system is shown as a matrix."""
+
+LARGE = 20
+"""A number below the line that is no fraction of a textbook."""
 
 SMALL = 1e-9
 """Of a comparison in numbers, relative."""
@@ -46,14 +50,14 @@ class Quotients:
         self.known = dict(zip(nodes, evaluate(nodes, self.field, self.field.values()), strict=True))
         state = lesson.state
         self._moving = {str(x.value) for x in (*state.q, *state.qd, *state.qdd)}
-        self._fixed = {one.name for one in lesson.scene.parameters}
+        self._fixed = {one.name: k for k, one in enumerate(lesson.scene.parameters)}
 
     def parts(self, ratio: Ratio) -> tuple[list[Form], list[Form]]:
         """Return the factors above and below the line, the number first; of two terms over letters both are divided."""
         form = self.field.form(ratio)
         above = self._joined([self.short(x) for x in form.factors if not _below(x)])
         under = self._joined([self.short(y) for x in form.factors if _below(x) for y in _base(x).factors])
-        above, under = _powers_cancelled(above, under)
+        above, under = _decimal(*_powers_cancelled(above, under))
         sums = [k for k, x in enumerate(above) if isinstance(x, Sum)]
         if sums and above[0].split_sign()[0] < 0 and any(x.split_sign()[0] < 0 for x in above[sums[0]].terms):
             above[0], above[sums[0]] = above[0].negative, above[sums[0]].negative
@@ -65,13 +69,19 @@ class Quotients:
             above, under = ([*above[: sums[0]], spread, *above[sums[0] + 1 :]], []) if spread else (above, under)
         return sorted(above, key=self._place), sorted(under, key=self._place)
 
-    def _place(self, form: Form) -> int:
-        """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves."""
+    def _place(self, form: Form) -> tuple[int, int]:
+        """Return where a factor stands: numbers, parameters, other letters, functions of letters, sums, what moves.
+
+        Parameters stand in the order of the scene, sums of them behind.
+        """
+        letters = list(form.symbols)
         if self._moves(form):
-            return 4 if isinstance(form, Sum) else 5
+            return 4 if isinstance(form, Sum) else 5, 0
         if any(isinstance(x, Function) for x in form.walk()):
-            return 3
-        return 0 if isinstance(form, Number) else 1 if self._fixed.issuperset(form.symbols) else 2
+            return 3, 0
+        if not self._fixed.keys() >= set(letters):
+            return 2, 0
+        return int(bool(letters)), self._fixed[letters[0]] if len(letters) == 1 else len(self._fixed)
 
     def short(self, form: Form) -> Form:
         """Return a sum, or a power of one, as short as a ring of sines can write it."""
@@ -98,10 +108,14 @@ class Quotients:
 
 def in_sines(lesson: Lesson, node: Expr) -> Form | None:
     """Return a node as short as a ring of sines can write it; None where it is no polynomial in them."""
-    state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph)
+    return shortest(node, lesson.scene, lesson.state)
+
+
+def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
+    """Return the same with angles and letters of a scene."""
+    parallel = angle_groups(scene, node.graph)
     try:
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
-        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
+        return Compactor.of([node], (*state.q, *state.qd, *state.qdd), parallel)(node)
     except (DerivationError, KeyError):
         return None
 
@@ -109,6 +123,55 @@ def in_sines(lesson: Lesson, node: Expr) -> Form | None:
 def quotient(above: Sequence[Form], under: Sequence[Form]) -> Form:
     """Return a quotient in print."""
     return Form.product((*above, *([Form.product(under).power(-1)] if under else [])))
+
+
+def in_decimals(form: Form) -> Form:
+    """Return a quotient in factors with decimals where they have made a number below the line: 9.81 for 981/100."""
+    under = [y for x in form.factors if _below(x) for y in _base(x).factors]
+    return quotient(*_decimal([x for x in form.factors if not _below(x)], under))
+
+
+def short_form(lesson: Lesson, node: Expr) -> Form:
+    """Return a node in the ring of the lesson, or as a quotient where a spring is none of the ring's."""
+    try:
+        return lesson.short(node)
+    except (DerivationError, KeyError):
+        return in_decimals(Ratios.form_of(node))
+
+
+def _decimal(above: Sequence[Form], under: Sequence[Form]) -> tuple[list[Form], list[Form]]:
+    """Return factors above and below a line with decimals in place of large integers that decimals have made.
+
+    A sum is divided by a large coefficient of its own, and what is left of a large number below the line divides the
+    one sum above, or the number there.
+    """
+    head, over, below = Fraction(1), list[Form](), list[Form]()
+    for sign, factors, side in ((1, above, over), (-1, under, below)):
+        for x in factors:
+            scale = x.value if isinstance(x, Number) else max(map(_scale, x.terms)) if isinstance(x, Sum) else 1
+            head *= Fraction(scale) ** sign
+            side.extend([] if isinstance(x, Number) else [_scaled(x, 1 / Fraction(scale))])
+    if head.denominator < LARGE or 10**9 % head.denominator:
+        return [Number(Fraction(head.numerator)), *over], _below_with(head.denominator, below)
+    sums = [k for k, x in enumerate(over) if isinstance(x, Sum)]
+    if len(sums) != 1 or abs(head.numerator) >= LARGE:
+        return [Number(head), *over], below
+    over[sums[0]] = _scaled(over[sums[0]], Fraction(1, head.denominator))
+    return [Number(Fraction(head.numerator)), *over], below
+
+
+def _scale(term: Form) -> Fraction:
+    """Return the coefficient of a term if it is a large one of decimals, else 1."""
+    number = next((abs(x.value) for x in term.factors if isinstance(x, Number)), Fraction(1))
+    return number if number >= LARGE and number.denominator == 1 and number % 5 == 0 == 10**9 % number else Fraction(1)
+
+
+def _scaled(form: Form, by: Fraction) -> Form:
+    return form if by == 1 else Form.sum(Form.product((Number(by), *x.factors)) for x in form.terms)
+
+
+def _below_with(number: int, below: list[Form]) -> list[Form]:
+    return below if number == 1 else [Number(Fraction(number)), *below]
 
 
 def _below(form: Form) -> bool:
@@ -138,12 +201,12 @@ def _powers_cancelled(above: Sequence[Form], under: Sequence[Form]) -> tuple[lis
             powers[base] = powers.get(base, 0) + sign * exponent
     over = [Number(Fraction(number.numerator)), *(x.power(k) for x, k in powers.items() if k > 0)]
     below: list[Form] = [x.power(-k) for x, k in powers.items() if k < 0]
-    return over, below if number.denominator == 1 else [Number(Fraction(number.denominator)), *below]
+    return over, _below_with(number.denominator, below)
 
 
 def _divided(whole: Form, under: Sequence[Form]) -> Form | None:
     """Return a sum, each term divided by a product of letters; None where no term loses a letter."""
-    pairs = [_powers_cancelled(term.factors, under) for term in whole.terms]
+    pairs = [_decimal(*_powers_cancelled(term.factors, under)) for term in whole.terms]
     return Form.sum(quotient(*pair) for pair in pairs) if any(len(x) < len(under) for _, x in pairs) else None
 
 
@@ -155,31 +218,71 @@ def solved_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     told = vanishing(lesson, free, put)
     steps: list[Step] = []
     if free:
-        M = [gradient(node, [state.qdd[j] for j in free]) for node in told]
-        h = [-x for x in substitute(told, {state.qdd[j]: lesson.graph.zero for j in free})]
-        found = _solved(lesson, M, h, free) if len(free) <= SMALL_SCENE else None
+        small = len(free) <= SMALL_SCENE and not led.place
+        found = accelerations(lesson, told, free, chosen, _entries(lesson, free) if small else None)
         key = "explicit.led" if led.place else "explicit" if len(free) > 1 else "explicit.one"
         where = together([named(state.q[k]) for k in led.place])
         claim = lesson.say(key, q=named(state.q[free[0]]), led=where)
         if found is not None:
-            delta, forms = found
-            _compare(lesson, M, h, forms, chosen)
-            blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
-            blocks += [
-                folded(lesson, Formula("", named(state.qdd[k]), right=form))
-                for k, form in zip(free, forms, strict=True)
-            ]
+            blocks, forms = found
             reason = lesson.say("explicit.cramer" if len(free) > 1 else "explicit.divided")
+            if any(name.startswith("k_z:") for form in forms for name in form.symbols):
+                blocks = [lesson.say("explicit.entries"), *blocks]
             steps.append(
                 Step(
                     "explicit", claim, tuple(blocks), Words((*reason.parts, " ", *_signs(lesson, free, forms, chosen)))
                 )
             )
         elif len(free) <= MOST and not led.place:
+            _, h = _linear(lesson, told, free)
+            claim = lesson.say("explicit.linear")
             steps.append(Step("explicit", claim, tuple(_system(lesson, free, h)), lesson.say("explicit.system")))
     if led.place and (step := _drives(lesson, led.place, put)):
         steps.append(step)
     return steps
+
+
+Linear = tuple[list[list[Expr]], list[Expr]]
+"""M and h of M q̈ = h."""
+
+
+def accelerations(
+    lesson: Lesson, told: Sequence[Expr], free: Sequence[int], chosen: Chosen, named_as: Linear | None = None
+) -> tuple[list[Block], list[Form]] | None:
+    """Return accelerations of `free` for which nodes vanish, with Δ in print; None where they have no short form.
+
+    Where they have none, `named_as` stands for M and h.
+    """
+    if len(free) > SMALL_SCENE:
+        return None
+    M, h = _linear(lesson, told, free)
+    found = _solved(lesson, M, h, free) or (_solved(lesson, *named_as, free) if named_as else None)
+    if found is None:
+        return None
+    delta, forms = found
+    _compare(lesson, M, h, forms, chosen)
+    qdd = [lesson.state.qdd[k] for k in free]
+    blocks: list[Block] = [Formula(symbol.name, form) for symbol, form in delta.items()]
+    blocks += [folded(lesson, Formula("", named(x), right=form)) for x, form in zip(qdd, forms, strict=True)]
+    return blocks, forms
+
+
+def _linear(lesson: Lesson, told: Sequence[Expr], free: Sequence[int]) -> Linear:
+    """Return M and h for which nodes vanish."""
+    qdd = [lesson.state.qdd[k] for k in free]
+    h = [-x for x in substitute(told, dict.fromkeys(qdd, lesson.graph.zero))]
+    return [gradient(node, qdd) for node in told], h
+
+
+def _entries(lesson: Lesson, free: Sequence[int]) -> Linear | None:
+    """Return M and h by the names of coefficients, where the mass matrix is constant; None elsewhere."""
+    entries = {(i, j): lesson.forms.form("k_z", i, j) for i in free for j in free}
+    letters = {str(q.value) for q in lesson.state.q}
+    if any(letters.intersection(form.symbols) for form in entries.values()):
+        return None
+    zero, symbol = lesson.graph.zero, lesson.graph.symbol
+    M = [[symbol(f"k_z:{min(i, j) + 1},{max(i, j) + 1}") if entries[i, j].terms else zero for j in free] for i in free]
+    return M, [force_row(lesson, i).express(lesson.graph) for i in free]
 
 
 def motions_put_in(lesson: Lesson) -> Mapping[Expr, Expr]:
@@ -226,8 +329,9 @@ def _compare(
 ) -> None:
     """Hold the forms against the solution in numbers."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
-    given = {x: node for x, node in known.items() if str(x.value) == "Delta:"}
-    nodes = substitute([form.express(lesson.graph) for form in forms], given)
+    nodes = [form.express(lesson.graph) for form in forms]
+    for key in ("Delta:", "k_"):  # which stand in Δ, too
+        nodes = substitute(nodes, {x: node for x, node in known.items() if str(x.value).startswith(key)})
     drives = {lesson.graph.symbol(name): 1.0 for name in lesson.scene.drives if name}
     at = chosen.with_values(drives)
     n = len(h)
@@ -278,13 +382,13 @@ def _system(lesson: Lesson, free: Sequence[int], h: Sequence[Expr]) -> list[Bloc
     entries, keys = [], []
     for k, i in enumerate(free):
         keys.append(lesson.name(f"h:{i + 1}", "h", str(i + 1), node=h[k]).name)
-        entries.append(lesson.page.right[i] if h[k].is_zero else _force(lesson, i))
+        entries.append(lesson.page.right[i] if h[k].is_zero else force_row(lesson, i))
     order = together([named(lesson.state.qdd[k]) for k in free])
     said = lesson.say("explicit.matrix", left=Form.product((M, faster)), right=right, columns=order)
     return [said, Matrix(M.name, forms, names, width=len(free)), Matrix(right.name, tuple(entries), tuple(keys))]
 
 
-def _force(lesson: Lesson, i: int) -> Form:
+def force_row(lesson: Lesson, i: int) -> Form:
     """Return a row of h: the right-hand side less the terms without accelerations, coefficients by name."""
     terms = [*lesson.page.right[i].terms]
     for c in lesson.page.rows[i]:

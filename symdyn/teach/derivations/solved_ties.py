@@ -13,13 +13,10 @@ from symdyn.algebra import Floats, Form, Function, Number, Power, Ratios, Symbol
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.teach.derivations.constrained import Constrained
 from symdyn.teach.derivations.precession import NO_FORM, shortened
-from symdyn.teach.derivations.solved import in_sines
+from symdyn.teach.derivations.solved import LONGEST, in_sines
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Formula, Step
 from symdyn.teach.lesson import named
-
-LONGEST = 40
-"""Terms and factors of a solution that is shown."""
 
 CLOSED = 1e-6
 """rad or m: what a condition is at an assembled position, at most."""

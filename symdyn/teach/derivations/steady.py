@@ -15,7 +15,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Op, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
 from symdyn.teach.derivations.reduced import Reduced, at_bound
-from symdyn.teach.derivations.solved import in_sines
+from symdyn.teach.derivations.solved import in_decimals, in_sines
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
@@ -38,7 +38,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     W = lesson.name("W:", "W", node=left.static)
     try:
         whole = lesson.short(left.static)
-        factored = Ratios.form_of(slope)
+        factored = in_decimals(Ratios.form_of(slope))
     except (DerivationError, KeyError, OverflowError, ZeroDivisionError):
         whole = factored = Number.ZERO
     if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:

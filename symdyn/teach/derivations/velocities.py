@@ -27,8 +27,8 @@ MOST_TERMS = 20
 PAGE = 90
 """The same for scenes that are shown in full: about a page."""
 
-MOST = 20_000
-"""Terms of the longest formula that is written at all: 600 in the examples, ten times this take minutes."""
+MOST = 2_000
+"""Terms of the longest formula that is written at all: 600 in the examples."""
 
 
 def position_steps(lesson: Lesson, result: list[Mass]) -> list[Step]:

@@ -11,15 +11,16 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra import NAMES, Compactor, Form, TrigonometricRing
-from symdyn.dynamics import Energies, angle_groups
+from symdyn.algebra import NAMES, Form
+from symdyn.dynamics import Energies
 from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.emit.print import text_of
-from symdyn.errors import DerivationError, TeachError, choice
-from symdyn.graph import Expr, Graph, Op, evaluate, substitute, tangents
+from symdyn.errors import TeachError, choice
+from symdyn.graph import Expr, Graph, Op, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Mat
 from symdyn.table import Table
+from symdyn.teach.derivations.solved import shortest
 from symdyn.teach.document import Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.lesson import AXES, Mass, masses
@@ -142,16 +143,6 @@ class Derived:
         if key == "derived.different" and (more := shortest(mine - right, self.scene, self.state)) is not None:
             text = text_of(more)
             print(self.words["derived.more"].format(difference=text if len(text) <= LONGEST else f"{text[:LONGEST]} …"))
-
-
-def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
-    """Return a node as short as the ring of sines of a scene writes it; None where it is none of that ring."""
-    try:
-        parallel = angle_groups(scene, node.graph)
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
-        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
-    except DerivationError:
-        return None
 
 
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

@@ -21,8 +21,9 @@ from symdyn.linear import Equilibrium, rests
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.derivations.equation_steps import coefficient_unit
-from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest, short_form
+from symdyn.teach.derivations.equilibria import FAULTS, QUARTERS, Rests, places_of_rest
 from symdyn.teach.derivations.reduced import Reduced, cyclic_of, forgotten, led_by, reduced, smaller_by, vanishing, zero
+from symdyn.teach.derivations.solved import short_form
 from symdyn.teach.derivations.steady import level_places
 from symdyn.teach.derivations.velocities import length
 from symdyn.teach.document import (

@@ -9,16 +9,18 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from symdyn.algebra import Ratios, Symbol
+from symdyn.algebra import Form, Ratios, Symbol
 from symdyn.arguments import argument
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError, choice
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_symbols
+from symdyn.scene.forces import FORCES
+from symdyn.spatial import zero_vector
 from symdyn.teach.derivations import lagrange, multipliers, quaternions
 from symdyn.teach.derivations.dalembert import walkthrough as dalembert
 from symdyn.teach.derivations.dalembert.side_by_side import side_by_side
 from symdyn.teach.derivations.velocities import folded
-from symdyn.teach.document import Document, Formula, Step
+from symdyn.teach.document import Document, Formula, Step, Words
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, apart, is_tied, together
 from symdyn.teach.practice.exercises import GRADES, with_exercises
@@ -68,6 +70,25 @@ def _with_rates(document: Document, declared: Scene) -> Document:
     first, *others = [one for one in document.sections if not one.key.startswith("after.")]
     sections = (first, prose.section("states", [step]), *others)
     return replace(document, sections=sections, names=prose.names)
+
+
+def _with_matter(document: Document) -> Document:
+    """Return a lesson with what matter does that leaves or arrives."""
+    scene, graph = document.scene, document.graph
+    flows = [(one, law) for one in scene.loads if (law := FORCES[one.kind].push.carried)]
+    if not flows:
+        return document
+    prose, blocks = Prose(scene, document.language, dict(document.names)), []
+    for one, law in flows:
+        force = [Form.of(x) for x in FORCES[one.kind].push.wrench(one, scene, graph).force]
+        shown, body = Words(("(", force[0], ", ", force[1], ", ", force[2], ")")), one.place.body
+        blocks.append(prose.say(f"matter.{one.frame}", flow=one.name, body=body, force=shown))
+        turning = (graph.symbol(" x"), graph.symbol(" y"), graph.symbol(" z"))  # names that no scene has
+        if any(not x.is_zero for part in law(one, scene, zero_vector(graph), turning) for x in part):
+            blocks.append(prose.say("matter.turns", body=body))
+    step = Step("matter", prose.say("matter"), tuple(blocks), prose.say("matter.reason"))
+    first, *others = document.sections
+    return replace(document, sections=(first, prose.section("matter", [step]), *others))
 
 
 def _turns_by_quaternion(scene: Scene) -> bool:
@@ -137,6 +158,7 @@ def walkthrough(
         document = chosen.walkthrough(scene, language, until)
     except NoValueError as fault:
         raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
+    document = _with_matter(document)
     document = _with_rates(document, declared) if declared.states else document
     document = replace(document, brief=detail == "brief")
     refuse_too_long(scene.name, f"the lesson by {formulation}", document.forms(), _shorter())

@@ -30,14 +30,13 @@ from symdyn.algebra import (
     Product,
     Sum,
     Symbol,
-    TrigonometricRing,
     with_squares,
 )
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, substitute, tangents
+from symdyn.graph import Expr, Op, gradient, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import acceleration_name
 from symdyn.spatial import dot, scale, sub
@@ -210,10 +209,8 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
 
 def _writer(scene: Scene, w: Workspace, nodes: Sequence[Expr]) -> Callable[[Expr], Form]:
     state, parallel, order = w.state, angle_groups(scene, w.graph), order_of(scene)
-    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
-    values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
-    compact = Compactor(ring, parallel)
-    return lambda node: order(with_squares(compact(values[node])))
+    write = Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel)
+    return lambda node: order(with_squares(write(node)))
 
 
 def side_by_side(lesson: Prose) -> Step | None:

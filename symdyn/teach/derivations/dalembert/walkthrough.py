@@ -16,14 +16,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, with_added_angles, with_squares
+from symdyn.algebra import Compactor, Form, Number, Symbol, with_added_angles, with_squares
 from symdyn.draw import Diagram, Text
 from symdyn.dynamics import ClosedRow, angle_groups, closed_constraints
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.dynamics.reactions import JointFrames
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, evaluate, reachable, tangents
+from symdyn.graph import Expr, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
@@ -132,10 +132,8 @@ def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form
         DerivationError: they are no polynomials.
     """
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph, across=True)
-    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
-    values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
-    compact = Compactor(ring, parallel)
-    return lambda node: lesson.order(with_squares(with_added_angles(compact(values[node]))))
+    write = Compactor.of(nodes, (*state.q, *state.qd, *state.qdd), parallel)
+    return lambda node: lesson.order(with_squares(with_added_angles(write(node))))
 
 
 def _vanishing(lesson: Balance, form: Form) -> Block:
